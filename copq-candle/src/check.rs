@@ -1,0 +1,43 @@
+//! Checks of what comes in through the public methods: each error names the slice, what was wanted and what came.
+
+use copq::error::check_len;
+use copq::{EnvSpec, Error, Networks, Result};
+
+/// An error unless networks can be built from these settings.
+pub(crate) fn settings(spec: &EnvSpec, networks: &Networks) -> Result<()> {
+    spec.check()?;
+    networks.check()
+}
+
+/// The number of rows in a batch of observations.
+pub(crate) fn rows(obs: &[f32], observation: usize) -> Result<usize> {
+    if obs.is_empty() || !obs.len().is_multiple_of(observation) {
+        return Err(Error::invalid("observations", format!("a positive multiple of {observation} values"), obs.len()));
+    }
+    Ok(obs.len() / observation)
+}
+
+/// An error unless `values` is `rows x width`.
+pub(crate) fn batch(what: &str, values: &[f32], rows: usize, width: usize) -> Result<()> {
+    check_len(what, values.len(), rows * width)
+}
+
+/// An error unless a deterministic policy was left without noise and log-probabilities.
+pub(crate) fn deterministic(noise: &[f32], log_prob: &[f32]) -> Result<()> {
+    for (what, got) in [("noise", noise.len()), ("log-probabilities", log_prob.len())] {
+        if got != 0 {
+            return Err(Error::invalid(what, "no values: the policy is deterministic", got));
+        }
+    }
+    Ok(())
+}
+
+/// An error unless the averaging rate is in [0, 1].
+pub(crate) fn tau(tau: f32) -> Result<()> {
+    if (0.0..=1.0).contains(&tau) { Ok(()) } else { Err(Error::invalid("tau", "a number in [0, 1]", tau)) }
+}
+
+/// An error unless there is at least one of something.
+pub(crate) fn positive(what: &str, count: usize) -> Result<()> {
+    if count > 0 { Ok(()) } else { Err(Error::invalid(what, "at least 1", count)) }
+}

@@ -1,0 +1,170 @@
+//! K critics in the fast implementation.
+
+use std::path::Path;
+
+use copq::error::check_len;
+use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
+
+use super::network::Network;
+use super::perceptron::room;
+use super::workers::Workers;
+use crate::learned::{Learned, load_critics, save_critics};
+use crate::shape::Shape;
+use crate::{check, weights};
+
+/// An ensemble of separately initialised multilayer perceptrons (observation and action in, N values out).
+#[derive(Debug)]
+pub struct Critics {
+    networks: Vec<Network>,
+    observation: usize,
+    action: usize,
+    objectives: usize,
+    lr: f64,
+    workers: Workers,
+    input: Vec<f32>,
+    q: Vec<f32>,
+    grad: Vec<f32>,
+}
+
+impl Critics {
+    /// `critics` networks for an environment, with fresh weights drawn from `rng` one critic after another.
+    pub fn new(spec: &EnvSpec, critics: usize, networks: &Networks, rng: &mut Rng) -> Result<Self> {
+        check::settings(spec, networks)?;
+        check::positive("critics", critics)?;
+        let shape = Shape::critic(spec, networks);
+        let fresh = |_| Network::new(shape.clone(), Learned::new(&shape, rng));
+        Ok(Self {
+            networks: (0..critics).map(fresh).collect(),
+            observation: spec.observation,
+            action: spec.action(),
+            objectives: spec.objectives.len(),
+            lr: networks.critic_lr,
+            workers: Workers::default(),
+            input: Vec::new(),
+            q: Vec::new(),
+            grad: Vec::new(),
+        })
+    }
+
+    /// Spreads the critics over this many threads (1 unless set). The results are the same, bit for bit.
+    pub fn threads(mut self, threads: usize) -> Result<Self> {
+        check::positive("threads", threads)?;
+        self.workers = Workers::new(threads)?;
+        Ok(self)
+    }
+
+    /// Writes the online parameters to a safetensors file: `critic.0.layer.0.weight` (`output x input`) and so on.
+    pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
+        let online = self.networks.iter().map(|network| network.learned().online.as_slice());
+        let named: Vec<_> = weights::critic_prefixes(self.networks.len()).into_iter().zip(online).collect();
+        weights::save(path.as_ref(), &named, self.shape())
+    }
+
+    /// Starts from a safetensors file's parameters: the targets become equal to them and the optimiser begins anew.
+    pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
+        let prefixes = weights::critic_prefixes(self.networks.len());
+        let online = weights::load(path.as_ref(), &prefixes, self.shape())?;
+        self.set_learned(online.into_iter().map(Learned::from_online));
+        Ok(())
+    }
+
+    fn shape(&self) -> &Shape {
+        self.networks[0].shape() // There is at least one critic.
+    }
+
+    fn set_learned(&mut self, learned: impl Iterator<Item = Learned>) {
+        self.networks.iter_mut().zip(learned).for_each(|(network, learned)| network.set_learned(learned));
+    }
+
+    /// Checks a batch and writes it as `rows x (observation + action)` into `self.input`; the number of rows.
+    fn gather(&mut self, obs: &[f32], act: &[f32]) -> Result<usize> {
+        let rows = check::rows(obs, self.observation)?;
+        check::batch("actions", act, rows, self.action)?;
+        let width = self.observation + self.action;
+        let pairs = obs.chunks_exact(self.observation).zip(act.chunks_exact(self.action));
+        for (row, (obs, act)) in room(&mut self.input, rows * width).chunks_exact_mut(width).zip(pairs) {
+            row[..obs.len()].copy_from_slice(obs);
+            row[obs.len()..].copy_from_slice(act);
+        }
+        Ok(rows)
+    }
+
+    /// Online values of the gathered batch into `self.q`, and what `grad` makes of them into `self.grad`.
+    fn forward(&mut self, rows: usize, grad: QGrad<'_>) -> Result<()> {
+        let Self { networks, workers, input, .. } = self;
+        let len = networks.len() * rows * self.objectives;
+        let (q, dq) = (room(&mut self.q, len), room(&mut self.grad, len));
+        let input = &input[..rows * (self.observation + self.action)];
+        workers.each(networks, q, |_, network, q| network.forward(Net::Online, input, rows, q));
+        grad(QView::new(q, networks.len(), self.objectives)?, dq)
+    }
+}
+
+impl Critic for Critics {
+    fn critics(&self) -> usize {
+        self.networks.len()
+    }
+
+    fn objectives(&self) -> usize {
+        self.objectives
+    }
+
+    fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
+        let rows = self.gather(obs, act)?;
+        check_len("critic values", q.len(), self.networks.len() * rows * self.objectives)?;
+        let input = &self.input[..rows * (self.observation + self.action)];
+        self.workers.each(&mut self.networks, q, |_, network, q| network.forward(net, input, rows, q));
+        Ok(())
+    }
+
+    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>) -> Result<()> {
+        let rows = self.gather(obs, act)?;
+        self.forward(rows, grad)?;
+        let Self { networks, workers, input, lr, .. } = self;
+        let input = &input[..rows * (self.observation + self.action)];
+        let dq = &mut self.grad[..networks.len() * rows * self.objectives];
+        workers.each(networks, dq, |_, network, dq| network.learn(input, rows, dq, *lr));
+        Ok(())
+    }
+
+    fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()> {
+        let rows = self.gather(obs, act)?;
+        check::batch("action gradients", out, rows, self.action)?;
+        self.forward(rows, grad)?;
+        let Self { networks, workers, observation, .. } = self;
+        let share = rows * self.objectives;
+        let dq = &self.grad[..networks.len() * share];
+        // The values have been used: their buffer, or a larger one, takes each critic's share of the gradient.
+        let parts = room(&mut self.q, networks.len() * out.len());
+        workers.each(networks, parts, |k, network, part| {
+            network.input_grad(rows, &dq[k * share..(k + 1) * share], *observation, part);
+        });
+        sum_parts(parts, out);
+        Ok(())
+    }
+
+    fn track(&mut self, tau: f32) -> Result<()> {
+        check::tau(tau)?;
+        self.networks.iter_mut().for_each(|network| network.track(tau));
+        Ok(())
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        save_critics(self.networks.iter().map(Network::learned), self.shape(), state);
+        Ok(())
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        let learned = load_critics(self.networks.len(), self.shape(), state)?;
+        self.set_learned(learned.into_iter());
+        Ok(())
+    }
+}
+
+/// Adds up equally long parts, in order.
+fn sum_parts(parts: &[f32], out: &mut [f32]) {
+    out.fill(0.0);
+    for part in parts.chunks_exact(out.len()) {
+        out.iter_mut().zip(part).for_each(|(sum, x)| *sum += x);
+    }
+}

@@ -1,0 +1,76 @@
+//! Everything one network has learned, in flat buffers: what both implementations start from, save and load.
+
+use copq::{Error, Result, Rng, State};
+
+use crate::init;
+use crate::shape::Shape;
+
+/// Parameters, slow copy and optimiser state of one network; every buffer is laid out by its [`Shape`].
+#[derive(Clone, Debug)]
+pub(crate) struct Learned {
+    /// Trained parameters.
+    pub online: Vec<f32>,
+    /// Their slow copy.
+    pub target: Vec<f32>,
+    /// Adam's first moment.
+    pub m: Vec<f32>,
+    /// Adam's second moment.
+    pub v: Vec<f32>,
+    /// Optimiser steps so far.
+    pub steps: u64,
+}
+
+impl Learned {
+    /// Fresh weights, a target equal to them, and an optimiser that has not begun.
+    pub fn new(shape: &Shape, rng: &mut Rng) -> Self {
+        Self::from_online(init::parameters(shape, rng))
+    }
+
+    /// These weights, a target equal to them, and an optimiser that has not begun.
+    pub fn from_online(online: Vec<f32>) -> Self {
+        let zeros = vec![0.0; online.len()];
+        Self { target: online.clone(), online, m: zeros.clone(), v: zeros, steps: 0 }
+    }
+
+    /// Writes subtrees `online`, `target`, `adam_m`, `adam_v` of `layer.i.weight` (`output x input`) and `layer.i.bias`
+    /// arrays, and the count `steps`.
+    pub fn save(&self, shape: &Shape, state: &mut State) {
+        let parts = [("online", &self.online), ("target", &self.target), ("adam_m", &self.m), ("adam_v", &self.v)];
+        for (part, values) in parts {
+            let part = state.child_mut(part);
+            for (name, _, range) in shape.arrays() {
+                part.put(&name, &values[range]);
+            }
+        }
+        state.put("steps", [self.steps]);
+    }
+
+    /// Reads what [`Learned::save`] wrote.
+    pub fn load(shape: &Shape, state: &State) -> Result<Self> {
+        let part = |part| {
+            let (saved, mut values) = (state.child(part)?, vec![0.0; shape.len()]);
+            for (name, _, range) in shape.arrays() {
+                saved.read(&name, &mut values[range])?;
+            }
+            Ok::<_, Error>(values)
+        };
+        let [online, target, m, v] = [part("online")?, part("target")?, part("adam_m")?, part("adam_v")?];
+        Ok(Self { online, target, m, v, steps: state.get_one("steps")? })
+    }
+}
+
+/// Writes an ensemble's networks as subtrees `critic.0`, `critic.1` and so on.
+pub(crate) fn save_critics<'a>(critics: impl Iterator<Item = &'a Learned>, shape: &Shape, state: &mut State) {
+    for (k, learned) in critics.enumerate() {
+        learned.save(shape, state.child_mut(&format!("critic.{k}")));
+    }
+}
+
+/// Reads what [`save_critics`] wrote; there must be exactly `critics` networks.
+pub(crate) fn load_critics(critics: usize, shape: &Shape, state: &State) -> Result<Vec<Learned>> {
+    let saved = state.children().filter(|(name, _)| name.starts_with("critic.")).count();
+    if saved != critics {
+        return Err(Error::invalid("saved critics", critics, saved));
+    }
+    (0..critics).map(|k| Learned::load(shape, state.child(&format!("critic.{k}"))?)).collect()
+}

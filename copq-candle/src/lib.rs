@@ -1,0 +1,49 @@
+//! Critic ensembles and actors for copq on candle: seeded, saveable, fast on CPUs.
+//!
+//! ```
+//! use copq::{Critic, EnvSpec, Net, Networks, Rng, Stream};
+//!
+//! let spec = EnvSpec {
+//!     name: "example".into(),
+//!     observation: 11,
+//!     action_low: vec![-1.0; 3],
+//!     action_high: vec![1.0; 3],
+//!     objectives: vec!["safety".into(), "velocity".into(), "control".into()],
+//!     weights: vec![1.0; 3],
+//!     horizon: 1000,
+//! };
+//! let mut rng = Rng::new(0, Stream::Init);
+//! let mut critic = copq_candle::critic(&spec, 4, &Networks::default(), &mut rng)?;
+//! let mut actor = copq_candle::actor(&spec, &Networks::default(), &mut rng)?;
+//!
+//! let mut q = [0.0; 4 * 1 * 3];
+//! critic.values(Net::Online, &[0.1; 11], &[0.5; 3], &mut q)?;
+//! # let _ = &mut actor;
+//! # Ok::<(), copq::Error>(())
+//! ```
+//!
+//! There are two implementations of each network, with the same initial weights and the same saved state:
+//! [`fused`], hand-written passes around matrix products for CPUs, which [`critic`] and [`actor`] return; and [`plain`],
+//! candle's tensors and autograd on any [`Device`], which is easy to read and is what the fused one must equal.
+
+mod adam;
+mod check;
+pub mod fused;
+mod init;
+mod learned;
+pub mod plain;
+mod shape;
+mod weights;
+
+pub use candle_core::Device;
+use copq::{EnvSpec, Networks, Result, Rng};
+
+/// K critics for an environment, in the fast implementation, with fresh weights from `rng` ([`copq::Stream::Init`]).
+pub fn critic(spec: &EnvSpec, critics: usize, networks: &Networks, rng: &mut Rng) -> Result<fused::Critics> {
+    fused::Critics::new(spec, critics, networks, rng)
+}
+
+/// A deterministic actor for an environment, in the fast implementation, with fresh weights from `rng`.
+pub fn actor(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<fused::Deterministic> {
+    fused::Deterministic::new(spec, networks, rng)
+}

@@ -1,0 +1,15 @@
+//! The readable path: candle's tensors and autograd on any device, the oracle for the fused one.
+
+mod actor;
+mod critics;
+mod network;
+
+pub use actor::Deterministic;
+pub use critics::Critics;
+
+use copq::Error;
+
+/// A failure inside candle as copq's error.
+fn failed(error: candle_core::Error) -> Error {
+    Error::other("candle", error)
+}

@@ -1,0 +1,76 @@
+//! The layers of a multilayer perceptron and where each one's numbers lie in a flat buffer.
+
+use std::ops::Range;
+
+use copq::{EnvSpec, Networks};
+
+/// One linear layer: weight `output x input` row-major (PyTorch's layout), then the bias, in a flat buffer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Layer {
+    /// Values that come in.
+    pub input: usize,
+    /// Values that go out.
+    pub output: usize,
+    start: usize,
+}
+
+impl Layer {
+    /// Where the weight lies.
+    pub fn weight(&self) -> Range<usize> {
+        self.start..self.start + self.input * self.output
+    }
+
+    /// Where the bias lies.
+    pub fn bias(&self) -> Range<usize> {
+        let start = self.weight().end;
+        start..start + self.output
+    }
+}
+
+/// A multilayer perceptron's layers in order, packed one after another.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Shape {
+    layers: Vec<Layer>,
+}
+
+impl Shape {
+    /// A critic's: observation and action in, one value an objective out.
+    pub fn critic(spec: &EnvSpec, networks: &Networks) -> Self {
+        Self::new(spec.observation + spec.action(), &networks.hidden, spec.objectives.len())
+    }
+
+    /// A deterministic actor's: observation in, one value an action component out.
+    pub fn actor(spec: &EnvSpec, networks: &Networks) -> Self {
+        Self::new(spec.observation, &networks.hidden, spec.action())
+    }
+
+    fn new(input: usize, hidden: &[usize], output: usize) -> Self {
+        let (mut input, mut start) = (input, 0);
+        let mut layers = Vec::with_capacity(hidden.len() + 1);
+        for &output in hidden.iter().chain([&output]) {
+            let layer = Layer { input, output, start };
+            (input, start) = (output, layer.bias().end);
+            layers.push(layer);
+        }
+        Self { layers }
+    }
+
+    /// The layers, first to last; there is at least one.
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    /// Length of a flat buffer of parameters.
+    pub fn len(&self) -> usize {
+        self.layers.last().map_or(0, |last| last.bias().end)
+    }
+
+    /// Every array by name, in the flat buffer's order: `layer.0.weight`, `layer.0.bias`, `layer.1.weight` and so on,
+    /// with its dimensions and where it lies.
+    pub fn arrays(&self) -> impl Iterator<Item = (String, Vec<usize>, Range<usize>)> {
+        self.layers.iter().enumerate().flat_map(|(i, layer)| {
+            let weight = (format!("layer.{i}.weight"), vec![layer.output, layer.input], layer.weight());
+            [weight, (format!("layer.{i}.bias"), vec![layer.output], layer.bias())]
+        })
+    }
+}

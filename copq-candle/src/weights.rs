@@ -1,0 +1,74 @@
+//! Weight files: online parameters as named tensors in safetensors format, for candle, Python and other tools.
+
+use std::io::Write;
+use std::path::Path;
+
+use copq::{Error, Result};
+use safetensors::tensor::TensorView;
+use safetensors::{Dtype, SafeTensors};
+
+use crate::shape::Shape;
+
+/// Writes networks to a file, whole or not at all: `critic.0.layer.0.weight` (`output x input`) and so on, one prefix
+/// (`critic.0`) a network.
+pub(crate) fn save(path: &Path, networks: &[(String, &[f32])], shape: &Shape) -> Result<()> {
+    let failed = |e: Box<dyn std::error::Error + Send + Sync>| Error::other(format!("writing {}", path.display()), e);
+    let mut arrays = Vec::new();
+    for (prefix, values) in networks {
+        for (name, dims, range) in shape.arrays() {
+            let bytes: Vec<u8> = values[range].iter().flat_map(|x| x.to_le_bytes()).collect();
+            arrays.push((format!("{prefix}.{name}"), dims, bytes));
+        }
+    }
+    let views = arrays.iter().map(|(name, dims, bytes)| Ok((name, TensorView::new(Dtype::F32, dims.clone(), bytes)?)));
+    let views = views.collect::<Result<Vec<_>, safetensors::SafeTensorError>>().map_err(|e| failed(e.into()))?;
+    let bytes = safetensors::serialize(views, None).map_err(|e| failed(e.into()))?;
+    replace(path, &bytes).map_err(|e| failed(e.into()))
+}
+
+/// Puts bytes in a file by way of a temporary one beside it, so that no reader sees half of them.
+fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(path)?;
+    Ok(())
+}
+
+/// Reads the networks of these prefixes from a file that [`save`] or another tool wrote; their flat parameters.
+pub(crate) fn load(path: &Path, prefixes: &[String], shape: &Shape) -> Result<Vec<Vec<f32>>> {
+    let what = || format!("reading {}", path.display());
+    let bytes = std::fs::read(path).map_err(|e| Error::other(what(), e))?;
+    let file = SafeTensors::deserialize(&bytes).map_err(|e| Error::other(what(), e))?;
+    prefixes.iter().map(|prefix| read(&file, path, prefix, shape)).collect()
+}
+
+fn read(file: &SafeTensors<'_>, path: &Path, prefix: &str, shape: &Shape) -> Result<Vec<f32>> {
+    let mut values = vec![0.0; shape.len()];
+    for (name, dims, range) in shape.arrays() {
+        let name = format!("{prefix}.{name}");
+        let what = format!("tensor '{name}' in {}", path.display());
+        let wanted = format!("F32 {dims:?}");
+        let Ok(tensor) = file.tensor(&name) else {
+            return Err(Error::invalid(what, wanted, "no such tensor"));
+        };
+        if tensor.dtype() != Dtype::F32 || tensor.shape() != dims {
+            return Err(Error::invalid(what, wanted, format!("{:?} {:?}", tensor.dtype(), tensor.shape())));
+        }
+        for (value, bytes) in values[range].iter_mut().zip(tensor.data().as_chunks::<4>().0) {
+            *value = f32::from_le_bytes(*bytes);
+        }
+    }
+    Ok(values)
+}
+
+/// The prefix of every critic's tensors.
+pub(crate) fn critic_prefixes(critics: usize) -> Vec<String> {
+    (0..critics).map(|k| format!("critic.{k}")).collect()
+}
+
+/// The prefix of the actor's tensors.
+pub(crate) fn actor_prefix() -> String {
+    "actor".into()
+}

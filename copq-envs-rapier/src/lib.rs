@@ -1,0 +1,39 @@
+//! rapier as a physics engine for copq's robots: pure Rust, nothing to install.
+//!
+//! ```
+//! use copq::Outcome;
+//!
+//! let mut env = copq_envs_rapier::make("a/hopper")?;
+//! let mut obs = vec![0.0; env.spec().observation];
+//! let mut reward = vec![0.0; env.spec().objectives.len()];
+//! env.reset(1, &mut obs)?;
+//! let outcome = env.step(&[0.1, -0.2, 0.3], &mut obs, &mut reward)?;
+//! assert_eq!(outcome, Outcome::Running);
+//! assert_eq!(env.spec().objectives, ["safety", "velocity", "control"]);
+//! # Ok::<(), copq::Error>(())
+//! ```
+//!
+//! Masses, joint-space inertia and contact-free motion agree with MuJoCo's; contacts are rapier's own, so returns are not
+//! comparable number for number. A world belongs to one environment and one thread.
+
+mod assemble;
+mod collider;
+mod coordinate;
+mod engine;
+mod frame;
+mod link;
+mod rapier;
+mod softness;
+mod world;
+
+pub use rapier::Rapier;
+
+use copq::{Env, Result};
+use copq_envs::Locomotion;
+
+/// The environment of this name (see [`copq_envs::tasks`]) on rapier; an unknown name is answered with the nearest ones.
+pub fn make(name: &str) -> Result<Box<dyn Env>> {
+    let task = copq_envs::task(name)?;
+    let physics = Rapier::new(&task.robot)?;
+    Ok(Box::new(Locomotion::new(task, physics)?))
+}

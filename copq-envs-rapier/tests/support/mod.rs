@@ -1,0 +1,77 @@
+//! What several of the tests need: golden tables, random actions.
+#![allow(dead_code)]
+
+use copq::{Env, Outcome, Rng};
+
+/// A CSV file of numbers with one line of names.
+pub struct Table {
+    names: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Table {
+    pub fn parse(text: &str) -> Self {
+        let mut lines = text.lines();
+        let names = lines.next().unwrap().split(',').map(String::from).collect();
+        let rows = lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+        Self { names, rows }
+    }
+
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// The cells of a row under `name0`, `name1`, ...
+    pub fn vector(&self, row: usize, name: &str) -> Vec<f64> {
+        (0..).map_while(|i| self.cell(row, &format!("{name}{i}"))).collect()
+    }
+
+    pub fn get(&self, row: usize, name: &str) -> f64 {
+        self.cell(row, name).unwrap()
+    }
+
+    fn cell(&self, row: usize, name: &str) -> Option<f64> {
+        let column = self.names.iter().position(|known| known == name)?;
+        Some(self.rows[row][column])
+    }
+}
+
+/// An environment driven by uniform random actions, reset whenever an episode ends.
+pub struct Walk {
+    pub env: Box<dyn Env>,
+    rng: Rng,
+    pub obs: Vec<f32>,
+    pub action: Vec<f32>,
+    pub reward: Vec<f32>,
+    pub length: usize,
+    /// Lengths of the finished episodes.
+    pub lengths: Vec<usize>,
+}
+
+impl Walk {
+    pub fn new(env: Box<dyn Env>, seed: u64) -> Self {
+        let spec = env.spec();
+        let (obs, action) = (vec![0.0; spec.observation], vec![0.0; spec.action()]);
+        let reward = vec![0.0; spec.objectives.len()];
+        let mut walk =
+            Self { env, rng: Rng::with_stream(seed, 99), obs, action, reward, length: 0, lengths: Vec::new() };
+        walk.reset();
+        walk
+    }
+
+    pub fn reset(&mut self) {
+        self.env.reset(self.rng.next_u64(), &mut self.obs).unwrap();
+        self.length = 0;
+    }
+
+    pub fn step(&mut self) -> Outcome {
+        self.action.iter_mut().for_each(|value| *value = self.rng.uniform_in(-1.0, 1.0) as f32);
+        let outcome = self.env.step(&self.action, &mut self.obs, &mut self.reward).unwrap();
+        self.length += 1;
+        if outcome != Outcome::Running {
+            self.lengths.push(self.length);
+            self.reset();
+        }
+        outcome
+    }
+}

@@ -1,0 +1,197 @@
+//! The environment: a task on an engine.
+
+use copq::error::check_len;
+use copq::{Env, EnvSpec, Error, Outcome, Result, Rng, State};
+
+use crate::task::Motion;
+use crate::{Dims, Physics, Task};
+
+/// The stream of reset noise; [`copq::Stream`] keeps the small numbers for the learner.
+const NOISE_STREAM: u64 = 0x0065_6e76;
+
+/// Where an episode stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u64)]
+enum Phase {
+    Fresh = 0,
+    Running = 1,
+    Over = 2,
+}
+
+/// A [`Task`] on an engine, as a [`copq::Env`].
+///
+/// Actions are in [-1, 1] and clamped to it; each is spread over its motor's control range and held for `frame_skip`
+/// physics steps. The reward vector is computed from the state after the step. An episode that becomes unhealthy is
+/// terminated, on step `horizon` too; one that reaches `horizon` healthy is truncated.
+#[derive(Debug)]
+pub struct Locomotion<P> {
+    spec: EnvSpec,
+    task: Task,
+    physics: P,
+    phase: Phase,
+    steps: usize,
+    qpos: Vec<f64>,
+    qvel: Vec<f64>,
+    ctrl: Vec<f64>,
+}
+
+impl<P: Physics> Locomotion<P> {
+    /// Puts a task on an engine that holds the task's robot.
+    pub fn new(task: Task, physics: P) -> Result<Self> {
+        task.robot.check()?;
+        let dims = Dims { nq: task.robot.nq(), nv: task.robot.nv(), nu: task.robot.nu() };
+        if physics.dims() != dims {
+            return Err(Error::invalid(
+                format!("{} on {}", task.name, physics.name()),
+                format!("{dims:?}"),
+                format!("{:?}", physics.dims()),
+            ));
+        }
+        let spec = describe(&task);
+        spec.check()?;
+        let (qpos, qvel, ctrl) = (vec![0.0; dims.nq], vec![0.0; dims.nv], vec![0.0; dims.nu]);
+        Ok(Self { spec, task, physics, phase: Phase::Fresh, steps: 0, qpos, qvel, ctrl })
+    }
+
+    /// The task.
+    pub fn task(&self) -> &Task {
+        &self.task
+    }
+
+    /// The engine.
+    pub fn physics(&self) -> &P {
+        &self.physics
+    }
+
+    /// Sets the controls from an action; returns the sum of the squared, clamped actions.
+    fn act(&mut self, action: &[f32]) -> Result<f64> {
+        if let Some(index) = action.iter().position(|value| !value.is_finite()) {
+            return Err(self.error(format!("action[{index}] is {}", action[index])));
+        }
+        let mut squares = 0.0;
+        for ((ctrl, actuator), unit) in self.ctrl.iter_mut().zip(&self.task.robot.actuators).zip(action) {
+            let unit = f64::from(unit.clamp(-1.0, 1.0));
+            let [low, high] = actuator.range;
+            *ctrl = 0.5 * (low + high) + 0.5 * (high - low) * unit;
+            squares += unit * unit;
+        }
+        Ok(squares)
+    }
+
+    /// Reads the state back from the engine.
+    fn read(&mut self) -> Result<()> {
+        self.physics.qpos(&mut self.qpos);
+        self.physics.qvel(&mut self.qvel);
+        if self.qpos.iter().chain(&self.qvel).all(|value| value.is_finite()) {
+            return Ok(());
+        }
+        Err(self.error(format!("{}'s state is not finite after step {}", self.physics.name(), self.steps)))
+    }
+
+    fn outcome(&self, healthy: bool) -> Outcome {
+        if !healthy {
+            Outcome::Terminated
+        } else if self.steps >= self.task.horizon {
+            Outcome::Truncated
+        } else {
+            Outcome::Running
+        }
+    }
+
+    /// An error if there is no episode to step.
+    fn check_running(&self) -> Result<()> {
+        match self.phase {
+            Phase::Running => Ok(()),
+            Phase::Fresh => Err(self.error("step before the first reset".into())),
+            Phase::Over => Err(self.error(format!("step after the episode ended at step {}; reset first", self.steps))),
+        }
+    }
+
+    fn error(&self, what: String) -> Error {
+        Error::Env { env: self.spec.name.clone(), what }
+    }
+}
+
+impl<P: Physics> Env for Locomotion<P> {
+    fn spec(&self) -> &EnvSpec {
+        &self.spec
+    }
+
+    fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
+        check_len("observation", obs.len(), self.spec.observation)?;
+        self.phase = Phase::Over;
+        self.steps = 0;
+        let mut rng = Rng::with_stream(seed, NOISE_STREAM);
+        let [position, velocity] = self.task.robot.reset_noise;
+        for (value, start) in self.qpos.iter_mut().zip(&self.task.robot.initial_qpos) {
+            *value = start + position.draw(&mut rng);
+        }
+        self.qvel.iter_mut().for_each(|value| *value = velocity.draw(&mut rng));
+        self.physics.reset_to(&self.qpos, &self.qvel)?;
+        self.read()?;
+        self.phase = Phase::Running;
+        self.task.observation.write(&self.qpos, &self.qvel, obs);
+        Ok(())
+    }
+
+    fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+        self.check_running()?;
+        check_len("action", action.len(), self.spec.action())?;
+        check_len("observation", obs.len(), self.spec.observation)?;
+        check_len("reward", reward.len(), self.spec.objectives.len())?;
+        let control = self.act(action)?;
+        let before = self.qpos[0];
+        self.steps += 1;
+        // Over until the step has succeeded: a failed engine must be reset.
+        self.phase = Phase::Over;
+        self.physics.step(&self.ctrl, self.task.robot.frame_skip)?;
+        self.read()?;
+        let healthy = self.task.health.test(&self.qpos, &self.qvel);
+        let velocity = (self.qpos[0] - before) / self.task.robot.dt();
+        let motion = Motion { healthy, velocity, control };
+        for (reward, objective) in reward.iter_mut().zip(&self.task.objectives) {
+            *reward = objective.reward(&motion) as f32;
+        }
+        self.task.observation.write(&self.qpos, &self.qvel, obs);
+        let outcome = self.outcome(healthy);
+        if outcome == Outcome::Running {
+            self.phase = Phase::Running;
+        }
+        Ok(outcome)
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        state.put("phase", [self.phase as u64]);
+        state.put("steps", [self.steps as u64]);
+        self.physics.save(state.child_mut("physics"))
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        let phase = match state.get_one::<u64>("phase")? {
+            0 => Phase::Fresh,
+            1 => Phase::Running,
+            2 => Phase::Over,
+            other => return Err(Error::invalid("saved phase of an episode", "0, 1 or 2", other)),
+        };
+        let steps = state.get_one::<u64>("steps")? as usize;
+        self.phase = Phase::Over;
+        self.physics.load(state.child("physics")?)?;
+        self.steps = steps;
+        self.read()?;
+        self.phase = phase;
+        Ok(())
+    }
+}
+
+fn describe(task: &Task) -> EnvSpec {
+    let nu = task.robot.nu();
+    EnvSpec {
+        name: task.name.clone(),
+        observation: task.observation.len(&task.robot),
+        action_low: vec![-1.0; nu],
+        action_high: vec![1.0; nu],
+        objectives: task.objectives.iter().map(|objective| objective.name.clone()).collect(),
+        weights: task.objectives.iter().map(|objective| objective.weight).collect(),
+        horizon: task.horizon,
+    }
+}

@@ -1,0 +1,55 @@
+//! The seam between robots and engines: what an engine must be able to do.
+
+use copq::{Result, State};
+
+/// The sizes of a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dims {
+    /// Length of the generalised position qpos.
+    pub nq: usize,
+    /// Length of the generalised velocity qvel (one less than `nq` for each free joint).
+    pub nv: usize,
+    /// Number of actuators.
+    pub nu: usize,
+}
+
+/// A world with one robot in it, in the generalised coordinates of [`RobotSpec`](crate::RobotSpec).
+///
+/// Same state, same controls, same build of the same machine: same bits. Lengths are the caller's to get right
+/// (an engine may panic); numbers are the engine's to check (it returns an error).
+pub trait Physics: Send {
+    /// The engine's name and version, as reports print it.
+    fn name(&self) -> &str;
+
+    /// The sizes of the model.
+    fn dims(&self) -> Dims;
+
+    /// Forgets everything, contact memory included, and takes this position and velocity (SI units, radians).
+    fn reset_to(&mut self, qpos: &[f64], qvel: &[f64]) -> Result<()>;
+
+    /// Advances `substeps` physics timesteps with the controls held. A state that stops being finite is an
+    /// [`Error::Env`](copq::Error::Env), never a silent reset.
+    fn step(&mut self, ctrl: &[f64], substeps: usize) -> Result<()>;
+
+    /// Writes the generalised position.
+    fn qpos(&self, out: &mut [f64]);
+
+    /// Writes the generalised velocity.
+    fn qvel(&self, out: &mut [f64]);
+
+    /// Writes all that [`Physics::load`] needs to go on bit for bit, in another process too.
+    fn save(&self, state: &mut State) -> Result<()>;
+
+    /// Goes back to what [`Physics::save`] wrote, which must come from the same model and engine.
+    fn load(&mut self, state: &State) -> Result<()>;
+
+    /// The whole robot's centre of mass in world axes (m), if the engine tells.
+    fn centre_of_mass(&self) -> Option<[f64; 3]> {
+        None
+    }
+
+    /// The joint-space mass matrix with armature (nv x nv, row-major) at the current position, if the engine tells.
+    fn mass_matrix(&self) -> Option<Vec<f64>> {
+        None
+    }
+}

@@ -1,0 +1,73 @@
+//! Catches descriptions that contradict themselves, before an engine trips over them.
+
+use copq::{Error, Result};
+
+use super::RobotSpec;
+
+impl RobotSpec {
+    /// An error that names the first contradiction in the description.
+    pub fn check(&self) -> Result<()> {
+        self.check_steps()?;
+        self.check_bodies()?;
+        self.check_joints()?;
+        self.check_geoms()?;
+        self.check_actuators()
+    }
+
+    fn check_steps(&self) -> Result<()> {
+        if !(self.timestep > 0.0 && self.timestep.is_finite()) {
+            return Err(self.wrong("timestep", "a positive number of seconds", self.timestep));
+        }
+        if self.frame_skip == 0 {
+            return Err(self.wrong("frame_skip", "at least 1", 0));
+        }
+        if self.initial_qpos.len() != self.nq() {
+            return Err(self.wrong("initial_qpos", format!("{} values", self.nq()), self.initial_qpos.len()));
+        }
+        Ok(())
+    }
+
+    fn check_bodies(&self) -> Result<()> {
+        for (index, body) in self.bodies.iter().enumerate() {
+            if body.parent.is_some_and(|parent| parent >= index) {
+                return Err(self.wrong(&body.name, "a parent listed before it", "a later parent"));
+            }
+            if !(body.inertial.mass > 0.0 && body.inertial.moments.iter().all(|&moment| moment > 0.0)) {
+                return Err(self.wrong(&body.name, "positive mass and moments", format!("{:?}", body.inertial)));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_joints(&self) -> Result<()> {
+        let mut last = 0;
+        for joint in &self.joints {
+            if joint.body < last || joint.body >= self.bodies.len() {
+                return Err(self.wrong(&joint.name, "a body, in the order of the bodies", joint.body));
+            }
+            if joint.range.is_some_and(|[low, high]| low.is_nan() || high.is_nan() || low >= high) {
+                return Err(self.wrong(&joint.name, "lower limit < upper limit", format!("{:?}", joint.range)));
+            }
+            last = joint.body;
+        }
+        Ok(())
+    }
+
+    fn check_geoms(&self) -> Result<()> {
+        let lost = self.geoms.iter().find(|geom| geom.body.is_some_and(|body| body >= self.bodies.len()));
+        lost.map_or(Ok(()), |geom| Err(self.wrong(&geom.name, "a body of the robot", format!("{:?}", geom.body))))
+    }
+
+    fn check_actuators(&self) -> Result<()> {
+        for (index, actuator) in self.actuators.iter().enumerate() {
+            if !self.joints.get(actuator.joint).is_some_and(|joint| joint.kind.nv() == 1) {
+                return Err(self.wrong(&format!("actuator {index}"), "a slide or hinge joint", actuator.joint));
+            }
+        }
+        Ok(())
+    }
+
+    fn wrong(&self, what: &str, wanted: impl ToString, got: impl ToString) -> Error {
+        Error::invalid(format!("robot {}: {what}", self.name), wanted, got)
+    }
+}

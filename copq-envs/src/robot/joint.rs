@@ -1,0 +1,54 @@
+//! A joint: which way a body may move relative to its parent.
+
+use super::Softness;
+
+/// The freedom a joint gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointKind {
+    /// All six freedoms; qpos holds position and quaternion (7), qvel the linear velocity in world axes and the angular
+    /// velocity in body axes (6).
+    Free,
+    /// Translation along the axis (m).
+    Slide,
+    /// Rotation about the axis (rad).
+    Hinge,
+}
+
+impl JointKind {
+    /// Entries in qpos.
+    pub fn nq(self) -> usize {
+        if self == Self::Free { 7 } else { 1 }
+    }
+
+    /// Entries in qvel.
+    pub fn nv(self) -> usize {
+        if self == Self::Free { 6 } else { 1 }
+    }
+}
+
+/// One joint of a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// A name for messages.
+    pub name: String,
+    /// Index of the body that it moves.
+    pub body: usize,
+    /// The freedom it gives.
+    pub kind: JointKind,
+    /// Unit axis in the body frame (of no meaning to a free joint).
+    pub axis: [f64; 3],
+    /// Point on the axis in the body frame (m).
+    pub anchor: [f64; 3],
+    /// The value of qpos at which the body has the pose of its [`Body`](super::Body) entry; springs rest there.
+    pub reference: f64,
+    /// Limits of qpos, if any.
+    pub range: Option<[f64; 2]>,
+    /// Viscous damping (N s/m or N m s/rad).
+    pub damping: f64,
+    /// Inertia of the rotor, added to the mass matrix's diagonal (kg or kg m^2).
+    pub armature: f64,
+    /// Spring stiffness towards the reference (N/m or N m/rad).
+    pub stiffness: f64,
+    /// How soft the limits are.
+    pub softness: Softness,
+}

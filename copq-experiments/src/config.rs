@@ -1,0 +1,149 @@
+//! `config.toml`: everything needed to repeat a run.
+
+use std::path::Path;
+
+use copq::{Error, Result};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::files;
+use crate::plan::Plan;
+
+const HEADING: &str = "# What made this run. `--resume` with this folder goes on with it.\n\n";
+
+/// The content of `config.toml`: the plan, the caller's own settings, and what was at work.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config<S> {
+    /// The run's parts and length.
+    pub plan: Plan,
+    /// The caller's settings, usually the learner's.
+    pub settings: S,
+    /// Versions and machine.
+    pub made_with: MadeWith,
+}
+
+/// What made a run: enough to make the same again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MadeWith {
+    /// The command line.
+    pub command: Vec<String>,
+    /// copq's version.
+    pub copq: String,
+    /// The compiler.
+    pub rustc: String,
+    /// Operating system and architecture.
+    pub system: String,
+    /// The processor, whose vector width decides the order of sums.
+    pub processor: String,
+}
+
+impl MadeWith {
+    /// This program on this machine.
+    pub fn here() -> Self {
+        Self {
+            command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
+            copq: env!("CARGO_PKG_VERSION").to_owned(),
+            rustc: env!("COPQ_RUSTC").to_owned(),
+            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            processor: processor().unwrap_or_else(|| "unknown".to_owned()),
+        }
+    }
+}
+
+fn processor() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
+}
+
+/// Writes a configuration, atomically.
+pub(crate) fn write<S: Serialize>(path: &Path, config: &Config<S>) -> Result<()> {
+    let text = toml::to_string(config).map_err(|e| Error::other(format!("encoding '{}'", path.display()), e))?;
+    files::replace(path, format!("{HEADING}{text}").as_bytes())
+}
+
+/// Reads a configuration; the error for a wrong or unknown key shows the line and the keys there are.
+pub(crate) fn read<S: DeserializeOwned>(path: &Path) -> Result<Config<S>> {
+    let text = files::read_text(path)?;
+    toml::from_str(&text).map_err(|e| Error::other(format!("reading '{}'", path.display()), e))
+}
+
+/// An error that names the first of the caller's settings that is not what the run was made with.
+pub(crate) fn check_same<S: Serialize>(path: &Path, saved: &toml::Table, now: &S) -> Result<()> {
+    let text = toml::to_string(now).map_err(|e| Error::other("encoding the settings", e))?;
+    let now: toml::Table = toml::from_str(&text).map_err(|e| Error::other("encoding the settings", e))?;
+    match difference("settings", &saved.clone().into(), &now.into()) {
+        None => Ok(()),
+        Some((key, saved, now)) => {
+            let what = format!("{key} (a run goes on with what made it, '{}')", path.display());
+            Err(Error::invalid(what, saved, now))
+        }
+    }
+}
+
+/// The first key at which two values differ, with both sides.
+fn difference(key: &str, a: &toml::Value, b: &toml::Value) -> Option<(String, String, String)> {
+    let (toml::Value::Table(a_table), toml::Value::Table(b_table)) = (a, b) else {
+        return (a != b).then(|| (key.to_owned(), a.to_string(), b.to_string()));
+    };
+    let nothing = toml::Value::String("nothing".to_owned());
+    let mut names: Vec<&String> = a_table.keys().chain(b_table.keys()).collect();
+    names.sort();
+    names.iter().find_map(|&name| {
+        let (a, b) = (a_table.get(name).unwrap_or(&nothing), b_table.get(name).unwrap_or(&nothing));
+        difference(&format!("{key}.{name}"), a, b)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Settings {
+        tau: f32,
+        hidden: Vec<usize>,
+        limit: Option<f64>,
+    }
+
+    fn config() -> Config<Settings> {
+        let settings = Settings { tau: 0.005, hidden: vec![256, 256], limit: None };
+        Config { plan: Plan::new("td3"), settings, made_with: MadeWith::here() }
+    }
+
+    #[test]
+    fn a_configuration_comes_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("config.toml");
+        write(&path, &config()).unwrap();
+        assert_eq!(read::<Settings>(&path).unwrap(), config());
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.contains("tau = 0.005\n") && text.contains("steps = 1000000\n"), "{text}");
+    }
+
+    #[test]
+    fn an_unknown_key_is_named_with_its_line_and_the_known_keys() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("config.toml");
+        write(&path, &config()).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap().replace("eval_every", "eval_evry");
+        std::fs::write(&path, text).unwrap();
+        let message = read::<Settings>(&path).unwrap_err().to_string();
+        for part in ["config.toml", "line 1", "unknown field `eval_evry`", "expected one of", "`eval_every`"] {
+            assert!(message.contains(part), "no {part:?} in {message}");
+        }
+    }
+
+    #[test]
+    fn a_changed_setting_is_named() {
+        let path = Path::new("runs/x/config.toml");
+        let saved: toml::Table = toml::from_str(&toml::to_string(&config().settings).unwrap()).unwrap();
+        check_same(path, &saved, &config().settings).unwrap();
+        let changed = Settings { limit: Some(25.0), ..config().settings };
+        let message = check_same(path, &saved, &changed).unwrap_err().to_string();
+        assert!(message.starts_with("settings.limit ") && message.contains("got 25"), "{message}");
+    }
+}

@@ -1,0 +1,159 @@
+//! A run's folder: made once, never overwritten, written by one process at a time.
+
+use std::fs::{self, File, TryLockError};
+use std::path::{Path, PathBuf};
+
+use copq::{Error, Result, State};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::config::{self, Config, MadeWith};
+use crate::plan::Plan;
+use crate::{checkpoint, files};
+
+/// The folder that a run leaves behind.
+///
+/// | file | content |
+/// |---|---|
+/// | `config.toml` | everything needed to repeat the run |
+/// | `metrics.csv` | averages over each logging interval: training episodes, losses, Q-values |
+/// | `evaluations.csv` | returns of the evaluation episodes, promised and observed values |
+/// | `timings.csv` | where the time went |
+/// | `events.out.tfevents.*` | the same numbers for TensorBoard |
+/// | `curve.svg`, `curve.png` | the evaluations as a picture |
+/// | `checkpoint.safetensors` | everything needed to go on |
+///
+/// A crash at any moment leaves a folder that can be resumed: the CSV files only grow and lose a torn last line on
+/// resume, the others are replaced by a rename.
+#[derive(Debug)]
+pub struct RunFolder {
+    path: PathBuf,
+    // Held for as long as the run writes; the system lets go of it when the process ends, however it ends.
+    _lock: File,
+}
+
+impl RunFolder {
+    /// Makes the folder with its `config.toml`. Errors if there is something at `path` already.
+    pub fn create<S: Serialize>(path: impl Into<PathBuf>, plan: &Plan, settings: &S) -> Result<Self> {
+        let path = path.into();
+        plan.check()?;
+        if is_taken(&path) {
+            return Err(taken(&path));
+        }
+        let part = part_of(&path)?;
+        let made_with = MadeWith::here();
+        config::write(&part.join("config.toml"), &Config { plan: plan.clone(), settings, made_with })?;
+        // A folder appears with its configuration or not at all; an empty one may be in its place.
+        fs::rename(&part, &path).map_err(files::failed("making", &path))?;
+        files::sync_folder_of(&path)?;
+        Ok(Self { _lock: lock(&path)?, path })
+    }
+
+    /// Reopens a folder to go on with its run.
+    ///
+    /// Errors: no run there, another process writes to it, settings or a plan that differ from the saved ones; only
+    /// the number of steps may be larger than it was.
+    pub fn resume<S: Serialize>(path: impl Into<PathBuf>, plan: &Plan, settings: &S) -> Result<Self> {
+        let path = path.into();
+        let folder = Self { _lock: lock(&path)?, path };
+        let file = folder.file("config.toml");
+        let mut saved: Config<toml::Table> = config::read(&file)?;
+        config::check_same(&file, &saved.settings, settings)?;
+        check_plan(&folder.path, &saved.plan, plan)?;
+        if plan.run.steps > saved.plan.run.steps {
+            saved.plan.run.steps = plan.run.steps;
+            config::write(&file, &saved)?;
+        }
+        Ok(folder)
+    }
+
+    /// The folder's path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The path of a file in it.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Replaces the checkpoint; the one before stays until the new one is complete.
+    pub fn save(&self, state: &State) -> Result<()> {
+        checkpoint::write(&self.file("checkpoint.safetensors"), state)
+    }
+
+    /// The last checkpoint; none if the run was stopped before the first.
+    pub fn load(&self) -> Result<Option<State>> {
+        let path = self.file("checkpoint.safetensors");
+        if path.exists() { checkpoint::read(&path).map(Some) } else { Ok(None) }
+    }
+}
+
+/// The plan of the run in a folder.
+pub fn read_plan(path: &Path) -> Result<Plan> {
+    Ok(read_config::<toml::Table>(path)?.plan)
+}
+
+/// The whole configuration of the run in a folder.
+pub fn read_config<S: DeserializeOwned>(path: &Path) -> Result<Config<S>> {
+    let file = path.join("config.toml");
+    if !file.is_file() {
+        let what = format!("run folder '{}'", path.display());
+        return Err(Error::invalid(what, "a folder with a config.toml in it, made by a run", "none"));
+    }
+    config::read(&file)
+}
+
+fn is_taken(path: &Path) -> bool {
+    match fs::read_dir(path) {
+        Ok(mut entries) => entries.next().is_some(),
+        Err(_) => path.exists(),
+    }
+}
+
+fn taken(path: &Path) -> Error {
+    let shown = path.display();
+    let wanted = if path.join("config.toml").is_file() {
+        format!("a new folder (go on with this run by --resume {shown}, or choose another --out)")
+    } else {
+        "a new folder (choose another --out)".to_owned()
+    };
+    Error::invalid(format!("run folder '{shown}'"), wanted, "one that is there already")
+}
+
+/// An empty folder beside `path`, where the new one is prepared.
+fn part_of(path: &Path) -> Result<PathBuf> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let part = path.with_file_name(format!(".{name}.part{}", std::process::id()));
+    fs::create_dir_all(&part).map_err(files::failed("making", &part))?;
+    Ok(part)
+}
+
+fn lock(path: &Path) -> Result<File> {
+    read_config::<toml::Table>(path)?;
+    let file = path.join(".lock");
+    let lock = File::create(&file).map_err(files::failed("making", &file))?;
+    match lock.try_lock() {
+        Err(TryLockError::WouldBlock) => {
+            let what = format!("run folder '{}'", path.display());
+            Err(Error::invalid(what, "one that no other process writes to", "one in use"))
+        }
+        // Some network drives know no locks; then the user has to take care.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(lock),
+    }
+}
+
+fn check_plan(path: &Path, saved: &Plan, now: &Plan) -> Result<()> {
+    now.check()?;
+    if now.run.steps < saved.run.steps {
+        let what = format!("steps of the run in '{}'", path.display());
+        return Err(Error::invalid(what, format!("at least its {}", saved.run.steps), now.run.steps));
+    }
+    let mut same = now.clone();
+    same.run.steps = saved.run.steps;
+    if same == *saved {
+        return Ok(());
+    }
+    let what = format!("plan of the run in '{}'", path.display());
+    Err(Error::invalid(what, format!("{saved:?}"), format!("{now:?}")))
+}

@@ -1,0 +1,1 @@
+//! Run folders, metrics, checkpoints and figures for copq's training runs.

@@ -1,0 +1,78 @@
+//! Averages of everything that is reported during training, a row of `metrics.csv` an interval.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use copq::{Episode, Observer, Result, State};
+
+use crate::numbers::{Numbers, weighted_total};
+use crate::table::Table;
+
+/// An observer that averages each named scalar until [`Metrics::row`] writes the averages down.
+///
+/// Columns appear when their first number does, and keep their place from then on.
+#[derive(Debug)]
+pub struct Metrics {
+    table: Table,
+    sums: BTreeMap<String, (f64, u64)>,
+}
+
+impl Observer for Metrics {
+    fn scalar(&mut self, _step: u64, name: &str, value: f64) {
+        match self.sums.get_mut(name) {
+            Some((sum, count)) => (*sum, *count) = (*sum + value, *count + 1),
+            None => drop(self.sums.insert(name.to_owned(), (value, 1))),
+        }
+    }
+}
+
+impl Metrics {
+    /// Opens or makes the file; rows whose step `keep` refuses are dropped.
+    pub fn open(path: &Path, keep: impl Fn(u64) -> bool) -> Result<Self> {
+        Ok(Self { table: Table::open(path, keep)?, sums: BTreeMap::new() })
+    }
+
+    /// Takes in a training episode's returns, one an objective, their weighted total and its length in steps.
+    pub fn episode(&mut self, step: u64, episode: &Episode, objectives: &[String], weights: &[f32]) {
+        for (name, &value) in objectives.iter().zip(&episode.returns) {
+            self.scalar(step, &format!("train/return/{name}"), value);
+        }
+        self.scalar(step, "train/weighted_total", weighted_total(&episode.returns, weights));
+        self.scalar(step, "train/length", episode.length as f64);
+    }
+
+    /// Writes the averages since the last row, begins new ones and returns what was written.
+    pub fn row(&mut self, step: u64) -> Result<Numbers> {
+        let sums = std::mem::take(&mut self.sums);
+        let averages: Numbers = sums.into_iter().map(|(name, (sum, count))| (name, sum / count as f64)).collect();
+        self.table.push(step, &averages)?;
+        Ok(averages)
+    }
+
+    /// The step of the last row.
+    pub(crate) fn last(&self) -> Option<u64> {
+        self.table.last()
+    }
+
+    /// Makes the rows so far survive a power failure.
+    pub(crate) fn sync(&self) -> Result<()> {
+        self.table.sync()
+    }
+
+    /// Writes the averages under way into a checkpoint.
+    pub fn save(&self, state: &mut State) {
+        let names: Vec<&str> = self.sums.keys().map(String::as_str).collect();
+        state.put("names", names.join("\n").into_bytes());
+        state.put("sums", self.sums.values().map(|&(sum, _)| sum).collect::<Vec<f64>>());
+        state.put("counts", self.sums.values().map(|&(_, count)| count).collect::<Vec<u64>>());
+    }
+
+    /// Goes on with the averages that [`Metrics::save`] wrote.
+    pub fn load(&mut self, state: &State) -> Result<()> {
+        let names = String::from_utf8_lossy(state.get::<u8>("names")?).into_owned();
+        let (sums, counts) = (state.get::<f64>("sums")?, state.get::<u64>("counts")?);
+        let pairs = sums.iter().copied().zip(counts.iter().copied());
+        self.sums = names.split('\n').map(str::to_owned).zip(pairs).collect();
+        Ok(())
+    }
+}

@@ -1,0 +1,88 @@
+//! A CSV of numbers in memory: how metrics are read back, cut at a checkpoint and given new columns.
+
+use std::path::Path;
+
+use copq::{Error, Result};
+
+use crate::files;
+
+/// Named columns of numbers, one row a logged step. The first column is `step`; an empty cell is a number not logged.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sheet {
+    columns: Vec<String>,
+    // Kept as text, so that what is read and written again is the same byte for byte.
+    rows: Vec<Vec<String>>,
+}
+
+impl Sheet {
+    /// Reads a file up to its first damaged row: a crash in mid-write can tear the last one.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = files::read_text(path)?;
+        let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
+        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole.as_bytes());
+        let broken = |e: csv::Error| Error::other(format!("reading '{}'", path.display()), e);
+        let columns: Vec<String> = reader.headers().map_err(broken)?.iter().map(str::to_owned).collect();
+        let rows = reader.records().map_while(|record| record.ok());
+        let rows = rows.map(|record| record.iter().map(str::to_owned).collect());
+        let rows = rows.take_while(|row: &Vec<String>| row.len() == columns.len() && step_of(row).is_some()).collect();
+        Ok(Self { columns, rows })
+    }
+
+    /// The columns' names, `step` first.
+    pub fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// The steps of the rows.
+    pub fn steps(&self) -> Vec<u64> {
+        self.rows.iter().filter_map(|row| step_of(row)).collect()
+    }
+
+    /// A column's numbers, one a row, NaN where nothing was logged; nothing if there is no such column.
+    pub fn column(&self, name: &str) -> Option<Vec<f64>> {
+        let index = self.columns.iter().position(|column| column == name)?;
+        Some(self.rows.iter().map(|row| row[index].parse().unwrap_or(f64::NAN)).collect())
+    }
+
+    /// Drops the rows whose step is not wanted, and then the columns without any number.
+    pub(crate) fn retain(&mut self, keep: impl Fn(u64) -> bool) {
+        self.rows.retain(|row| step_of(row).is_some_and(&keep));
+        let used: Vec<bool> = (0..self.columns.len()).map(|i| self.rows.iter().any(|row| !row[i].is_empty())).collect();
+        let strip = |cells: &mut Vec<String>| {
+            let mut used = used.iter();
+            cells.retain(|_| used.next() == Some(&true));
+        };
+        self.rows.iter_mut().for_each(strip);
+        strip(&mut self.columns);
+    }
+
+    /// Adds the columns that are not there yet, empty.
+    pub(crate) fn widen<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) {
+        for name in names {
+            if !self.columns.iter().any(|column| column == name) {
+                self.columns.push(name.to_owned());
+                self.rows.iter_mut().for_each(|row| row.push(String::new()));
+            }
+        }
+    }
+
+    /// Replaces the file.
+    pub(crate) fn write(&self, path: &Path) -> Result<()> {
+        let mut bytes = encode(&self.columns)?;
+        for row in &self.rows {
+            bytes.extend(encode(row)?);
+        }
+        files::replace(path, &bytes)
+    }
+}
+
+fn step_of(row: &[String]) -> Option<u64> {
+    row.first()?.parse().ok()
+}
+
+/// One line of CSV, with its line end.
+pub(crate) fn encode(cells: &[String]) -> Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(cells).map_err(|e| Error::other("encoding a row of CSV", e))?;
+    writer.into_inner().map_err(|e| Error::other("encoding a row of CSV", e.into_error()))
+}

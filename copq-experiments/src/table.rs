@@ -1,0 +1,116 @@
+//! A CSV on disk that grows by a row at a time: `metrics.csv`, `evaluations.csv`, `timings.csv`.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use copq::Result;
+
+use crate::files;
+use crate::sheet::{Sheet, encode};
+
+/// Appends rows; a name that it has not seen becomes a new column at the end.
+#[derive(Debug)]
+pub(crate) struct Table {
+    path: PathBuf,
+    columns: Vec<String>,
+    file: File,
+    last: Option<u64>,
+}
+
+impl Table {
+    /// Opens or makes the file and drops the rows whose step `keep` refuses.
+    pub(crate) fn open(path: &Path, keep: impl Fn(u64) -> bool) -> Result<Self> {
+        let mut sheet = if path.exists() { Sheet::read(path)? } else { Sheet::default() };
+        sheet.retain(keep);
+        sheet.widen(["step"]);
+        Self::start(path, &sheet)
+    }
+
+    fn start(path: &Path, sheet: &Sheet) -> Result<Self> {
+        sheet.write(path)?;
+        let file = File::options().append(true).open(path).map_err(files::failed("opening", path))?;
+        let (columns, last) = (sheet.columns().to_vec(), sheet.steps().last().copied());
+        Ok(Self { path: path.to_owned(), columns, file, last })
+    }
+
+    /// The step of the last row.
+    pub(crate) fn last(&self) -> Option<u64> {
+        self.last
+    }
+
+    /// Appends a row in one write.
+    pub(crate) fn push(&mut self, step: u64, numbers: &[(String, f64)]) -> Result<()> {
+        if numbers.iter().any(|(name, _)| !self.columns.contains(name)) {
+            self.widen(numbers)?;
+        }
+        let mut cells = vec![String::new(); self.columns.len()];
+        cells[0] = step.to_string();
+        for (name, number) in numbers {
+            if let Some(i) = self.columns.iter().position(|column| column == name) {
+                cells[i] = number.to_string();
+            }
+        }
+        self.file.write_all(&encode(&cells)?).map_err(files::failed("writing", &self.path))?;
+        self.last = Some(step);
+        Ok(())
+    }
+
+    fn widen(&mut self, numbers: &[(String, f64)]) -> Result<()> {
+        let mut sheet = Sheet::read(&self.path)?;
+        sheet.widen(numbers.iter().map(|(name, _)| name.as_str()));
+        *self = Self::start(&self.path, &sheet)?;
+        Ok(())
+    }
+
+    /// Makes the rows so far survive a power failure.
+    pub(crate) fn sync(&self) -> Result<()> {
+        self.file.sync_data().map_err(files::failed("syncing", &self.path))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbers(pairs: &[(&str, f64)]) -> Vec<(String, f64)> {
+        pairs.iter().map(|&(name, number)| (name.to_owned(), number)).collect()
+    }
+
+    fn text(path: &Path) -> String {
+        std::fs::read_to_string(path).unwrap()
+    }
+
+    #[test]
+    fn new_names_become_columns_and_columns_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("metrics.csv");
+        let mut table = Table::open(&path, |_| true).unwrap();
+        table.push(10, &numbers(&[("b", 0.1)])).unwrap();
+        table.push(20, &numbers(&[("a,b", 1e-9), ("b", f64::NAN)])).unwrap();
+        table.push(30, &numbers(&[("a,b", -2.0)])).unwrap();
+        assert_eq!(text(&path), "step,b,\"a,b\"\n10,0.1,\n20,NaN,0.000000001\n30,,-2\n");
+    }
+
+    #[test]
+    fn a_torn_tail_is_dropped() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("metrics.csv");
+        for torn in ["30,0.", "30", "30,", "\0\0\0", "30,0.3,\n31,5\n"] {
+            std::fs::write(&path, format!("step,a\n10,1\n20,2\n{torn}")).unwrap();
+            Table::open(&path, |_| true).unwrap().push(30, &numbers(&[("a", 3.0)])).unwrap();
+            assert_eq!(text(&path), "step,a\n10,1\n20,2\n30,3\n", "{torn:?}");
+        }
+        std::fs::write(&path, "").unwrap();
+        assert_eq!(Table::open(&path, |_| true).unwrap().last(), None);
+    }
+
+    #[test]
+    fn refused_rows_go_and_take_their_columns_with_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("metrics.csv");
+        std::fs::write(&path, "step,a,late\n10,1,\n20,2,\n30,3,9\n").unwrap();
+        let table = Table::open(&path, |step| step <= 20).unwrap();
+        assert_eq!((text(&path).as_str(), table.last()), ("step,a\n10,1\n20,2\n", Some(20)));
+    }
+}

@@ -1,0 +1,50 @@
+//! The policy's seam: actions from observations and noise, and one gradient step on them.
+
+use crate::{Net, Result, State};
+
+/// A batch of sampled actions, as an actor shows it to the function that fills the gradient.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample<'a> {
+    /// Actions in [-1, 1], `rows x action`.
+    pub action: &'a [f32],
+    /// log pi(a|s), one a row; empty for a deterministic policy.
+    pub log_prob: &'a [f32],
+}
+
+/// dL/daction (`rows x action`) and dL/dlog_prob (`rows`, empty for a deterministic policy), to be filled.
+#[derive(Debug)]
+pub struct SampleGrad<'a> {
+    /// dL/daction.
+    pub action: &'a mut [f32],
+    /// dL/dlog_prob.
+    pub log_prob: &'a mut [f32],
+}
+
+/// Given sampled actions, fills their gradients.
+pub type ActionGrad<'a> = &'a mut dyn FnMut(Sample<'_>, SampleGrad<'_>) -> Result<()>;
+
+/// A policy. Deterministic ones need no noise and have no log-probability; stochastic ones are reparameterised:
+/// the noise comes from outside, as standard normals.
+pub trait Actor: Send {
+    /// Length of an action.
+    fn action(&self) -> usize;
+
+    /// Standard normals that one row needs: 0 for a deterministic policy.
+    fn noise(&self) -> usize;
+
+    /// Writes actions for a batch of observations. With empty `noise` the action is the policy's mode, and `log_prob`
+    /// must be empty; otherwise `noise` is `rows x noise()` and `log_prob` has one entry a row.
+    fn sample(&mut self, net: Net, obs: &[f32], noise: &[f32], action: &mut [f32], log_prob: &mut [f32]) -> Result<()>;
+
+    /// One optimiser step that lowers L: forward, `grad` fills dL/daction and dL/dlog_prob, backward, step.
+    fn improve(&mut self, obs: &[f32], noise: &[f32], grad: ActionGrad<'_>) -> Result<()>;
+
+    /// Polyak averaging: target <- (1 - tau) target + tau online.
+    fn track(&mut self, tau: f32) -> Result<()>;
+
+    /// Writes parameters, targets and optimiser state.
+    fn save(&self, state: &mut State) -> Result<()>;
+
+    /// Restores what [`Actor::save`] wrote.
+    fn load(&mut self, state: &State) -> Result<()>;
+}

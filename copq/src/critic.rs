@@ -1,0 +1,45 @@
+//! The critics' seam: an ensemble of vector-valued Q-networks, spoken to in slices and vector-Jacobian products.
+
+use crate::{QView, Result, State};
+
+/// Which copy of a network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Net {
+    /// The one that is trained.
+    Online,
+    /// Its slow copy, for targets.
+    Target,
+}
+
+/// Given the critics' values, fills dL/dq (the same layout, critic x row x objective).
+pub type QGrad<'a> = &'a mut dyn FnMut(QView<'_>, &mut [f32]) -> Result<()>;
+
+/// K critics that each map (observation, action) to N values.
+///
+/// Batches are row-major: observations `rows x observation`, actions `rows x action` in [-1, 1], values
+/// `critics x rows x objectives`. The number of rows is free, and may change from call to call.
+pub trait Critic: Send {
+    /// K, the number of critics.
+    fn critics(&self) -> usize;
+
+    /// N, the number of objectives.
+    fn objectives(&self) -> usize;
+
+    /// Writes Q(s, a) of every critic into `q`.
+    fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()>;
+
+    /// One optimiser step of the online critics: forward, `grad` fills dL/dq, backward, step.
+    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>) -> Result<()>;
+
+    /// dL/da at the online critics, which stay as they are: forward, `grad` fills dL/dq, backward to the actions.
+    fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()>;
+
+    /// Polyak averaging: target <- (1 - tau) target + tau online.
+    fn track(&mut self, tau: f32) -> Result<()>;
+
+    /// Writes parameters, targets and optimiser state.
+    fn save(&self, state: &mut State) -> Result<()>;
+
+    /// Restores what [`Critic::save`] wrote.
+    fn load(&mut self, state: &State) -> Result<()>;
+}

@@ -1,0 +1,75 @@
+//! The one error type: what was wrong, what was wanted, what came.
+
+/// A result whose error is [`Error`].
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Everything that can go wrong in copq, worded for the person who has to mend it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A setting, shape or argument that cannot be used.
+    #[error("{what}: wanted {wanted}, got {got}")]
+    Invalid {
+        /// The setting, slice or argument.
+        what: String,
+        /// What would have been accepted.
+        wanted: String,
+        /// What came instead.
+        got: String,
+    },
+    /// A NaN or an infinity where a number belongs.
+    #[error("{what} is not finite at step {step}, row(s) {rows:?}: {hint}")]
+    NonFinite {
+        /// The quantity, with the objective's name where it has one.
+        what: String,
+        /// The learner's update or environment step.
+        step: u64,
+        /// The first offending rows of the batch (at most eight).
+        rows: Vec<usize>,
+        /// What usually causes it.
+        hint: &'static str,
+    },
+    /// A name that is not in a registry.
+    #[error("unknown {kind} '{name}'; known: {known}")]
+    Unknown {
+        /// What the name stands for.
+        kind: &'static str,
+        /// The name that was asked for.
+        name: String,
+        /// The names there are, nearest first.
+        known: String,
+    },
+    /// An environment that broke its contract or whose physics failed.
+    #[error("environment '{env}': {what}")]
+    Env {
+        /// The environment's name.
+        env: String,
+        /// What happened.
+        what: String,
+    },
+    /// A network backend, file format or other library failed.
+    #[error("{what}: {source}")]
+    Other {
+        /// What was being done.
+        what: String,
+        /// The library's own error.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+}
+
+impl Error {
+    /// An [`Error::Invalid`] from anything printable.
+    pub fn invalid(what: impl Into<String>, wanted: impl ToString, got: impl ToString) -> Self {
+        Self::Invalid { what: what.into(), wanted: wanted.to_string(), got: got.to_string() }
+    }
+
+    /// Wraps another library's error with what was being done.
+    pub fn other(what: impl Into<String>, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self::Other { what: what.into(), source: source.into() }
+    }
+}
+
+/// Checks a slice's length: `Ok` or an [`Error::Invalid`] that names the slice.
+pub fn check_len(what: &str, got: usize, wanted: usize) -> Result<()> {
+    if got == wanted { Ok(()) } else { Err(Error::invalid(what, format!("{wanted} values"), got)) }
+}

@@ -1,0 +1,61 @@
+//! How an agent chooses the actions that gather data.
+
+use std::fmt::{self, Debug};
+
+use crate::{Actor, Critic, Net, Projection, Result, Rng, Scratch};
+
+/// What an exploration rule may use.
+pub struct Context<'a> {
+    /// The policy.
+    pub actor: &'a mut dyn Actor,
+    /// The critics, for rules that look for optimism.
+    pub critic: &'a mut dyn Critic,
+    /// The learner's projection.
+    pub projection: &'a dyn Projection,
+    /// The current scalarisation weights.
+    pub weights: &'a [f32],
+    /// The exploration stream.
+    pub rng: &'a mut Rng,
+    /// Working memory for the projection.
+    pub scratch: &'a mut Scratch,
+}
+
+impl Debug for Context<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Context").field("projection", &self.projection).field("weights", &self.weights).finish()
+    }
+}
+
+/// Chooses the action of a step that gathers data.
+pub trait Explore: Debug + Send {
+    /// Writes an action in [-1, 1] for one observation.
+    fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()>;
+}
+
+/// The policy's action plus clipped Gaussian noise (TD3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gaussian {
+    /// Standard deviation, in units of half the action range.
+    pub std: f32,
+}
+
+impl Explore for Gaussian {
+    fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()> {
+        context.actor.sample(Net::Online, obs, &[], action, &mut [])?;
+        for a in action {
+            *a = (*a + self.std * context.rng.normal() as f32).clamp(-1.0, 1.0);
+        }
+        Ok(())
+    }
+}
+
+/// Uniform actions, whatever the policy says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Uniform;
+
+impl Explore for Uniform {
+    fn act(&mut self, context: &mut Context<'_>, _obs: &[f32], action: &mut [f32]) -> Result<()> {
+        action.iter_mut().for_each(|a| *a = context.rng.uniform_in(-1.0, 1.0) as f32);
+        Ok(())
+    }
+}

@@ -1,0 +1,163 @@
+//! FAMO: weights for the objectives' critic losses, so that every objective's log-loss falls at a like rate.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result, State};
+
+/// FAMO's constants.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FamoConfig {
+    /// AdamW's step size on the logits.
+    pub lr: f64,
+    /// AdamW's decoupled weight decay.
+    pub weight_decay: f64,
+}
+
+impl Default for FamoConfig {
+    /// Step size 0.025, weight decay 0.001 (paper Table D.1).
+    fn default() -> Self {
+        Self { lr: 0.025, weight_decay: 0.001 }
+    }
+}
+
+const BETA1: f64 = 0.9;
+const BETA2: f64 = 0.999;
+const ADAM_EPS: f64 = 1e-8;
+const LOSS_EPS: f64 = 1e-8;
+
+/// Fast adaptive multitask optimisation (Liu et al., NeurIPS 2023): one logit an objective, stepped by how much each
+/// objective's loss improved in the last update.
+#[derive(Clone, Debug)]
+pub struct Famo {
+    config: FamoConfig,
+    logits: Vec<f64>,
+    first_moment: Vec<f64>,
+    second_moment: Vec<f64>,
+    steps: u64,
+    softmax: Vec<f64>,
+    improvement: Vec<f64>,
+}
+
+impl Famo {
+    /// Equal weights for `objectives` losses.
+    pub fn new(config: FamoConfig, objectives: usize) -> Result<Self> {
+        for (name, value) in [("famo.lr", config.lr), ("famo.weight_decay", config.weight_decay)] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(Error::invalid(name, "a finite number, at least 0", value));
+            }
+        }
+        let zeros = vec![0.0; objectives];
+        Ok(Self {
+            config,
+            logits: zeros.clone(),
+            first_moment: zeros.clone(),
+            second_moment: zeros.clone(),
+            steps: 0,
+            softmax: vec![1.0 / objectives as f64; objectives],
+            improvement: zeros,
+        })
+    }
+
+    /// The logits xi, one an objective.
+    pub fn logits(&self) -> &[f64] {
+        &self.logits
+    }
+
+    /// The weights omega_i of the losses' gradients for these losses: positive, summing to one,
+    /// `omega_i ~ softmax(xi)_i / loss_i`, so that `sum omega_i grad l_i` descends `sum softmax(xi)_i log l_i`.
+    pub fn weigh(&mut self, losses: &[f64], weights: &mut [f64]) {
+        self.refresh_softmax();
+        for ((weight, z), loss) in weights.iter_mut().zip(&self.softmax).zip(losses) {
+            *weight = z / (loss + LOSS_EPS);
+        }
+        let sum: f64 = weights.iter().sum();
+        weights.iter_mut().for_each(|weight| *weight /= sum);
+    }
+
+    /// One AdamW step of the logits from the losses before and after the critics' step, on the same batch and targets:
+    /// an objective whose log-loss fell more than the others' loses weight.
+    pub fn step(&mut self, before: &[f64], after: &[f64]) {
+        self.refresh_softmax();
+        for ((delta, before), after) in self.improvement.iter_mut().zip(before).zip(after) {
+            *delta = libm::log(before + LOSS_EPS) - libm::log(after + LOSS_EPS);
+        }
+        let mean: f64 = self.softmax.iter().zip(&self.improvement).map(|(z, delta)| z * delta).sum();
+        self.steps += 1;
+        let correct1 = 1.0 - libm::pow(BETA1, self.steps as f64);
+        let correct2 = 1.0 - libm::pow(BETA2, self.steps as f64);
+        for i in 0..self.logits.len() {
+            let grad = self.softmax[i] * (self.improvement[i] - mean);
+            let m = &mut self.first_moment[i];
+            let v = &mut self.second_moment[i];
+            *m = BETA1 * *m + (1.0 - BETA1) * grad;
+            *v = BETA2 * *v + (1.0 - BETA2) * grad * grad;
+            let direction = (*m / correct1) / ((*v / correct2).sqrt() + ADAM_EPS);
+            self.logits[i] -= self.config.lr * (self.config.weight_decay * self.logits[i] + direction);
+        }
+    }
+
+    fn refresh_softmax(&mut self) {
+        let max = self.logits.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        for (z, logit) in self.softmax.iter_mut().zip(&self.logits) {
+            *z = libm::exp(logit - max);
+        }
+        let sum: f64 = self.softmax.iter().sum();
+        self.softmax.iter_mut().for_each(|z| *z /= sum);
+    }
+
+    /// Writes logits and optimiser state.
+    pub fn save(&self, state: &mut State) {
+        state.put("logits", self.logits.as_slice());
+        state.put("first_moment", self.first_moment.as_slice());
+        state.put("second_moment", self.second_moment.as_slice());
+        state.put("steps", [self.steps]);
+    }
+
+    /// Restores what [`Famo::save`] wrote.
+    pub fn load(&mut self, state: &State) -> Result<()> {
+        state.read("logits", &mut self.logits)?;
+        state.read("first_moment", &mut self.first_moment)?;
+        state.read("second_moment", &mut self.second_moment)?;
+        self.steps = state.get_one("steps")?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(got: &[f64], want: &[f64]) {
+        assert!(got.iter().zip(want).all(|(g, w)| (g - w).abs() < 1e-9), "got {got:?}, want {want:?}");
+    }
+
+    /// The numbers were computed independently from the method's equations.
+    #[test]
+    fn fixture() {
+        let mut famo = Famo::new(FamoConfig::default(), 2).unwrap();
+        let mut weights = [0.0; 2];
+        famo.weigh(&[2.0, 0.5], &mut weights);
+        // The fixture leaves out the 1e-8 that guards the logarithm; it moves the weights by 2e-9.
+        assert!((weights[0] - 0.2).abs() < 1e-8 && (weights[1] - 0.8).abs() < 1e-8, "{weights:?}");
+        famo.step(&[2.0, 0.5], &[1.6, 0.49]);
+        close(&famo.improvement, &[0.2231435501, 0.0202027069]);
+        close(famo.logits(), &[-0.0249999951, 0.0249999951]);
+    }
+
+    #[test]
+    fn one_objective_always_has_weight_one() {
+        let mut famo = Famo::new(FamoConfig::default(), 1).unwrap();
+        let mut weights = [0.0];
+        famo.step(&[3.0], &[1.0]);
+        famo.weigh(&[7.0], &mut weights);
+        assert_eq!(weights, [1.0]);
+        assert_eq!(famo.logits(), [0.0]);
+    }
+
+    #[test]
+    fn bad_constants_are_errors() {
+        let error = Famo::new(FamoConfig { lr: f64::NAN, ..Default::default() }, 2).unwrap_err();
+        assert!(error.to_string().contains("famo.lr"), "{error}");
+    }
+}

@@ -1,0 +1,89 @@
+//! The learner as an [`Agent`]: acting, observing, and everything that a checkpoint holds.
+
+use super::Learner;
+use crate::error::check_len;
+use crate::loss::{finite, finite_row};
+use crate::{Agent, Context, Explore, Mode, Net, Observer, Result, State, Transition, Uniform};
+
+impl Agent for Learner {
+    fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
+        let Self { config, actor, critic, projection, multiplier, explore, streams, work, steps, .. } = self;
+        if mode == Mode::Exploit {
+            actor.sample(Net::Online, obs, &[], action, &mut [])?;
+        } else {
+            let mut context = Context {
+                actor: actor.as_mut(),
+                critic: critic.as_mut(),
+                projection: projection.as_ref(),
+                weights: multiplier.weights(),
+                rng: &mut streams.explore,
+                scratch: &mut work.scratch,
+            };
+            if *steps < config.start_steps {
+                Uniform.act(&mut context, obs, action)?;
+            } else {
+                explore.act(&mut context, obs, action)?;
+            }
+        }
+        finite_row("action", action, self.steps, "the actor's weights have diverged; lower its step size")
+    }
+
+    fn observe(&mut self, t: Transition<'_>) -> Result<()> {
+        check_len("transition's reward", t.reward.len(), self.objectives.len())?;
+        finite("reward", t.reward, &self.objectives, self.steps)?;
+        finite_row("observation", t.next_obs, self.steps, "the environment returned it; check its physics")?;
+        finite_row("observation", t.obs, self.steps, "the environment returned it; check its physics")?;
+        self.replay.push(t)?;
+        self.steps += 1;
+        Ok(())
+    }
+
+    fn update(&mut self, log: &mut dyn Observer) -> Result<()> {
+        if self.steps < self.config.start_steps {
+            return Ok(());
+        }
+        (0..self.config.updates_per_step).try_for_each(|_| self.update_once(log))
+    }
+
+    fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()> {
+        check_len("values", q.len(), self.objectives.len())?;
+        let (critics, n) = (self.critic.critics(), self.objectives.len());
+        let values = &mut self.work.q[..critics * n];
+        self.critic.values(Net::Online, obs, action, values)?;
+        for (i, q) in q.iter_mut().enumerate() {
+            *q = (0..critics).map(|k| values[k * n + i]).sum::<f32>() / critics as f32;
+        }
+        Ok(())
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        state.put("steps", [self.steps]);
+        state.put("updates", [self.updates]);
+        self.streams.explore.save("rng_explore", state);
+        self.streams.smoothing.save("rng_smoothing", state);
+        self.streams.batch.save("rng_batch", state);
+        self.replay.save(state.child_mut("replay"));
+        self.multiplier.save(state.child_mut("multiplier"));
+        if let Some(famo) = &self.famo {
+            famo.save(state.child_mut("famo"));
+        }
+        self.actor.save(state.child_mut("actor"))?;
+        self.critic.save(state.child_mut("critic"))
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.steps = state.get_one("steps")?;
+        self.updates = state.get_one("updates")?;
+        self.streams.explore.load("rng_explore", state)?;
+        self.streams.smoothing.load("rng_smoothing", state)?;
+        self.streams.batch.load("rng_batch", state)?;
+        self.replay.load(state.child("replay")?)?;
+        self.multiplier.load(state.child("multiplier")?)?;
+        if let Some(famo) = &mut self.famo {
+            famo.load(state.child("famo")?)?;
+        }
+        self.actor.load(state.child("actor")?)?;
+        self.critic.load(state.child("critic")?)
+    }
+}
+

@@ -1,0 +1,95 @@
+//! Buffers and metric names of an update, made once so that a warm update allocates nothing.
+
+use crate::loss::mean_and_spread;
+use crate::{Observer, QView, Scratch};
+
+/// Buffers of an update, sized once.
+#[derive(Debug)]
+pub(super) struct Work {
+    pub(super) scratch: Scratch,
+    /// Noise and next actions, `rows x action`.
+    pub(super) noise: Vec<f32>,
+    pub(super) next_action: Vec<f32>,
+    /// Critic values, `critics x rows x objectives`.
+    pub(super) q: Vec<f32>,
+    /// TD targets and projected bounds, `rows x objectives`.
+    pub(super) target: Vec<f32>,
+    pub(super) bound: Vec<f32>,
+    pub(super) grad_bound: Vec<f32>,
+    /// One number an objective.
+    pub(super) losses: Vec<f64>,
+    pub(super) losses_after: Vec<f64>,
+    pub(super) loss_weights: Vec<f64>,
+    pub(super) direction: Vec<f32>,
+    pub(super) mean: Vec<f32>,
+}
+
+/// Names of logged scalars, made once so that logging allocates nothing.
+#[derive(Debug)]
+pub(super) struct Names {
+    pub(super) loss: Vec<String>,
+    pub(super) q: Vec<String>,
+    pub(super) spread: Vec<String>,
+    pub(super) target: Vec<String>,
+    pub(super) famo: Vec<String>,
+    pub(super) bound: Vec<String>,
+}
+
+impl Work {
+    pub(super) fn new(rows: usize, action: usize, n: usize, critics: usize) -> Self {
+        let row_values = || vec![0.0; rows * n];
+        Self {
+            scratch: Scratch::default(),
+            noise: vec![0.0; rows * action],
+            next_action: vec![0.0; rows * action],
+            q: vec![0.0; critics * rows * n],
+            target: row_values(),
+            bound: row_values(),
+            grad_bound: row_values(),
+            losses: vec![0.0; n],
+            losses_after: vec![0.0; n],
+            loss_weights: vec![1.0; n],
+            direction: vec![0.0; n],
+            mean: vec![0.0; n],
+        }
+    }
+}
+
+impl Names {
+    pub(super) fn new(objectives: &[String]) -> Self {
+        let named = |kind: &str| objectives.iter().map(|objective| format!("{kind}/{objective}")).collect();
+        Self {
+            loss: named("critic_loss"),
+            q: named("q"),
+            spread: named("q_spread"),
+            target: named("target"),
+            famo: named("famo"),
+            bound: named("bound"),
+        }
+    }
+
+    /// Reports the critics' mean values and how much they disagree.
+    pub(super) fn log_values(&self, log: &mut dyn Observer, step: u64, q: QView<'_>) {
+        for (i, (mean_name, spread_name)) in self.q.iter().zip(&self.spread).enumerate() {
+            let (mean, spread) = mean_and_spread(q, i);
+            log.scalar(step, mean_name, mean);
+            log.scalar(step, spread_name, spread);
+        }
+    }
+}
+
+/// The mean of each column of a `rows x objectives` array.
+pub(super) fn column_means(values: &[f32], means: &mut [f32]) {
+    let n = means.len();
+    let rows = (values.len() / n) as f64;
+    for (i, mean) in means.iter_mut().enumerate() {
+        *mean = (values.iter().skip(i).step_by(n).map(|&x| f64::from(x)).sum::<f64>() / rows) as f32;
+    }
+}
+
+/// Reports one number an objective.
+pub(super) fn log_each<T: Copy + Into<f64>>(log: &mut dyn Observer, step: u64, names: &[String], values: &[T]) {
+    for (name, &value) in names.iter().zip(values) {
+        log.scalar(step, name, value.into());
+    }
+}

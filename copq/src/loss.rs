@@ -1,0 +1,78 @@
+//! The critics' losses, one an objective, their gradient, and the checks that keep a diverged run from going on.
+
+use crate::{Error, QView, Result};
+
+/// l_i = mean over critics and rows of (q_ki - y_i)^2, in f64.
+pub(crate) fn squared_errors(q: QView<'_>, target: &[f32], losses: &mut [f64]) {
+    let n = q.objectives();
+    losses.fill(0.0);
+    for critic in q.values().chunks_exact(target.len()) {
+        for (q, y) in critic.chunks_exact(n).zip(target.chunks_exact(n)) {
+            for ((loss, q), y) in losses.iter_mut().zip(q).zip(y) {
+                let error = f64::from(q - y);
+                *loss += error * error;
+            }
+        }
+    }
+    let count = (q.critics() * q.rows()) as f64;
+    losses.iter_mut().for_each(|loss| *loss /= count);
+}
+
+/// The gradient of `sum_i weights_i l_i` in q.
+pub(crate) fn squared_error_grad(q: QView<'_>, target: &[f32], weights: &[f64], grad: &mut [f32]) {
+    let n = q.objectives();
+    let scale = 2.0 / (q.critics() * q.rows()) as f64;
+    for (critic, grad) in q.values().chunks_exact(target.len()).zip(grad.chunks_exact_mut(target.len())) {
+        for (i, ((grad, q), y)) in grad.iter_mut().zip(critic).zip(target).enumerate() {
+            *grad = (scale * weights[i % n]) as f32 * (q - y);
+        }
+    }
+}
+
+/// Means over critics and rows, and the critics' standard deviation (the root of the mean variance over rows).
+pub(crate) fn mean_and_spread(q: QView<'_>, objective: usize) -> (f64, f64) {
+    let (mut total, mut variance) = (0.0, 0.0);
+    let critics = q.critics() as f64;
+    for row in 0..q.rows() {
+        let value = |critic| f64::from(q.get(critic, row)[objective]);
+        let mean = (0..q.critics()).map(value).sum::<f64>() / critics;
+        variance += (0..q.critics()).map(|k| (value(k) - mean).powi(2)).sum::<f64>() / critics;
+        total += mean;
+    }
+    (total / q.rows() as f64, (variance / q.rows() as f64).sqrt())
+}
+
+/// An error that names the objective and the first rows if a `rows x objectives` array is not finite.
+pub(crate) fn finite(what: &str, values: &[f32], objectives: &[String], step: u64) -> Result<()> {
+    let n = objectives.len();
+    let Some(first) = values.iter().position(|x| !x.is_finite()) else { return Ok(()) };
+    let objective = first % n;
+    let bad = values.chunks_exact(n).enumerate().filter(|(_, row)| !row[objective].is_finite());
+    Err(Error::NonFinite {
+        what: format!("{what} of objective '{}'", objectives[objective]),
+        step,
+        rows: bad.map(|(row, _)| row).take(8).collect(),
+        hint: "check the environment's rewards and the critics' step size",
+    })
+}
+
+/// An error if any component of one row is not finite.
+pub(crate) fn finite_row(what: &str, values: &[f32], step: u64, hint: &'static str) -> Result<()> {
+    match values.iter().position(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(Error::NonFinite { what: format!("{what}, component {i}"), step, rows: vec![0], hint }),
+    }
+}
+
+/// An error that names the objective whose loss is not finite.
+pub(crate) fn finite_losses(losses: &[f64], objectives: &[String], step: u64) -> Result<()> {
+    match losses.iter().position(|loss| !loss.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(Error::NonFinite {
+            what: format!("critic loss of objective '{}'", objectives[i]),
+            step,
+            rows: Vec::new(),
+            hint: "the critics have diverged; lower their step size",
+        }),
+    }
+}

@@ -1,0 +1,22 @@
+//! Where a run's numbers go: metrics files, TensorBoard, a progress bar, a test.
+
+/// Receives the scalars that learners, trainers and evaluations report.
+pub trait Observer {
+    /// One number at one environment step; `name` is a path such as `q/safety`.
+    fn scalar(&mut self, step: u64, name: &str, value: f64);
+}
+
+/// Reports nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Observer for Silent {
+    fn scalar(&mut self, _step: u64, _name: &str, _value: f64) {}
+}
+
+/// Any closure is an observer.
+impl<F: FnMut(u64, &str, f64)> Observer for F {
+    fn scalar(&mut self, step: u64, name: &str, value: f64) {
+        self(step, name, value);
+    }
+}

@@ -1,0 +1,77 @@
+//! Working memory of projections: it grows to what a batch needs, and is then reused.
+
+use std::mem;
+
+use super::row::Row;
+
+/// Working memory of a projection, and what the last [`Projection::project`](super::Projection::project) reported.
+///
+/// One for each place that calls a projection. Once it has seen a shape, that shape costs no allocation.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch {
+    pub(super) row: Row,
+    work: Work,
+    clips: usize,
+    rows: usize,
+}
+
+impl Scratch {
+    /// The fraction of the last projected batch's rows in which the clip of a Cholesky bound fired (paper A.1-A.4);
+    /// 0 for methods that have no clip.
+    pub fn clip_rate(&self) -> f64 {
+        self.clips as f64 / self.rows.max(1) as f64
+    }
+
+    /// Sets [`Scratch::clip_rate`]. A projection calls it once a batch, with `clips` = 0 if it has no clip.
+    pub fn report_clips(&mut self, clips: usize, rows: usize) {
+        self.clips = clips;
+        self.rows = rows;
+    }
+
+    /// Buffers for a projection of your own.
+    pub fn work(&mut self) -> &mut Work {
+        &mut self.work
+    }
+
+    /// The current row and the buffers, both at once.
+    pub(super) fn parts(&mut self) -> (&mut Row, &mut Work) {
+        (&mut self.row, &mut self.work)
+    }
+}
+
+/// Buffers for the arithmetic of one row.
+#[derive(Clone, Debug, Default)]
+pub struct Work {
+    buffer: Vec<f64>,
+    clipped: bool,
+}
+
+impl Work {
+    /// Separate zeroed buffers of the given lengths; the next call takes them back.
+    ///
+    /// ```
+    /// let mut work = copq::projection::Work::default();
+    /// let [matrix, vector] = work.split([9, 3]);
+    /// assert_eq!((matrix.len(), vector.len()), (9, 3));
+    /// ```
+    pub fn split<const M: usize>(&mut self, lengths: [usize; M]) -> [&mut [f64]; M] {
+        self.buffer.clear();
+        self.buffer.resize(lengths.iter().sum(), 0.0);
+        let mut rest = self.buffer.as_mut_slice();
+        lengths.map(|length| {
+            let (head, tail) = mem::take(&mut rest).split_at_mut(length);
+            rest = tail;
+            head
+        })
+    }
+
+    /// Says that the clip fired in this row.
+    pub fn report_clip(&mut self) {
+        self.clipped = true;
+    }
+
+    /// Whether the clip fired since the last question.
+    pub(super) fn take_clip(&mut self) -> bool {
+        mem::take(&mut self.clipped)
+    }
+}

@@ -1,0 +1,285 @@
+//! Experience, each observation stored once: a ring of transitions that grows as it fills.
+
+use std::collections::VecDeque;
+
+use crate::error::check_len;
+use crate::{Error, Outcome, Result, Rng, State, Transition};
+
+/// Transitions by which the storage grows; a power of two of them is a few megabytes.
+const CHUNK: usize = 1 << 16;
+
+/// A uniform replay buffer.
+///
+/// A transition's next observation is its successor's observation, found by index. Only where an episode ends, or
+/// where the caller breaks off and starts elsewhere, the last observation is kept apart. All numbers are f32.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    capacity: usize,
+    observation: usize,
+    action: usize,
+    objectives: usize,
+    obs: Vec<f32>,
+    act: Vec<f32>,
+    reward: Vec<f32>,
+    end: Vec<End>,
+    /// Where the next transition goes; also the oldest one once the ring is full.
+    cursor: usize,
+    /// The next observation of the newest transition.
+    latest: Vec<f32>,
+    /// Observations after which an episode ended, oldest first, flattened.
+    finals: VecDeque<f32>,
+    /// How many final observations have been dropped from the front.
+    dropped: u32,
+}
+
+/// What follows a transition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum End {
+    /// The next transition's observation.
+    Next,
+    /// The final observation with this running number; whether the bootstrap stops there.
+    Final { number: u32, terminated: bool },
+}
+
+/// A batch of transitions in flat, reusable arrays.
+#[derive(Clone, Debug, Default)]
+pub struct Batch {
+    /// s, `rows x observation`
+    pub obs: Vec<f32>,
+    /// a in [-1, 1], `rows x action`
+    pub action: Vec<f32>,
+    /// r, `rows x objectives`
+    pub reward: Vec<f32>,
+    /// s', `rows x observation`
+    pub next_obs: Vec<f32>,
+    /// 1 - d: 0 where the episode terminated, else 1
+    pub alive: Vec<f32>,
+}
+
+impl Replay {
+    /// An empty buffer for at most `capacity` transitions.
+    pub fn new(capacity: usize, observation: usize, action: usize, objectives: usize) -> Result<Self> {
+        if capacity == 0 || u32::try_from(capacity).is_err() {
+            return Err(Error::invalid("replay capacity", format!("1 to {}", u32::MAX), capacity));
+        }
+        Ok(Self {
+            capacity,
+            observation,
+            action,
+            objectives,
+            obs: Vec::new(),
+            act: Vec::new(),
+            reward: Vec::new(),
+            end: Vec::new(),
+            cursor: 0,
+            latest: Vec::new(),
+            finals: VecDeque::new(),
+            dropped: 0,
+        })
+    }
+
+    /// Transitions held.
+    pub fn len(&self) -> usize {
+        self.end.len()
+    }
+
+    /// Whether nothing has been stored.
+    pub fn is_empty(&self) -> bool {
+        self.end.is_empty()
+    }
+
+    /// Bytes of memory that the storage takes.
+    pub fn bytes(&self) -> usize {
+        let floats = self.obs.capacity() + self.act.capacity() + self.reward.capacity() + self.finals.capacity();
+        floats * size_of::<f32>() + self.end.capacity() * size_of::<End>()
+    }
+
+    /// Stores a transition, over the oldest one if the buffer is full.
+    pub fn push(&mut self, t: Transition<'_>) -> Result<()> {
+        check_len("transition's observation", t.obs.len(), self.observation)?;
+        check_len("transition's next observation", t.next_obs.len(), self.observation)?;
+        check_len("transition's action", t.action.len(), self.action)?;
+        check_len("transition's reward", t.reward.len(), self.objectives)?;
+        self.close_interrupted(t.obs);
+        self.make_room();
+        let end = match t.outcome {
+            Outcome::Running => End::Next,
+            outcome => End::Final { number: self.keep_final(t.next_obs), terminated: outcome == Outcome::Terminated },
+        };
+        let i = self.cursor;
+        write_row(&mut self.obs, i, t.obs);
+        write_row(&mut self.act, i, t.action);
+        write_row(&mut self.reward, i, t.reward);
+        write_row(&mut self.end, i, &[end]);
+        self.latest.clear();
+        self.latest.extend_from_slice(t.next_obs);
+        self.cursor = (i + 1) % self.capacity;
+        Ok(())
+    }
+
+    /// If the newest transition does not lead to `obs`, the caller has started elsewhere: keep where it did lead.
+    fn close_interrupted(&mut self, obs: &[f32]) {
+        let Some(newest) = self.newest() else { return };
+        if self.end[newest] == End::Next && self.latest != obs {
+            self.finals.extend(&self.latest);
+            self.end[newest] = End::Final { number: self.last_number(), terminated: false };
+        }
+    }
+
+    fn newest(&self) -> Option<usize> {
+        (!self.is_empty()).then(|| (self.cursor + self.capacity - 1) % self.capacity)
+    }
+
+    fn keep_final(&mut self, obs: &[f32]) -> u32 {
+        self.finals.extend(obs);
+        self.last_number()
+    }
+
+    /// The running number of the final observation kept last.
+    fn last_number(&self) -> u32 {
+        // At most u32::MAX transitions are held at a time, so numbers modulo 2^32 stay unique.
+        self.dropped.wrapping_add((self.finals.len() / self.observation) as u32).wrapping_sub(1)
+    }
+
+    /// Drops the oldest transition if full, else grows by a chunk when needed.
+    fn make_room(&mut self) {
+        if self.len() < self.capacity {
+            if self.len().is_multiple_of(CHUNK) {
+                let more = CHUNK.min(self.capacity - self.len());
+                self.obs.reserve_exact(more * self.observation);
+                self.act.reserve_exact(more * self.action);
+                self.reward.reserve_exact(more * self.objectives);
+                self.end.reserve_exact(more);
+            }
+        } else if let End::Final { .. } = self.end[self.cursor] {
+            self.finals.drain(..self.observation);
+            self.dropped = self.dropped.wrapping_add(1);
+        }
+    }
+
+    /// Fills `batch` with `rows` transitions drawn uniformly with replacement.
+    pub fn sample(&self, rows: usize, rng: &mut Rng, batch: &mut Batch) -> Result<()> {
+        if self.is_empty() {
+            return Err(Error::invalid("replay buffer", "at least 1 transition to sample from", 0));
+        }
+        batch.clear();
+        for _ in 0..rows {
+            self.gather(rng.below(self.len()), batch);
+        }
+        Ok(())
+    }
+
+    fn gather(&self, i: usize, batch: &mut Batch) {
+        batch.obs.extend_from_slice(row(&self.obs, i, self.observation));
+        batch.action.extend_from_slice(row(&self.act, i, self.action));
+        batch.reward.extend_from_slice(row(&self.reward, i, self.objectives));
+        match self.end[i] {
+            End::Final { number, terminated } => {
+                let start = number.wrapping_sub(self.dropped) as usize * self.observation;
+                batch.next_obs.extend(self.finals.range(start..start + self.observation));
+                batch.alive.push(if terminated { 0.0 } else { 1.0 });
+            }
+            End::Next => {
+                let next = if Some(i) == self.newest() {
+                    &self.latest
+                } else {
+                    row(&self.obs, (i + 1) % self.capacity, self.observation)
+                };
+                batch.next_obs.extend_from_slice(next);
+                batch.alive.push(1.0);
+            }
+        }
+    }
+
+    /// Writes the contents and the cursor.
+    pub fn save(&self, state: &mut State) {
+        state.put("obs", self.obs.as_slice());
+        state.put("action", self.act.as_slice());
+        state.put("reward", self.reward.as_slice());
+        let end: Vec<u64> = self.end.iter().map(|&end| encode(end)).collect();
+        state.put("end", end);
+        state.put("latest", self.latest.as_slice());
+        state.put("finals", self.finals.iter().copied().collect::<Vec<_>>());
+        state.put("cursor", [self.cursor as u64]);
+        state.put("dropped", [u64::from(self.dropped)]);
+        state.put("capacity", [self.capacity as u64]);
+    }
+
+    /// Restores what [`Replay::save`] wrote, into a buffer of the same shape and capacity.
+    pub fn load(&mut self, state: &State) -> Result<()> {
+        let capacity: u64 = state.get_one("capacity")?;
+        if capacity != self.capacity as u64 {
+            return Err(Error::invalid("saved replay's capacity", self.capacity, capacity));
+        }
+        let end: Vec<End> = state.get::<u64>("end")?.iter().map(|&code| decode(code)).collect();
+        let mut fresh = Self::new(self.capacity, self.observation, self.action, self.objectives)?;
+        fresh.obs = sized(state, "obs", end.len() * self.observation)?;
+        fresh.act = sized(state, "action", end.len() * self.action)?;
+        fresh.reward = sized(state, "reward", end.len() * self.objectives)?;
+        fresh.latest = sized(state, "latest", if end.is_empty() { 0 } else { self.observation })?;
+        fresh.end = end;
+        let ends = fresh.end.iter().filter(|&&end| end != End::Next).count();
+        fresh.finals = sized(state, "finals", ends * self.observation)?.into();
+        fresh.cursor = state.get_one::<u64>("cursor")? as usize % self.capacity;
+        fresh.dropped = state.get_one::<u64>("dropped")? as u32;
+        let (held, room) = (fresh.len(), fresh.len().next_multiple_of(CHUNK).min(self.capacity));
+        fresh.obs.reserve_exact((room - held) * self.observation);
+        fresh.act.reserve_exact((room - held) * self.action);
+        fresh.reward.reserve_exact((room - held) * self.objectives);
+        fresh.end.reserve_exact(room - held);
+        *self = fresh;
+        Ok(())
+    }
+}
+
+impl Batch {
+    /// Room for `rows` transitions, so that sampling allocates nothing.
+    pub fn reserve(&mut self, rows: usize, observation: usize, action: usize, objectives: usize) {
+        self.obs.reserve(rows * observation);
+        self.action.reserve(rows * action);
+        self.reward.reserve(rows * objectives);
+        self.next_obs.reserve(rows * observation);
+        self.alive.reserve(rows);
+    }
+
+    fn clear(&mut self) {
+        for column in [&mut self.obs, &mut self.action, &mut self.reward, &mut self.next_obs, &mut self.alive] {
+            column.clear();
+        }
+    }
+}
+
+fn row(values: &[f32], i: usize, width: usize) -> &[f32] {
+    &values[i * width..(i + 1) * width]
+}
+
+/// Overwrites row `i`, or appends it when it is the first beyond the end.
+fn write_row<T: Copy>(values: &mut Vec<T>, i: usize, row: &[T]) {
+    let start = i * row.len();
+    if start == values.len() {
+        values.extend_from_slice(row);
+    } else {
+        values[start..start + row.len()].copy_from_slice(row);
+    }
+}
+
+fn sized(state: &State, name: &str, wanted: usize) -> Result<Vec<f32>> {
+    let values = state.get::<f32>(name)?;
+    check_len(&format!("saved replay's {name}"), values.len(), wanted)?;
+    Ok(values.to_vec())
+}
+
+/// 0 for `Next`, else 1 + 2 number + terminated.
+fn encode(end: End) -> u64 {
+    match end {
+        End::Next => 0,
+        End::Final { number, terminated } => 1 + 2 * u64::from(number) + u64::from(terminated),
+    }
+}
+
+fn decode(code: u64) -> End {
+    match code.checked_sub(1) {
+        None => End::Next,
+        Some(code) => End::Final { number: (code / 2) as u32, terminated: code % 2 == 1 },
+    }
+}

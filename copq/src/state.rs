@@ -1,0 +1,112 @@
+//! A tree of named arrays: what every part writes into a checkpoint and reads back from it.
+
+use std::collections::BTreeMap;
+
+use crate::{Error, Result};
+
+/// One saved array. Only plain numbers, so that any file format can hold it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// Network parameters, observations, rewards.
+    F32(Vec<f32>),
+    /// Physics states and other double-precision numbers.
+    F64(Vec<f64>),
+    /// Counters and indices.
+    U64(Vec<u64>),
+    /// Generators' positions, flags, opaque snapshots.
+    U8(Vec<u8>),
+}
+
+/// Named arrays and named subtrees, in a fixed order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct State {
+    values: BTreeMap<String, Value>,
+    children: BTreeMap<String, State>,
+}
+
+/// A number type that a [`State`] can hold.
+pub trait Element: Sized {
+    /// Moves an array into a value.
+    fn wrap(values: Vec<Self>) -> Value;
+    /// The array in a value, if it is of this type.
+    fn unwrap(value: &Value) -> Option<&[Self]>;
+    /// The type's name in error messages.
+    const NAME: &'static str;
+}
+
+macro_rules! element {
+    ($type:ty, $variant:ident, $name:literal) => {
+        impl Element for $type {
+            const NAME: &'static str = $name;
+            fn wrap(values: Vec<Self>) -> Value {
+                Value::$variant(values)
+            }
+            fn unwrap(value: &Value) -> Option<&[Self]> {
+                if let Value::$variant(values) = value { Some(values) } else { None }
+            }
+        }
+    };
+}
+element!(f32, F32, "f32");
+element!(f64, F64, "f64");
+element!(u64, U64, "u64");
+element!(u8, U8, "u8");
+
+impl State {
+    /// Stores an array under a name, replacing what was there.
+    pub fn put<T: Element>(&mut self, name: &str, values: impl Into<Vec<T>>) {
+        self.values.insert(name.to_owned(), T::wrap(values.into()));
+    }
+
+    /// The array under a name; an error says which name or type was missing.
+    pub fn get<T: Element>(&self, name: &str) -> Result<&[T]> {
+        let value = self.values.get(name).ok_or_else(|| self.missing(name))?;
+        T::unwrap(value).ok_or_else(|| Error::invalid(format!("saved array '{name}'"), T::NAME, "another type"))
+    }
+
+    /// The single number under a name.
+    pub fn get_one<T: Element + Copy>(&self, name: &str) -> Result<T> {
+        match self.get(name)? {
+            [one] => Ok(*one),
+            many => Err(Error::invalid(format!("saved array '{name}'"), "1 value", many.len())),
+        }
+    }
+
+    /// Copies the array under a name into `out`, whose length must match.
+    pub fn read<T: Element + Copy>(&self, name: &str, out: &mut [T]) -> Result<()> {
+        let values = self.get(name)?;
+        crate::error::check_len(&format!("saved array '{name}'"), values.len(), out.len())?;
+        out.copy_from_slice(values);
+        Ok(())
+    }
+
+    /// The subtree under a name, made if it is not there.
+    pub fn child_mut(&mut self, name: &str) -> &mut State {
+        self.children.entry(name.to_owned()).or_default()
+    }
+
+    /// The subtree under a name.
+    pub fn child(&self, name: &str) -> Result<&State> {
+        self.children.get(name).ok_or_else(|| self.missing(name))
+    }
+
+    /// The arrays directly in this tree, by name.
+    pub fn values(&self) -> impl Iterator<Item = (&str, &Value)> {
+        self.values.iter().map(|(name, value)| (name.as_str(), value))
+    }
+
+    /// The subtrees directly in this tree, by name.
+    pub fn children(&self) -> impl Iterator<Item = (&str, &State)> {
+        self.children.iter().map(|(name, child)| (name.as_str(), child))
+    }
+
+    /// Stores an already wrapped value.
+    pub fn put_value(&mut self, name: &str, value: Value) {
+        self.values.insert(name.to_owned(), value);
+    }
+
+    fn missing(&self, name: &str) -> Error {
+        let known: Vec<_> = self.values.keys().chain(self.children.keys()).cloned().collect();
+        Error::Unknown { kind: "entry of a saved state", name: name.to_owned(), known: known.join(", ") }
+    }
+}

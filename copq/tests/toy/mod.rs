@@ -1,0 +1,325 @@
+//! A hand-written world with a known optimum and the smallest networks that can represent it; no tensor crate.
+#![allow(dead_code, missing_docs)]
+
+use copq::*;
+
+/// s is uniform on [-1, 1] and drawn anew at every step; the rewards are -(a - s/2)^2 and -a^2.
+/// With weights (1, 1) the best action is a = s/4, whatever the discount.
+#[derive(Debug)]
+pub struct Toy {
+    pub spec: EnvSpec,
+    pub rng: Rng,
+    pub s: f32,
+    pub steps: u64,
+    /// The step at which a reward (or an observation) is NaN, to see who notices.
+    pub nan_reward_at: Option<u64>,
+    pub nan_obs_at: Option<u64>,
+}
+
+pub const SLOPE: f32 = 0.25;
+
+impl Toy {
+    pub fn new() -> Self {
+        let spec = EnvSpec {
+            name: "toy".into(),
+            observation: 1,
+            action_low: vec![-2.0],
+            action_high: vec![2.0],
+            objectives: vec!["track".into(), "rest".into()],
+            weights: vec![1.0, 1.0],
+            horizon: 20,
+        };
+        Self { spec, rng: Rng::with_stream(0, 0), s: 0.0, steps: 0, nan_reward_at: None, nan_obs_at: None }
+    }
+}
+
+impl Env for Toy {
+    fn spec(&self) -> &EnvSpec {
+        &self.spec
+    }
+
+    fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
+        self.rng = Rng::with_stream(seed, 9);
+        self.s = self.rng.uniform_in(-1.0, 1.0) as f32;
+        self.steps = 0;
+        obs[0] = self.s;
+        Ok(())
+    }
+
+    fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+        // The bounds are [-2, 2], so that a missing scaling of actions shows.
+        let a = action[0] / 2.0;
+        reward[0] = -(a - 0.5 * self.s).powi(2);
+        reward[1] = -a * a;
+        self.steps += 1;
+        if self.nan_reward_at == Some(self.steps) {
+            reward[1] = f32::NAN;
+        }
+        self.s = self.rng.uniform_in(-1.0, 1.0) as f32;
+        obs[0] = if self.nan_obs_at == Some(self.steps) { f32::NAN } else { self.s };
+        Ok(if self.steps == 20 { Outcome::Truncated } else { Outcome::Running })
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        self.rng.save("rng", state);
+        state.put("s", [self.s]);
+        state.put("steps", [self.steps]);
+        Ok(())
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.rng.load("rng", state)?;
+        self.s = state.get_one("s")?;
+        self.steps = state.get_one("steps")?;
+        Ok(())
+    }
+}
+
+const FEATURES: usize = 6;
+
+fn features(s: f32, a: f32) -> [f32; FEATURES] {
+    [1.0, s, a, s * s, s * a, a * a]
+}
+
+/// Adam on one flat array.
+#[derive(Clone, Debug)]
+struct Adam {
+    m: Vec<f32>,
+    v: Vec<f32>,
+    t: u64,
+}
+
+impl Adam {
+    fn new(n: usize) -> Self {
+        Self { m: vec![0.0; n], v: vec![0.0; n], t: 0 }
+    }
+
+    fn step(&mut self, lr: f32, params: &mut [f32], grad: &[f32]) {
+        self.t += 1;
+        let (c1, c2) = (1.0 - 0.9f32.powi(self.t as i32), 1.0 - 0.999f32.powi(self.t as i32));
+        for (i, p) in params.iter_mut().enumerate() {
+            self.m[i] = 0.9 * self.m[i] + 0.1 * grad[i];
+            self.v[i] = 0.999 * self.v[i] + 0.001 * grad[i] * grad[i];
+            *p -= lr * (self.m[i] / c1) / ((self.v[i] / c2).sqrt() + 1e-8);
+        }
+    }
+
+    fn save(&self, state: &mut State) {
+        state.put("m", self.m.as_slice());
+        state.put("v", self.v.as_slice());
+        state.put("t", [self.t]);
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        state.read("m", &mut self.m)?;
+        state.read("v", &mut self.v)?;
+        self.t = state.get_one("t")?;
+        Ok(())
+    }
+}
+
+fn track(target: &mut [f32], online: &[f32], tau: f32) {
+    target.iter_mut().zip(online).for_each(|(t, o)| *t += tau * (o - *t));
+}
+
+/// K critics, each linear in six features of (s, a) for each of N objectives.
+#[derive(Debug)]
+pub struct LinearCritics {
+    critics: usize,
+    objectives: usize,
+    online: Vec<f32>,
+    target: Vec<f32>,
+    adam: Adam,
+    q: Vec<f32>,
+    grad_q: Vec<f32>,
+    grad: Vec<f32>,
+    lr: f32,
+}
+
+impl LinearCritics {
+    pub fn new(critics: usize, objectives: usize, lr: f32, seed: u64) -> Self {
+        let mut rng = Rng::new(seed, Stream::Init);
+        let mut online = vec![0.0; critics * objectives * FEATURES];
+        rng.fill_normal(&mut online);
+        let n = online.len();
+        let target = online.clone();
+        let (q, grad_q, grad) = (Vec::new(), Vec::new(), vec![0.0; n]);
+        Self { critics, objectives, target, online, adam: Adam::new(n), q, grad_q, grad, lr }
+    }
+
+    fn forward(&self, params: &[f32], obs: &[f32], act: &[f32], q: &mut [f32]) {
+        let rows = obs.len();
+        for k in 0..self.critics {
+            for b in 0..rows {
+                let phi = features(obs[b], act[b]);
+                for n in 0..self.objectives {
+                    let w = &params[(k * self.objectives + n) * FEATURES..][..FEATURES];
+                    q[(k * rows + b) * self.objectives + n] = w.iter().zip(phi).map(|(w, x)| w * x).sum();
+                }
+            }
+        }
+    }
+
+    fn values_and_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>) -> Result<()> {
+        let len = self.critics * obs.len() * self.objectives;
+        let (mut q, mut grad_q) = (std::mem::take(&mut self.q), std::mem::take(&mut self.grad_q));
+        q.resize(len, 0.0);
+        grad_q.resize(len, 0.0);
+        self.forward(&self.online, obs, act, &mut q);
+        let result = grad(QView::new(&q, self.critics, self.objectives)?, &mut grad_q);
+        (self.q, self.grad_q) = (q, grad_q);
+        result
+    }
+}
+
+impl Critic for LinearCritics {
+    fn critics(&self) -> usize {
+        self.critics
+    }
+
+    fn objectives(&self) -> usize {
+        self.objectives
+    }
+
+    fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
+        let params = if net == Net::Online { &self.online } else { &self.target };
+        self.forward(params, obs, act, q);
+        Ok(())
+    }
+
+    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>) -> Result<()> {
+        self.values_and_grad(obs, act, grad)?;
+        self.grad.fill(0.0);
+        let rows = obs.len();
+        for k in 0..self.critics {
+            for b in 0..rows {
+                let phi = features(obs[b], act[b]);
+                for n in 0..self.objectives {
+                    let g = self.grad_q[(k * rows + b) * self.objectives + n];
+                    let w = &mut self.grad[(k * self.objectives + n) * FEATURES..][..FEATURES];
+                    w.iter_mut().zip(phi).for_each(|(w, x)| *w += g * x);
+                }
+            }
+        }
+        self.adam.step(self.lr, &mut self.online, &self.grad);
+        Ok(())
+    }
+
+    fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()> {
+        self.values_and_grad(obs, act, grad)?;
+        let rows = obs.len();
+        out.fill(0.0);
+        for k in 0..self.critics {
+            for b in 0..rows {
+                for n in 0..self.objectives {
+                    let w = &self.online[(k * self.objectives + n) * FEATURES..];
+                    let dq_da = w[2] + w[4] * obs[b] + 2.0 * w[5] * act[b];
+                    out[b] += self.grad_q[(k * rows + b) * self.objectives + n] * dq_da;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn track(&mut self, tau: f32) -> Result<()> {
+        track(&mut self.target, &self.online, tau);
+        Ok(())
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        state.put("online", self.online.as_slice());
+        state.put("target", self.target.as_slice());
+        self.adam.save(state.child_mut("adam"));
+        Ok(())
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        state.read("online", &mut self.online)?;
+        state.read("target", &mut self.target)?;
+        self.adam.load(state.child("adam")?)
+    }
+}
+
+/// a = clip(bias + slope s).
+#[derive(Debug)]
+pub struct LinearActor {
+    pub online: [f32; 2],
+    target: [f32; 2],
+    adam: Adam,
+    action: Vec<f32>,
+    grad: Vec<f32>,
+    lr: f32,
+}
+
+impl LinearActor {
+    pub fn new(lr: f32) -> Self {
+        let start = [0.3, -0.5];
+        Self { online: start, target: start, adam: Adam::new(2), action: Vec::new(), grad: Vec::new(), lr }
+    }
+}
+
+impl Actor for LinearActor {
+    fn action(&self) -> usize {
+        1
+    }
+
+    fn noise(&self) -> usize {
+        0
+    }
+
+    fn sample(&mut self, net: Net, obs: &[f32], _noise: &[f32], action: &mut [f32], _: &mut [f32]) -> Result<()> {
+        let [bias, slope] = if net == Net::Online { self.online } else { self.target };
+        action.iter_mut().zip(obs).for_each(|(a, s)| *a = (bias + slope * s).clamp(-1.0, 1.0));
+        Ok(())
+    }
+
+    fn improve(&mut self, obs: &[f32], _noise: &[f32], grad: ActionGrad<'_>) -> Result<()> {
+        let (mut action, mut grad_action) = (std::mem::take(&mut self.action), std::mem::take(&mut self.grad));
+        action.resize(obs.len(), 0.0);
+        grad_action.resize(obs.len(), 0.0);
+        self.sample(Net::Online, obs, &[], &mut action, &mut [])?;
+        grad(Sample { action: &action, log_prob: &[] }, SampleGrad { action: &mut grad_action, log_prob: &mut [] })?;
+        let mut g = [0.0; 2];
+        for ((&s, &a), &da) in obs.iter().zip(&action).zip(&grad_action) {
+            if a.abs() < 1.0 {
+                g[0] += da;
+                g[1] += da * s;
+            }
+        }
+        self.adam.step(self.lr, &mut self.online, &g);
+        (self.action, self.grad) = (action, grad_action);
+        Ok(())
+    }
+
+    fn track(&mut self, tau: f32) -> Result<()> {
+        track(&mut self.target, &self.online, tau);
+        Ok(())
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        state.put("online", self.online);
+        state.put("target", self.target);
+        self.adam.save(state.child_mut("adam"));
+        Ok(())
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        state.read("online", &mut self.online)?;
+        state.read("target", &mut self.target)?;
+        self.adam.load(state.child("adam")?)
+    }
+}
+
+/// Settings small enough for the toy: a batch of 64, 200 uniform steps.
+pub fn config() -> Config {
+    Config { discount: 0.5, batch: 64, capacity: 5_000, start_steps: 200, ..Config::td3() }
+}
+
+pub fn learner(config: Config, critics: usize, seed: u64) -> Learner {
+    let critic = Box::new(LinearCritics::new(critics, 2, 0.02, seed));
+    Learner::new(config, &Toy::new().spec, critic, Box::new(LinearActor::new(0.005)), seed).unwrap()
+}
+
+pub fn trainer(learner: Learner, seed: u64) -> Trainer {
+    Trainer::new(Box::new(Toy::new()), Box::new(learner), seed).unwrap()
+}

@@ -1,0 +1,1 @@
+//! Training programs that show copq at work, one file each.

@@ -1,0 +1,1 @@
+//! What crosses the crates of copq: composed agents, engines, golden data, resume.
