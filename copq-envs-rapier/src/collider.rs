@@ -4,8 +4,8 @@ use copq::{Error, Result};
 use copq_envs::RobotSpec;
 use copq_envs::robot::{Geom, Shape};
 use rapier3d_f64::prelude::{
-    CoefficientCombineRule, Collider, ColliderBuilder, Group, InteractionGroups, InteractionTestMode, SharedShape,
-    Vector,
+    ActiveHooks, CoefficientCombineRule, Collider, ColliderBuilder, Group, InteractionGroups, InteractionTestMode,
+    SharedShape, Vector,
 };
 
 use crate::frame::pose;
@@ -25,8 +25,15 @@ pub(crate) fn collider(robot: &RobotSpec, index: usize) -> Result<Collider> {
         .friction(geom.friction[0])
         .friction_combine_rule(CoefficientCombineRule::Max)
         .contact_skin(geom.margin)
-        .collision_groups(groups(robot, index));
+        .collision_groups(groups(robot, index))
+        .user_data(u128::from(geom.condim))
+        .active_hooks(hooks(geom));
     Ok(collider.build())
+}
+
+/// Only pairs with a geom of condim 1 can be without friction.
+fn hooks(geom: &Geom) -> ActiveHooks {
+    if geom.condim == 1 { ActiveHooks::MODIFY_SOLVER_CONTACTS } else { ActiveHooks::empty() }
 }
 
 fn shape(geom: &Geom) -> SharedShape {

@@ -5,6 +5,7 @@ use rapier3d_f64::prelude::{
     CCDSolver, ImpulseJointSet, IntegrationParameters, PhysicsPipeline, Real, SoftBodySet, Vector,
 };
 
+use crate::condim::Condim;
 use crate::softness::contact_spring;
 use crate::world::World;
 
@@ -55,7 +56,7 @@ impl Engine {
             &mut world.joints,
             &mut self.soft_bodies,
             &mut self.ccd,
-            &(),
+            &Condim,
             &(),
         );
         self.pipeline.quarantine().is_empty()

@@ -18,6 +18,7 @@
 
 mod assemble;
 mod collider;
+mod condim;
 mod coordinate;
 mod engine;
 mod frame;

@@ -18,7 +18,6 @@ fn speed_after_sliding(spec: &RobotSpec) -> f64 {
 #[test]
 fn the_floor_slows_a_sliding_hopper_as_in_mujoco() {
     let speed = speed_after_sliding(&robot::hopper());
-    println!("SLIDE {speed}");
     assert!((speed - 0.440).abs() < 0.06, "{speed}");
 }
 
@@ -28,4 +27,25 @@ fn without_friction_it_slides_on() {
     spec.geoms.iter_mut().for_each(|geom| geom.friction = [0.0; 3]);
     let speed = speed_after_sliding(&spec);
     assert!((speed - 1.0).abs() < 1e-3, "{speed}");
+}
+
+/// Joint rates after the torso and the foot, pressed together in the air, part (rad/s).
+fn rates_after_parting(friction: f64, condim: u8) -> Vec<u64> {
+    let mut spec = robot::hopper();
+    for geom in &mut spec.geoms {
+        (geom.condim, geom.friction[0]) = (condim, friction);
+    }
+    let mut physics = Rapier::new(&spec).unwrap();
+    physics.reset_to(&[0.0, 21.0, -1.811, -0.875, -2.542, 0.58], &[0.0, 0.0, 0.0, -4.0, 3.0, 5.0]).unwrap();
+    physics.step(&[0.0; 3], 4).unwrap();
+    let mut qvel = [0.0; 6];
+    physics.qvel(&mut qvel);
+    qvel.iter().map(|value| value.to_bits()).collect()
+}
+
+/// MuJoCo's hopper touches itself with condim 1.
+#[test]
+fn self_contact_of_condim_1_has_no_friction() {
+    assert_eq!(rates_after_parting(0.0, 1), rates_after_parting(2.0, 1));
+    assert_ne!(rates_after_parting(0.0, 3), rates_after_parting(2.0, 3));
 }

@@ -90,13 +90,11 @@ fn seconds_now() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }
 
-/// TensorBoard reads the files of a folder in the order of their names, which begin with the time.
+/// TensorBoard reads a folder's files in the order of their names, which begin with the time in seconds; a run that is
+/// resumed within a second must still sort after the one before.
 fn unused_name(folder: &Path) -> PathBuf {
-    let (seconds, process) = (seconds_now() as u64, std::process::id());
-    let name = |i: u64| folder.join(format!("events.out.tfevents.{:010}.copq.{process}.0", seconds + i));
-    // A run that was resumed within a second must sort after the one before.
-    let newest = newest_time(folder).map_or(0, |newest| (newest + 1).saturating_sub(seconds));
-    name(newest)
+    let seconds = newest_time(folder).map_or(0, |newest| newest + 1).max(seconds_now() as u64);
+    folder.join(format!("events.out.tfevents.{seconds:010}.copq.{}.0", std::process::id()))
 }
 
 fn newest_time(folder: &Path) -> Option<u64> {
@@ -177,10 +175,10 @@ mod tests {
     }
 
     #[test]
-    fn the_checksum_is_tensorflows() {
-        // A file version record that TensorFlow wrote: 24 bytes of content.
+    fn the_checksum_is_crc_32c_rotated_and_shifted() {
+        // The check value of CRC-32C's catalogue entry.
         assert_eq!(crc32c::crc32c(b"123456789"), 0xe306_9283);
-        assert_eq!(frame(b"")[..12], [0, 0, 0, 0, 0, 0, 0, 0, 0x29, 3, 0x98, 0x07]);
+        assert_eq!(masked_crc(b"123456789"), 0xe306_9283u32.rotate_right(15).wrapping_add(0xa282_ead8));
     }
 
     #[test]

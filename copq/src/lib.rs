@@ -1,4 +1,47 @@
-//! copq (skeleton docs; the pitch and cookbook are written with the learner).
+//! Safe first, fast second: deep Q-learning with a *vector* of values, in priority order.
+//!
+//! An ensemble of K critics gives K guesses at the N values of an action (safety, speed, effort). copq turns their
+//! disagreement into one confidence bound for the whole vector: it factors the critics' covariance in priority order,
+//! so that each objective's bound is conditioned only on those above it. The lower bound goes into TD targets and the
+//! actor, the upper one explores. That is COP-Q; the other ways to be pessimistic (eigenvectors, extreme points,
+//! standard deviations, double-Q minima) are here too, behind one trait, [`Projection`].
+//!
+//! ```
+//! use copq::projection::{Cholesky, Projection, QView, Scratch};
+//!
+//! // Three critics, one row, two objectives in priority order: safety, then speed.
+//! let q = [10.0, 5.0,  12.0, 4.0,  11.0, 9.0];
+//! let q = QView::new(&q, 3, 2)?;
+//! let (weights, mut scratch, mut bound) = ([1.0, 1.0], Scratch::default(), [0.0; 2]);
+//!
+//! // A step of -1 is the lower bound of the TD target.
+//! Cholesky.project(q, &weights, -1.0, &mut scratch, &mut bound)?;
+//! assert!((bound[0] - 10.422650).abs() < 1e-5 && (bound[1] - 4.788675).abs() < 1e-5);
+//! # Ok::<(), copq::Error>(())
+//! ```
+//!
+//! The primary type is [`Learner`]: one off-policy update whose parts are values. Networks come from a backend that
+//! implements [`Critic`] and [`Actor`] (`copq-candle`), worlds implement [`Env`] (`copq-envs-rapier`), and a [`Trainer`]
+//! puts them together. This crate itself depends on no tensor library and no physics engine.
+//!
+//! # Cookbook
+//!
+//! **Swap the projection**, in one line:
+//!
+//! ```ignore
+//! let learner = Learner::new(Config::td3(), env.spec(), critic, actor, seed)?.projection(Extremum);
+//! ```
+//!
+//! **Write a projection of your own**: implement [`Projection`] (a value and a vector-Jacobian product), or, if it is an
+//! offset from the mean, only [`projection::Ellipsoid`].
+//!
+//! **Write an environment of your own**: implement [`Env`], and run [`check_env`] on it before anything else.
+//!
+//! **Train, save, resume**: [`Trainer::step`] is one environment step with its learning, [`Trainer::save`] holds everything;
+//! a loaded trainer goes on bit for bit.
+//!
+//! **See why a run fails**: give [`Trainer::step`] an [`Observer`]; the learner reports values, targets, losses, the critics'
+//! spread, how often the clip fires, and FAMO's weights, all by objective.
 
 mod actor;
 mod agent;
@@ -9,7 +52,7 @@ mod env;
 pub mod error;
 mod explore;
 mod famo;
-// mod learner;
+mod learner;
 mod loss;
 mod multiplier;
 mod observer;
@@ -28,7 +71,7 @@ pub use env::{Env, EnvSpec, Outcome};
 pub use error::{Error, Result};
 pub use explore::{Context, Explore, Gaussian, Uniform};
 pub use famo::{Famo, FamoConfig};
-// pub use learner::Learner;
+pub use learner::Learner;
 pub use multiplier::{Fixed, Multiplier};
 pub use observer::{Observer, Silent};
 pub use projection::{Projection, QView, Scratch};

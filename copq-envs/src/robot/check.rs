@@ -60,7 +60,7 @@ impl RobotSpec {
 
     fn check_actuators(&self) -> Result<()> {
         for (index, actuator) in self.actuators.iter().enumerate() {
-            if !self.joints.get(actuator.joint).is_some_and(|joint| joint.kind.nv() == 1) {
+            if self.joints.get(actuator.joint).is_none_or(|joint| joint.kind.nv() != 1) {
                 return Err(self.wrong(&format!("actuator {index}"), "a slide or hinge joint", actuator.joint));
             }
         }

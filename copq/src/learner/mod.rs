@@ -5,7 +5,7 @@ use std::fmt;
 use crate::error::check_len;
 use crate::loss::{finite, finite_losses, squared_error_grad, squared_errors};
 use crate::multiplier::Fixed;
-use crate::projection::{Cholesky, unit_direction};
+use crate::projection::{Cholesky, Directions};
 use crate::{
     Actor, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, Gaussian, Multiplier, Net, Observer, Projection,
     QView, Replay, Result, Rng, Stream,
@@ -222,11 +222,11 @@ impl Learner {
     fn improve_actor(&mut self, log: &mut dyn Observer) -> Result<()> {
         let Self { actor, critic, projection, multiplier, batch, config, steps, .. } = self;
         let Work { scratch, bound, grad_bound, direction, .. } = &mut self.work;
-        unit_direction(multiplier.weights(), direction)?;
-        let rows = config.batch as f32;
+        Directions::new(multiplier.weights(), 1, direction.len())?.unit(0, direction);
+        let rows = config.batch as f64;
         let n = direction.len();
         for row in grad_bound.chunks_exact_mut(n) {
-            row.iter_mut().zip(direction.iter()).for_each(|(grad, u)| *grad = -u / rows);
+            row.iter_mut().zip(direction.iter()).for_each(|(grad, u)| *grad = (-u / rows) as f32);
         }
         let step = -config.pessimism as f32;
         actor.improve(&batch.obs, &[], &mut |sample, grad| {
@@ -238,9 +238,9 @@ impl Learner {
         })?;
         let objective: f64 = bound
             .chunks_exact(n)
-            .map(|row| row.iter().zip(direction.iter()).map(|(b, u)| f64::from(b * u)).sum::<f64>())
+            .map(|row| row.iter().zip(direction.iter()).map(|(&b, u)| f64::from(b) * u).sum::<f64>())
             .sum::<f64>()
-            / f64::from(rows);
+            / rows;
         log.scalar(*steps, "actor/objective", objective);
         Ok(())
     }

@@ -20,7 +20,7 @@ pub(super) struct Work {
     pub(super) losses: Vec<f64>,
     pub(super) losses_after: Vec<f64>,
     pub(super) loss_weights: Vec<f64>,
-    pub(super) direction: Vec<f32>,
+    pub(super) direction: Vec<f64>,
     pub(super) mean: Vec<f32>,
 }
 

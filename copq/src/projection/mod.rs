@@ -1,65 +1,76 @@
 //! From an ensemble of vector-valued critics to one confidence bound: K x B x N values in, B x N out.
 
+mod cholesky;
+mod clip;
+mod confidence;
+mod deviations;
+mod diagonal;
+mod directions;
+mod eigen;
+mod ellipsoid;
+mod extremum;
+mod factor;
+mod gram_schmidt;
+mod independent_min;
+mod inputs;
+mod jacobi;
+#[path = "../names.rs"]
+mod names; // until lib.rs declares it
+mod registry;
+mod row;
+mod scalarised_min;
+mod scratch;
+mod selection;
+mod vector;
+mod view;
+
 use std::fmt::Debug;
 
-use crate::{Error, Result};
+pub use cholesky::Cholesky;
+pub use confidence::{confidence, step_length};
+pub use deviations::Deviations;
+pub use diagonal::Diagonal;
+pub use directions::Directions;
+pub use eigen::Eigen;
+pub use ellipsoid::Ellipsoid;
+pub use extremum::Extremum;
+pub use independent_min::IndependentMin;
+pub use inputs::{check_project, check_vjp};
+pub use registry::{by_name, names};
+pub use scalarised_min::ScalarisedMin;
+pub use scratch::{Scratch, Work};
+pub use view::QView;
 
-/// A batch of critics' values: `critics x rows x objectives`, row-major.
-#[derive(Clone, Copy, Debug)]
-pub struct QView<'a> {
-    values: &'a [f32],
-    critics: usize,
-    rows: usize,
-    objectives: usize,
-}
-
-impl<'a> QView<'a> {
-    /// Views a slice as `critics x rows x objectives`; the number of rows follows from its length.
-    pub fn new(values: &'a [f32], critics: usize, objectives: usize) -> Result<Self> {
-        let per_row = critics * objectives;
-        if per_row == 0 || values.is_empty() || !values.len().is_multiple_of(per_row) {
-            let wanted = format!("a positive multiple of {critics} critics x {objectives} objectives");
-            return Err(Error::invalid("critic values", wanted, values.len()));
-        }
-        Ok(Self { values, critics, rows: values.len() / per_row, objectives })
-    }
-
-    /// K, the number of critics.
-    pub fn critics(&self) -> usize {
-        self.critics
-    }
-
-    /// B, the number of rows.
-    pub fn rows(&self) -> usize {
-        self.rows
-    }
-
-    /// N, the number of objectives.
-    pub fn objectives(&self) -> usize {
-        self.objectives
-    }
-
-    /// All values, `critics x rows x objectives`.
-    pub fn values(&self) -> &'a [f32] {
-        self.values
-    }
-
-    /// The N values of one critic in one row.
-    pub fn get(&self, critic: usize, row: usize) -> &'a [f32] {
-        let start = (critic * self.rows + row) * self.objectives;
-        &self.values[start..start + self.objectives]
-    }
-}
-
-/// Working memory of a projection; it grows to what a batch needs and is then reused.
-#[derive(Clone, Debug, Default)]
-pub struct Scratch {}
+use crate::Result;
 
 /// A rule that turns the critics' disagreement into one vector a row: `mean + step * offset` for ellipsoid methods.
 ///
 /// `weights` are the raw scalarisation weights, one an objective (`N`) or one set a row (`B x N`); the unit direction is
 /// made inside, and a zero or non-finite direction is an error. `step` is signed: -1 is the lower bound of the TD
 /// target and the actor (paper eq. 11), 0 the mean, +beta the upper bound that explores (eq. 12).
+///
+/// The same input gives the same output, bit for bit. A NaN among the critics' values makes the bound of its objective
+/// NaN: finding it is left to the caller, who knows the objective's name.
+///
+/// A method of your own is either an [`Ellipsoid`], which only has to say how far from the mean to go, or a `Projection`
+/// written out. The latter starts with [`check_project`] or [`check_vjp`].
+///
+/// ```
+/// use copq::projection::{Cholesky, Projection, QView, Scratch};
+///
+/// // Two critics value one state-action pair, one objective: the lower bound is clipped double-Q's minimum.
+/// let q = QView::new(&[2.0, 5.0], 2, 1)?;
+/// let mut scratch = Scratch::default();
+///
+/// let mut bound = [0.0];
+/// Cholesky.project(q, &[1.0], -1.0, &mut scratch, &mut bound)?;
+/// assert_eq!(bound, [2.0]);
+///
+/// let mut grad = [0.0; 2];
+/// Cholesky.vjp(q, &[1.0], -1.0, &mut scratch, &[1.0], &mut grad)?;
+/// assert_eq!(grad, [1.0, 0.0]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub trait Projection: Debug + Send + Sync {
     /// The name by which command lines and logs know the method.
     fn name(&self) -> &'static str;
@@ -82,4 +93,31 @@ pub trait Projection: Debug + Send + Sync {
         grad_out: &[f32],
         grad_q: &mut [f32],
     ) -> Result<()>;
+}
+
+/// A method chosen at run time, such as by [`by_name`].
+impl Projection for Box<dyn Projection> {
+    fn name(&self) -> &'static str {
+        self.as_ref().name()
+    }
+
+    fn critics(&self, objectives: usize) -> usize {
+        self.as_ref().critics(objectives)
+    }
+
+    fn project(&self, q: QView<'_>, weights: &[f32], step: f32, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        self.as_ref().project(q, weights, step, scratch, out)
+    }
+
+    fn vjp(
+        &self,
+        q: QView<'_>,
+        weights: &[f32],
+        step: f32,
+        scratch: &mut Scratch,
+        grad_out: &[f32],
+        grad_q: &mut [f32],
+    ) -> Result<()> {
+        self.as_ref().vjp(q, weights, step, scratch, grad_out, grad_q)
+    }
 }

@@ -34,11 +34,6 @@ impl Row {
         }
     }
 
-    /// X.
-    pub(super) fn deviations(&self) -> Deviations<'_> {
-        Deviations::of(&self.deviations, self.critics)
-    }
-
     /// X and u, then the offset to write.
     pub(super) fn offset_parts(&mut self) -> (Deviations<'_>, &[f64], &mut [f64]) {
         (Deviations::of(&self.deviations, self.critics), &self.unit, &mut self.offset)

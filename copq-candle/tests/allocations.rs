@@ -1,0 +1,110 @@
+//! A warm fused update allocates nothing but the packing buffers that the `gemm` crate makes inside its products.
+
+mod common;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use common::{Case, init};
+use copq::{Actor, Critic, Net};
+
+/// The system's allocator, counting this thread's calls.
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: every call goes on to the system's allocator unchanged; the counter does not allocate.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.with(|count| count.set(count.get() + 1));
+        // SAFETY: as the caller promised.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as the caller promised.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations(mut work: impl FnMut()) -> usize {
+    let before = COUNT.with(Cell::get);
+    work();
+    COUNT.with(Cell::get) - before
+}
+
+/// Layer sizes of a network.
+fn layers(input: usize, hidden: &[usize], output: usize) -> Vec<(usize, usize)> {
+    let widths: Vec<_> = [input].iter().chain(hidden).chain([&output]).copied().collect();
+    widths.windows(2).map(|pair| (pair[0], pair[1])).collect()
+}
+
+/// What `gemm` alone allocates for `out (m x n) = left (m x k) * right (k x n)`, called as the crate calls it.
+fn product(m: usize, n: usize, k: usize, left_t: bool, right_t: bool) -> usize {
+    let (left, right, mut out) = (vec![0f32; m * k], vec![0f32; k * n], vec![0f32; m * n]);
+    let steps = |rows: usize, cols: usize, t: bool| if t { (1, rows as isize) } else { (cols as isize, 1) };
+    let ((left_row, left_col), (right_row, right_col)) = (steps(m, k, left_t), steps(k, n, right_t));
+    let mut call = || {
+        // SAFETY: three buffers of exactly the sizes and steps given.
+        unsafe {
+            let (left, right, out) = (left.as_ptr(), right.as_ptr(), out.as_mut_ptr());
+            let (none, n_step) = (gemm::Parallelism::None, n as isize);
+            gemm::gemm(
+                m, n, k, out, 1, n_step, false, left, left_col, left_row, right, right_col, right_row, 0.0, 1.0, false,
+                false, false, none,
+            );
+        }
+    };
+    call();
+    allocations(call)
+}
+
+fn forward(rows: usize, layers: &[(usize, usize)]) -> usize {
+    layers.iter().map(|&(input, output)| product(rows, output, input, false, true)).sum()
+}
+
+fn backward(rows: usize, layers: &[(usize, usize)]) -> usize {
+    let weights = layers.iter().map(|&(input, output)| product(output, input, rows, true, false)).sum::<usize>();
+    weights + down(rows, &layers[1..])
+}
+
+fn down(rows: usize, layers: &[(usize, usize)]) -> usize {
+    layers.iter().map(|&(input, output)| product(rows, input, output, false, false)).sum()
+}
+
+#[test]
+fn warm_updates() {
+    for case in [Case::new(4, 3, &[64, 64], 1), Case::new(4, 3, &[256, 256], 256), Case::new(3, 2, &[7, 9, 4], 37)] {
+        let mut critic = copq_candle::critic(&case.spec(), case.critics, &case.networks(), &mut init(1)).unwrap();
+        let mut actor = copq_candle::actor(&case.spec(), &case.networks(), &mut init(1)).unwrap();
+        let (obs, act) = (case.obs(1), case.act(1));
+        let (mut next, mut q, mut gradient) = (act.clone(), vec![0.0; case.q_len()], act.clone());
+        let mut update = || {
+            actor.sample(Net::Target, &obs, &[], &mut next, &mut []).unwrap();
+            critic.values(Net::Target, &obs, &next, &mut q).unwrap();
+            critic.fit(&obs, &act, &mut |_, dq| Ok(dq.fill(0.1))).unwrap();
+            critic.action_grad(&obs, &next, &mut |_, dq| Ok(dq.fill(0.1)), &mut gradient).unwrap();
+            actor.improve(&obs, &[], &mut |_, da| Ok(da.action.copy_from_slice(&gradient))).unwrap();
+            critic.track(0.005).unwrap();
+            actor.track(0.005).unwrap();
+        };
+        update();
+        let ours = allocations(&mut update);
+
+        let of_critic = layers(case.observation + case.action, &case.hidden, case.objectives);
+        let of_actor = layers(case.observation, &case.hidden, case.action);
+        let to_action = product(case.rows, case.action, case.hidden[0], false, false);
+        let critics = 3 * forward(case.rows, &of_critic)
+            + backward(case.rows, &of_critic)
+            + down(case.rows, &of_critic[1..])
+            + to_action;
+        let gemms = case.critics * critics + 2 * forward(case.rows, &of_actor) + backward(case.rows, &of_actor);
+        println!("{case:?}: {ours} allocations, {gemms} of them in gemm");
+        assert_eq!(ours, gemms, "{case:?}");
+    }
+}

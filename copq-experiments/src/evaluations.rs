@@ -1,0 +1,98 @@
+//! `evaluations.csv`: what the policy returns without exploration, and what its critics promised.
+
+use std::path::Path;
+
+use copq::{EnvSpec, Evaluation, Result};
+
+use crate::numbers::{Numbers, grouped, weighted_total};
+use crate::statistics::{max, mean, min, std};
+use crate::table::Table;
+
+/// The rows of a run's evaluations.
+#[derive(Debug)]
+pub(crate) struct Evaluations {
+    table: Table,
+}
+
+impl Evaluations {
+    /// Opens or makes the file; rows whose step `keep` refuses are dropped.
+    pub(crate) fn open(path: &Path, keep: impl Fn(u64) -> bool) -> Result<Self> {
+        Ok(Self { table: Table::open(path, keep)? })
+    }
+
+    /// Writes a row and returns the numbers that TensorBoard gets.
+    pub(crate) fn row(&mut self, step: u64, evaluation: &Evaluation, spec: &EnvSpec) -> Result<Numbers> {
+        self.table.push(step, &columns(evaluation, spec))?;
+        Ok(scalars(evaluation, spec))
+    }
+
+    /// The step of the last row.
+    pub(crate) fn last(&self) -> Option<u64> {
+        self.table.last()
+    }
+
+    /// Makes the rows so far survive a power failure.
+    pub(crate) fn sync(&self) -> Result<()> {
+        self.table.sync()
+    }
+}
+
+/// Returns of one objective, or weighted totals, over the episodes.
+fn spread(name: &str, values: &[f64]) -> [(String, f64); 4] {
+    [("mean", mean(values)), ("std", std(values)), ("min", min(values)), ("max", max(values))]
+        .map(|(statistic, value)| (format!("{name}/{statistic}"), value))
+}
+
+fn totals(evaluation: &Evaluation, spec: &EnvSpec) -> Vec<f64> {
+    evaluation.returns.iter().map(|returns| weighted_total(returns, &spec.weights)).collect()
+}
+
+fn mean_length(evaluation: &Evaluation) -> f64 {
+    mean(&evaluation.lengths.iter().map(|&length| length as f64).collect::<Vec<_>>())
+}
+
+fn columns(evaluation: &Evaluation, spec: &EnvSpec) -> Numbers {
+    let mut numbers = vec![("episodes".to_owned(), evaluation.returns.len() as f64)];
+    numbers.extend(spread("weighted_total", &totals(evaluation, spec)));
+    for (i, name) in spec.objectives.iter().enumerate() {
+        let returns: Vec<f64> = evaluation.returns.iter().map(|returns| returns[i]).collect();
+        numbers.extend(spread(&format!("return/{name}"), &returns));
+    }
+    numbers.push(("length/mean".to_owned(), mean_length(evaluation)));
+    numbers.extend(values(evaluation, spec));
+    numbers
+}
+
+/// Q-values at the first step against the discounted returns observed from there.
+fn values(evaluation: &Evaluation, spec: &EnvSpec) -> impl Iterator<Item = (String, f64)> {
+    let pairs = evaluation.promised.iter().zip(&evaluation.discounted);
+    spec.objectives.iter().zip(pairs).flat_map(|(name, (&promised, &discounted))| {
+        [(format!("promised/{name}"), promised), (format!("discounted/{name}"), discounted)]
+    })
+}
+
+fn scalars(evaluation: &Evaluation, spec: &EnvSpec) -> Numbers {
+    let mut numbers = vec![("evaluation/weighted_total".to_owned(), mean(&totals(evaluation, spec)))];
+    let returns = spec.objectives.iter().zip(evaluation.mean());
+    numbers.extend(returns.map(|(name, value)| (format!("evaluation/return/{name}"), value)));
+    numbers.push(("evaluation/length".to_owned(), mean_length(evaluation)));
+    numbers.extend(values(evaluation, spec).map(|(name, value)| (format!("evaluation/{name}"), value)));
+    numbers
+}
+
+/// One line for the terminal: returns, length, and Q-values against what was observed.
+pub(crate) fn describe(step: u64, evaluation: &Evaluation, spec: &EnvSpec) -> String {
+    let named = |values: &[f64]| {
+        let pairs = spec.objectives.iter().zip(values);
+        pairs.map(|(name, value)| format!("{name} {value:.1}")).collect::<Vec<_>>().join(", ")
+    };
+    format!(
+        "{:>9} steps: weighted total {:.1} ({}) in {:.0} steps an episode; Q promised {}, observed {}",
+        grouped(step),
+        mean(&totals(evaluation, spec)),
+        named(&evaluation.mean()),
+        mean_length(evaluation),
+        named(&evaluation.promised),
+        named(&evaluation.discounted),
+    )
+}

@@ -1,0 +1,174 @@
+//! Several runs side by side: one picture and one table, for what a swapped part is worth.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use copq::{Error, Result};
+
+use super::curves::{Evaluated, Quantity};
+use super::{Figure, Panel, Point, Series, canvas};
+use crate::files;
+use crate::statistics::{max, mean, median, min};
+
+/// A run and what it is called in the legend; runs of one label are seeds of one method.
+#[derive(Clone, Debug)]
+pub struct Labelled {
+    /// The name in the legend.
+    pub label: String,
+    /// The run's folder.
+    pub folder: PathBuf,
+}
+
+/// The runs of one label.
+struct Group {
+    label: String,
+    seeds: Vec<Evaluated>,
+}
+
+/// Draws the runs' evaluation curves to `out`, whose ending decides the format: `.svg` or `.png`.
+///
+/// One colour a label: the line is the median of its seeds, the band goes from the lowest to the highest seed; with one
+/// seed they are the mean and the range of the evaluation episodes. A step that not all seeds reached is left out.
+pub fn compare(title: &str, runs: &[Labelled], out: &Path) -> Result<()> {
+    let groups = group(runs)?;
+    let quantities = quantities(&groups);
+    let panel = |quantity: &Quantity| Panel {
+        title: quantity.title(),
+        series: groups.iter().map(|group| group.series(quantity)).collect(),
+    };
+    let note = note(&groups).to_owned();
+    let figure = Figure { title: title.to_owned(), note, panels: quantities.iter().map(panel).collect() };
+    match out.extension().and_then(|ending| ending.to_str()) {
+        Some("svg") => files::replace(out, canvas::svg(&figure)?.as_bytes()),
+        Some("png") => files::replace(out, &canvas::png(&figure)?),
+        _ => Err(Error::invalid("figure's file", "a name that ends in .svg or .png", out.display())),
+    }
+}
+
+/// A markdown table of the same runs: the mean of the last three evaluations, as the median over the seeds and, for
+/// several seeds, their range.
+pub fn table(runs: &[Labelled]) -> Result<String> {
+    let groups = group(runs)?;
+    let quantities = quantities(&groups);
+    let row = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    let head = ["label", "seeds"].map(str::to_owned).into_iter().chain(quantities.iter().map(Quantity::title));
+    let mut text = row(head.collect());
+    text += &format!("|---|--:|{}\n", "--:|".repeat(quantities.len()));
+    for group in &groups {
+        let first = [group.label.clone(), group.seeds.len().to_string()];
+        text += &row(first.into_iter().chain(quantities.iter().map(|quantity| group.last(quantity))).collect());
+    }
+    Ok(text)
+}
+
+fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
+    let mut groups: Vec<Group> = Vec::new();
+    for Labelled { label, folder } in runs {
+        let seed = Evaluated::read(folder)?;
+        match groups.iter_mut().find(|group| group.label == *label) {
+            Some(group) => group.seeds.push(seed),
+            None => groups.push(Group { label: label.clone(), seeds: vec![seed] }),
+        }
+    }
+    if groups.is_empty() { Err(Error::invalid("runs to compare", "at least one", 0)) } else { Ok(groups) }
+}
+
+/// Every quantity that some run has, in the runs' order.
+fn quantities(groups: &[Group]) -> Vec<Quantity> {
+    let mut all = Vec::new();
+    for quantity in groups.iter().flat_map(|group| &group.seeds).flat_map(Evaluated::quantities) {
+        if !all.contains(&quantity) {
+            all.push(quantity);
+        }
+    }
+    all
+}
+
+fn note(groups: &[Group]) -> &'static str {
+    let single = |group: &Group| group.seeds.len() == 1;
+    if groups.iter().all(single) {
+        "Line: mean of the evaluation episodes. Band: lowest to highest episode."
+    } else if groups.iter().any(single) {
+        "Line: median seed (mean episode where there is one seed). Band: lowest to highest."
+    } else {
+        "Line: median of the seeds. Band: lowest to highest seed."
+    }
+}
+
+impl Group {
+    fn series(&self, quantity: &Quantity) -> Series {
+        let points = match self.seeds.as_slice() {
+            [seed] => seed.over_episodes(quantity),
+            seeds => over_seeds(seeds, quantity),
+        };
+        Series { label: self.label.clone(), points }
+    }
+
+    /// The end of the runs as a cell of the table.
+    fn last(&self, quantity: &Quantity) -> String {
+        let ends: Vec<f64> = self.seeds.iter().map(|seed| last_three(&seed.means(quantity))).collect();
+        let middle = median(&ends);
+        match (middle.is_nan(), ends.len()) {
+            (true, _) => "".to_owned(),
+            (_, 1) => format!("{middle:.1}"),
+            _ => format!("{middle:.1} ({:.1} to {:.1})", min(&ends), max(&ends)),
+        }
+    }
+}
+
+fn last_three(means: &[(u64, f64)]) -> f64 {
+    let last = &means[means.len().saturating_sub(3)..];
+    mean(&last.iter().map(|&(_, value)| value).collect::<Vec<_>>())
+}
+
+fn over_seeds(seeds: &[Evaluated], quantity: &Quantity) -> Vec<Point> {
+    let mut by_step: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
+    for (step, value) in seeds.iter().flat_map(|seed| seed.means(quantity)) {
+        by_step.entry(step).or_default().push(value);
+    }
+    by_step.retain(|_, values| values.len() == seeds.len());
+    let point = |(step, values): (u64, Vec<f64>)| Point {
+        step: step as f64,
+        middle: median(&values),
+        low: min(&values),
+        high: max(&values),
+    };
+    by_step.into_iter().map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(folder: &Path, name: &str, ends: [f64; 3]) -> PathBuf {
+        let path = folder.join(name);
+        std::fs::create_dir(&path).unwrap();
+        let mut text = "step,weighted_total/mean,return/speed/mean,return/speed/min,return/speed/max\n".to_owned();
+        for (i, end) in ends.iter().enumerate() {
+            text += &format!("{},{end},{},0,9\n", 1_000 * i, 2.0 * end);
+        }
+        std::fs::write(path.join("evaluations.csv"), text).unwrap();
+        path
+    }
+
+    #[test]
+    fn the_table_gives_the_median_of_the_seeds() {
+        let folder = tempfile::tempdir().unwrap();
+        let labelled = |label: &str, name, ends| Labelled { label: label.to_owned(), folder: run(folder.path(), name, ends) };
+        let runs = [
+            labelled("cholesky", "c0", [1.0, 2.0, 3.0]),
+            labelled("minimum", "m0", [0.0, 0.5, 1.0]),
+            labelled("cholesky", "c1", [4.0, 5.0, 6.0]),
+            labelled("cholesky", "c2", [2.0, 3.0, 4.0]),
+        ];
+        let wanted = "| label | seeds | weighted total | speed |\n|---|--:|--:|--:|\n\
+            | cholesky | 3 | 3.0 (2.0 to 5.0) | 6.0 (4.0 to 10.0) |\n| minimum | 1 | 0.5 | 1.0 |\n";
+        assert_eq!(table(&runs).unwrap(), wanted);
+        for name in ["x.svg", "x.png"] {
+            compare("COP-Q", &runs, &folder.path().join(name)).unwrap();
+        }
+        let svg = std::fs::read_to_string(folder.path().join("x.svg")).unwrap();
+        assert!(["COP-Q", "cholesky", "minimum", "weighted total", "speed"].iter().all(|text| svg.contains(text)));
+        assert!(compare("COP-Q", &runs, Path::new("x.pdf")).is_err());
+    }
+}

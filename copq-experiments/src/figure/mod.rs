@@ -1,0 +1,65 @@
+//! Figures: evaluation curves of one run or of several.
+
+mod canvas;
+mod compare;
+mod curves;
+mod font;
+mod panel;
+mod ticks;
+
+use std::path::Path;
+
+use copq::Result;
+
+pub use compare::{Labelled, compare, table};
+use curves::Evaluated;
+
+use crate::files;
+
+/// A line with a band around it.
+#[derive(Clone, Debug)]
+pub(crate) struct Series {
+    label: String,
+    points: Vec<Point>,
+}
+
+/// One evaluation, or the same evaluation of several seeds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Point {
+    step: f64,
+    middle: f64,
+    low: f64,
+    high: f64,
+}
+
+/// One pair of axes.
+#[derive(Clone, Debug)]
+pub(crate) struct Panel {
+    title: String,
+    series: Vec<Series>,
+}
+
+/// Panels that share their axes' names, their colours and one legend.
+#[derive(Clone, Debug)]
+pub(crate) struct Figure {
+    title: String,
+    /// What line and band mean, in small print under the title.
+    note: String,
+    panels: Vec<Panel>,
+}
+
+/// Draws a run's evaluations as `curve.svg` and `curve.png` in its folder.
+pub(crate) fn draw_run(folder: &Path) -> Result<()> {
+    let run = Evaluated::read(folder)?;
+    let plan = crate::folder::read_plan(folder)?;
+    let title = format!("{}, {} on {}, {} projection, seed {}",
+        plan.program, plan.task, plan.engine, plan.projection, plan.run.seed);
+    let note = "Line: mean of the evaluation episodes. Band: lowest to highest episode.".to_owned();
+    let panels = run.quantities().iter().map(|quantity| Panel {
+        title: quantity.title(),
+        series: vec![Series { label: String::new(), points: run.over_episodes(quantity) }],
+    });
+    let figure = Figure { title, note, panels: panels.collect() };
+    files::replace(&folder.join("curve.svg"), canvas::svg(&figure)?.as_bytes())?;
+    files::replace(&folder.join("curve.png"), &canvas::png(&figure)?)
+}

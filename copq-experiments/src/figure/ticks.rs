@@ -1,0 +1,55 @@
+//! Where an axis has ticks, and what they say.
+
+/// Positions at a round distance (1, 2 or 5 times a power of ten), about `count` of them, that cover low to high.
+pub(crate) fn ticks(low: f64, high: f64, count: usize) -> Vec<f64> {
+    let distance = round_distance((high - low) / count as f64);
+    let (first, last) = ((low / distance).floor() as i64, (high / distance).ceil() as i64);
+    (first..=last).map(|i| i as f64 * distance).collect()
+}
+
+fn round_distance(distance: f64) -> f64 {
+    let power = 10f64.powf(distance.log10().floor());
+    let rounds = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power);
+    // A hair of tolerance: 0.2 must not become 0.5 by a rounding error.
+    rounds.into_iter().find(|&round| round >= distance * (1.0 - 1e-9)).unwrap_or(10.0 * power)
+}
+
+/// A short label: 500, 20k, 1.5M, with a real minus sign.
+pub(crate) fn label(value: f64, largest: f64) -> String {
+    let (unit, suffix) = match largest.abs() {
+        // A million as 1M, but 200k to 800k beside it.
+        l if l >= 1e6 && value.abs() >= 1e6 => (1e6, "M"),
+        l if l >= 1e4 => (1e3, "k"),
+        _ => (1.0, ""),
+    };
+    let digits = format!("{:.4}", (value / unit).abs());
+    let digits = digits.trim_end_matches('0').trim_end_matches('.');
+    if digits == "0" {
+        return "0".to_owned();
+    }
+    format!("{}{digits}{suffix}", if value < 0.0 { "\u{2212}" } else { "" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_are_short() {
+        let labels = |values: &[f64]| {
+            let largest = values.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+            values.iter().map(|&v| label(v, largest)).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(labels(&[0.0, 5_000.0, 20_000.0]), "0 5k 20k");
+        assert_eq!(labels(&[0.0, 200_000.0, 1_000_000.0, 1_500_000.0]), "0 200k 1M 1.5M");
+        assert_eq!(labels(&[-500.0, 0.0, 1_500.0]), "\u{2212}500 0 1500");
+        assert_eq!(labels(&[-0.05, 0.1 + 0.2]), "\u{2212}0.05 0.3");
+    }
+
+    #[test]
+    fn ticks_are_round_and_cover_the_range() {
+        assert_eq!(ticks(0.0, 1e6, 5), [0.0, 2e5, 4e5, 6e5, 8e5, 1e6]);
+        assert_eq!(ticks(-130.0, 20.0, 4), [-150.0, -100.0, -50.0, 0.0, 50.0]);
+        assert_eq!(ticks(3.0, 3.9, 4), [3.0, 3.5, 4.0]);
+    }
+}

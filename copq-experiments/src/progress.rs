@@ -1,0 +1,93 @@
+//! What the user sees of a run: a bar on a terminal, plain lines in a log file. All of it goes to standard error.
+
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+use copq::Episode;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::numbers::{grouped, weighted_total};
+
+const BAR: &str = "{wide_bar} {human_pos}/{human_len} steps, {per_sec}, {eta} left  {msg}";
+
+/// Longest silence in a log file.
+const SILENCE: Duration = Duration::from_secs(60);
+
+/// Shows how far a run is.
+#[derive(Debug)]
+pub(crate) enum Progress {
+    Silent,
+    Bar(ProgressBar),
+    Lines(Lines),
+}
+
+impl Progress {
+    /// A bar if standard error is a terminal, else lines.
+    pub(crate) fn new(step: u64, steps: u64) -> Self {
+        if !std::io::stderr().is_terminal() {
+            return Self::Lines(Lines { steps, last: Instant::now(), last_step: step });
+        }
+        let bar = ProgressBar::new(steps).with_position(step);
+        if let Ok(style) = ProgressStyle::with_template(BAR) {
+            bar.set_style(style);
+        }
+        bar.reset_eta();
+        Self::Bar(bar)
+    }
+
+    /// One more step is done.
+    pub(crate) fn step(&mut self, step: u64) {
+        match self {
+            Self::Silent => {}
+            Self::Bar(bar) => bar.set_position(step),
+            Self::Lines(lines) => lines.step(step),
+        }
+    }
+
+    /// A training episode is over.
+    pub(crate) fn episode(&mut self, episode: &Episode, weights: &[f32]) {
+        if let Self::Bar(bar) = self {
+            bar.set_message(format!("last episode {:.1}", weighted_total(&episode.returns, weights)));
+        }
+    }
+
+    /// Prints a line that stays.
+    pub(crate) fn line(&mut self, text: &str) {
+        match self {
+            Self::Silent => {}
+            Self::Bar(bar) => bar.suspend(|| eprintln!("{text}")),
+            Self::Lines(lines) => {
+                eprintln!("{text}");
+                lines.last = Instant::now();
+            }
+        }
+    }
+
+    /// Takes the bar away.
+    pub(crate) fn finish(&mut self) {
+        if let Self::Bar(bar) = self {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// When the last line was printed, to break a long silence.
+#[derive(Debug)]
+pub(crate) struct Lines {
+    steps: u64,
+    last: Instant,
+    last_step: u64,
+}
+
+impl Lines {
+    fn step(&mut self, step: u64) {
+        // A look at the clock costs as much as a small environment's step.
+        if !step.is_multiple_of(256) || self.last.elapsed() < SILENCE {
+            return;
+        }
+        let rate = (step - self.last_step) as f64 / self.last.elapsed().as_secs_f64();
+        let minutes = (self.steps - step) as f64 / rate / 60.0;
+        eprintln!("{:>9} of {} steps, {rate:.0} steps/s, {minutes:.0} min left", grouped(step), grouped(self.steps));
+        (self.last, self.last_step) = (Instant::now(), step);
+    }
+}

@@ -1,0 +1,231 @@
+//! The driver: trains, evaluates, logs and saves, and can stop and go on between any two steps.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use copq::{Env, Error, Result, State, Trainer, evaluate};
+
+use crate::evaluations::{self, Evaluations};
+use crate::figure;
+use crate::folder::RunFolder;
+use crate::metrics::Metrics;
+use crate::numbers::grouped;
+use crate::plan::RunSettings;
+use crate::progress::Progress;
+use crate::stop::Stop;
+use crate::tensorboard::EventFile;
+use crate::timings::{self, Timings};
+
+/// A training run in its folder.
+///
+/// Rows are written at multiples of their interval, and once more at the end. A checkpoint holds everything after the
+/// rows of its step; going on from it drops later rows, so that a resumed run's files equal an uninterrupted one's.
+pub struct Run {
+    trainer: Trainer,
+    eval_env: Box<dyn Env>,
+    folder: RunFolder,
+    settings: RunSettings,
+    metrics: Metrics,
+    evaluations: Evaluations,
+    timings: Timings,
+    events: EventFile,
+    progress: Progress,
+    first_step: u64,
+    evaluation_time: Duration,
+}
+
+/// How [`Run::train`] ended; prints as a sentence for the user.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// All steps are done.
+    Finished {
+        /// The run's folder.
+        folder: PathBuf,
+    },
+    /// A signal came; the checkpoint is of this moment.
+    Interrupted {
+        /// Environment steps done.
+        step: u64,
+        /// The run's folder.
+        folder: PathBuf,
+    },
+}
+
+impl fmt::Display for Ending {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Finished { folder } => write!(f, "finished; everything is in {}", folder.display()),
+            Self::Interrupted { step, folder } => {
+                write!(f, "stopped and saved at step {}; go on with --resume {}", grouped(*step), folder.display())
+            }
+        }
+    }
+}
+
+impl fmt::Debug for Run {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Run")
+            .field("trainer", &self.trainer)
+            .field("folder", &self.folder)
+            .field("settings", &self.settings)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Run {
+    /// Takes a fresh trainer, an environment of its own for evaluation (a second instance of the same task) and a
+    /// folder; goes back to the folder's checkpoint if it has one.
+    pub fn new(
+        mut trainer: Trainer,
+        eval_env: Box<dyn Env>,
+        folder: RunFolder,
+        settings: RunSettings,
+    ) -> Result<Self> {
+        settings.check()?;
+        check_same_task(&trainer, eval_env.as_ref())?;
+        let saved = folder.load()?;
+        if let Some(saved) = &saved {
+            trainer.load(saved.child("trainer")?)?;
+        }
+        let step = trainer.steps();
+        // Off its interval, a row was the last one of a shorter run.
+        let keep = |every: u64| move |row: u64| row <= step && row.is_multiple_of(every);
+        let mut metrics = Metrics::open(&folder.file("metrics.csv"), keep(settings.log_every))?;
+        if let Some(saved) = &saved {
+            metrics.load(saved.child("metrics")?)?;
+        }
+        Ok(Self {
+            metrics,
+            evaluations: Evaluations::open(&folder.file("evaluations.csv"), keep(settings.eval_every))?,
+            timings: Timings::open(&folder.file("timings.csv"), step, keep(settings.log_every))?,
+            events: EventFile::create(folder.path(), step)?,
+            progress: Progress::new(step, settings.steps),
+            first_step: step,
+            evaluation_time: Duration::ZERO,
+            trainer,
+            eval_env,
+            folder,
+            settings,
+        })
+    }
+
+    /// Shows nothing on standard error.
+    pub fn silent(mut self) -> Self {
+        self.progress = Progress::Silent;
+        self
+    }
+
+    /// The trainer with its agent.
+    pub fn trainer_mut(&mut self) -> &mut Trainer {
+        &mut self.trainer
+    }
+
+    /// The run's folder.
+    pub fn folder(&self) -> &RunFolder {
+        &self.folder
+    }
+
+    /// Trains to the last step, or until SIGINT or SIGTERM asks to stop.
+    pub fn train(&mut self) -> Result<Ending> {
+        let stop = Stop::catch()?;
+        let began = Instant::now();
+        if self.evaluations.last().is_none() {
+            self.evaluate()?;
+        }
+        while self.trainer.steps() < self.settings.steps && !stop.is_asked() {
+            self.step()?;
+        }
+        self.checkpoint()?;
+        let ending = self.close()?;
+        self.progress.line(&self.describe_time(began.elapsed()));
+        self.progress.finish();
+        Ok(ending)
+    }
+
+    fn step(&mut self) -> Result<()> {
+        let episode = self.trainer.step(&mut self.metrics)?;
+        let step = self.trainer.steps();
+        self.progress.step(step);
+        if let Some(episode) = episode {
+            let spec = self.trainer.spec();
+            self.metrics.episode(step, &episode, &spec.objectives, &spec.weights);
+            self.progress.episode(&episode, &spec.weights);
+        }
+        if step.is_multiple_of(self.settings.log_every) {
+            self.log()?;
+        }
+        if step.is_multiple_of(self.settings.eval_every) {
+            self.evaluate()?;
+        }
+        if step.is_multiple_of(self.settings.checkpoint_every) {
+            self.checkpoint()?;
+        }
+        Ok(())
+    }
+
+    fn log(&mut self) -> Result<()> {
+        let step = self.trainer.steps();
+        let averages = self.metrics.row(step)?;
+        let times = self.timings.row(step, self.trainer.timing())?;
+        self.events.scalars(step, &averages)?;
+        self.events.scalars(step, &times)
+    }
+
+    fn evaluate(&mut self) -> Result<()> {
+        let began = Instant::now();
+        let RunSettings { eval_episodes, seed, discount, .. } = self.settings;
+        let evaluation =
+            evaluate(self.trainer.agent_mut(), self.eval_env.as_mut(), eval_episodes, seed, discount)?;
+        let (step, spec) = (self.trainer.steps(), self.trainer.spec());
+        let numbers = self.evaluations.row(step, &evaluation, spec)?;
+        self.progress.line(&evaluations::describe(step, &evaluation, spec));
+        self.events.scalars(step, &numbers)?;
+        self.evaluation_time += began.elapsed();
+        self.timings.evaluated(began.elapsed());
+        figure::draw_run(self.folder.path())
+    }
+
+    fn checkpoint(&mut self) -> Result<()> {
+        // Rows must be as durable as the checkpoint that will not write them again.
+        self.metrics.sync()?;
+        self.evaluations.sync()?;
+        let mut state = State::default();
+        self.trainer.save(state.child_mut("trainer"))?;
+        self.metrics.save(state.child_mut("metrics"));
+        self.folder.save(&state)
+    }
+
+    /// Writes the last rows, which a longer run would not have; the checkpoint knows nothing of them.
+    fn close(&mut self) -> Result<Ending> {
+        let (step, folder) = (self.trainer.steps(), self.folder.path().to_owned());
+        if step < self.settings.steps {
+            return Ok(Ending::Interrupted { step, folder });
+        }
+        if self.metrics.last() != Some(step) {
+            self.log()?;
+        }
+        if self.evaluations.last() != Some(step) {
+            self.evaluate()?;
+        }
+        Ok(Ending::Finished { folder })
+    }
+
+    fn describe_time(&self, total: Duration) -> String {
+        let steps = self.trainer.steps() - self.first_step;
+        timings::describe(steps, total, self.trainer.timing(), self.evaluation_time)
+    }
+}
+
+fn check_same_task(trainer: &Trainer, eval_env: &dyn Env) -> Result<()> {
+    let (wanted, got) = (trainer.spec(), eval_env.spec());
+    if wanted == got {
+        return Ok(());
+    }
+    let (wanted, got) = if wanted.name == got.name {
+        (format!("{wanted:?}"), format!("{got:?}"))
+    } else {
+        (wanted.name.clone(), got.name.clone())
+    };
+    Err(Error::invalid("environment for evaluation", wanted, got))
+}

@@ -1,0 +1,40 @@
+//! The clipping rotation R of paper A.1-A.4 in closed form: it keeps a lower bound from lying above the mean.
+
+use super::vector::{dot, normalise};
+
+/// Writes R u, given p = L'u; says whether the clip fired, that is whether a = u . p < 0.
+///
+/// Then R u is the unit vector nearest to u that is orthogonal to p, so that u . L R u = 0. Where the clip does not
+/// fire, R u = u. (An a below zero implies p != 0 and p not parallel to u: L is triangular, its diagonal not negative.)
+pub(super) fn turn(u: &[f64], p: &[f64], out: &mut [f64]) -> bool {
+    let fires = dot(u, p) < 0.0;
+    if fires {
+        reject(u, p, out);
+        normalise(out);
+    } else {
+        out.copy_from_slice(u);
+    }
+    fires
+}
+
+/// Writes u - (a / p.p) p as a sum of 2 x 2 minors, in which nothing cancels when u and p are almost parallel.
+fn reject(u: &[f64], p: &[f64], out: &mut [f64]) {
+    let square = dot(p, p);
+    for (i, out) in out.iter_mut().enumerate() {
+        let minors = u.iter().zip(p).map(|(u_j, p_j)| p_j * (p_j * u[i] - p[i] * u_j));
+        *out = minors.sum::<f64>() / square;
+    }
+}
+
+/// Writes d(grad . R u)/dp where the clip fired and gave `turned`; u is constant.
+///
+/// With t = u - c p and c = a / p.p: R u = t / |t|, and |t| = u . R u because t is orthogonal to p.
+pub(super) fn turn_vjp(u: &[f64], p: &[f64], turned: &[f64], grad: &[f64], out: &mut [f64]) {
+    let (length, square) = (dot(u, turned), dot(p, p));
+    let (c, along) = (dot(u, p) / square, dot(grad, turned));
+    let grad_c = -dot(grad, p) / length;
+    for (i, out) in out.iter_mut().enumerate() {
+        let grad_t = (grad[i] - along * turned[i]) / length;
+        *out = grad_c * (u[i] - 2.0 * c * p[i]) / square - c * grad_t;
+    }
+}

@@ -1,0 +1,50 @@
+//! The bound by the symmetric square root of the critics' covariance.
+
+use super::jacobi::decompose;
+use super::vector::{add_scaled, dot};
+use super::{Deviations, Ellipsoid, Work};
+
+/// `mean + step * Sigma^(1/2) u`, with the symmetric positive root V S V' (paper Table B.1, "eigen", eigenvectors as the
+/// columns of V). No objective has priority over another.
+///
+/// Where Sigma has a zero eigenvalue that a change of the critics could make positive, the root has a kink like |x| at
+/// zero; that eigenvalue passes no gradient on.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Eigen;
+
+impl Ellipsoid for Eigen {
+    fn name(&self) -> &'static str {
+        "eigen"
+    }
+
+    fn offset(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, out: &mut [f64]) {
+        let (k, n) = (x.critics(), x.objectives());
+        let [s, z, v] = work.split([n, n * k, n * n]);
+        decompose(x, s, z, v);
+        out.fill(0.0);
+        for (s, v) in s.iter().zip(v.chunks_exact(n)) {
+            add_scaled(out, s * dot(v, u), v);
+        }
+    }
+
+    /// With S dS + dS S = dSigma and Sigma = X'X / K, and M = V' (grad u' + u grad') V / 2, the gradient is
+    /// (2 / K) sum_ij z_i [s_i M_ij / (s_i + s_j)] v_j', in which nothing exceeds M.
+    fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
+        let (k, n) = (x.critics(), x.objectives());
+        let [s, z, v, u_v, grad_v, sum] = work.split([n, n * k, n * n, n, n, k]);
+        decompose(x, s, z, v);
+        for (i, v) in v.chunks_exact(n).enumerate() {
+            (u_v[i], grad_v[i]) = (dot(v, u), dot(v, grad));
+        }
+        for (j, v) in v.chunks_exact(n).enumerate() {
+            sum.fill(0.0);
+            for (i, z) in z.chunks_exact(k).enumerate().filter(|&(i, _)| s[i] > 0.0) {
+                let twice_m = grad_v[i] * u_v[j] + u_v[i] * grad_v[j];
+                add_scaled(sum, s[i] / (s[i] + s[j]) * twice_m / k as f64, z);
+            }
+            for (v, grad_x) in v.iter().zip(grad_x.chunks_exact_mut(k)) {
+                add_scaled(grad_x, *v, sum);
+            }
+        }
+    }
+}

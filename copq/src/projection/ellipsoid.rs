@@ -1,0 +1,113 @@
+//! Confidence ellipsoids: methods that move from the mean along `C R u`, with C a square-root-like factor of Sigma.
+
+use std::fmt::Debug;
+
+use super::{Deviations, Projection, QView, Scratch, Work, check_project, check_vjp};
+use crate::Result;
+
+/// A projection of the form `mean + step * C R u` (paper App. B), told apart by its offset alone.
+///
+/// Every `Ellipsoid` is a [`Projection`]: checks, unit directions, centring, the mean and its gradient are added by a
+/// blanket impl. An offset sees one row at a time, in double precision, and must depend on the deviations only.
+///
+/// ```
+/// use copq::projection::{Deviations, Ellipsoid, Projection, QView, Scratch, Work};
+///
+/// /// Half the distance between the best and the worst critic, for every objective on its own.
+/// #[derive(Debug)]
+/// struct HalfRange;
+///
+/// fn extremes(x: &[f64]) -> (usize, usize) {
+///     let by_value = |&a: &usize, &b: &usize| x[a].total_cmp(&x[b]);
+///     ((0..x.len()).min_by(by_value).unwrap(), (0..x.len()).max_by(by_value).unwrap())
+/// }
+///
+/// impl Ellipsoid for HalfRange {
+///     fn name(&self) -> &'static str {
+///         "half-range"
+///     }
+///     fn offset(&self, x: &Deviations<'_>, u: &[f64], _: &mut Work, out: &mut [f64]) {
+///         for (i, x) in x.iter().enumerate() {
+///             let (low, high) = extremes(x);
+///             out[i] = 0.5 * (x[high] - x[low]) * u[i];
+///         }
+///     }
+///     fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], _: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
+///         for (i, (x, grad_x)) in x.iter().zip(grad_x.chunks_exact_mut(x.critics())).enumerate() {
+///             let (low, high) = extremes(x);
+///             grad_x[high] += 0.5 * grad[i] * u[i];
+///             grad_x[low] -= 0.5 * grad[i] * u[i];
+///         }
+///     }
+/// }
+///
+/// // Two critics that value two objectives (1, 10) and (3, 20); the weights ask for the first objective only.
+/// let q = QView::new(&[1.0, 10.0, 3.0, 20.0], 2, 2)?;
+/// let mut bound = [0.0; 2];
+/// HalfRange.project(q, &[1.0, 0.0], -1.0, &mut Scratch::default(), &mut bound)?;
+/// assert_eq!(bound, [1.0, 15.0]);
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub trait Ellipsoid: Debug + Send + Sync {
+    /// See [`Projection::name`].
+    fn name(&self) -> &'static str;
+
+    /// See [`Projection::critics`].
+    fn critics(&self, objectives: usize) -> usize {
+        objectives + 1
+    }
+
+    /// Writes C R u (N) for the unit direction `u`; `out` holds anything before. Zero disagreement gives exactly zero.
+    fn offset(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, out: &mut [f64]);
+
+    /// Adds d(grad . C R u)/dX to `grad_x`, laid out `objectives x critics` like [`Deviations::values`] and zero
+    /// before; u is constant. What it gives all critics alike is removed afterwards: X is centred.
+    fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, grad: &[f64], grad_x: &mut [f64]);
+}
+
+impl<E: Ellipsoid> Projection for E {
+    fn name(&self) -> &'static str {
+        Ellipsoid::name(self)
+    }
+
+    fn critics(&self, objectives: usize) -> usize {
+        Ellipsoid::critics(self, objectives)
+    }
+
+    fn project(&self, q: QView<'_>, weights: &[f32], step: f32, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        let directions = check_project(q, weights, step, out)?;
+        let (line, work) = scratch.parts();
+        let mut clips = 0;
+        for (row, out) in out.chunks_exact_mut(q.objectives()).enumerate() {
+            line.load(q, row, &directions);
+            let (x, u, offset) = line.offset_parts();
+            self.offset(&x, u, work, offset);
+            line.write_bound(step.into(), out);
+            clips += usize::from(work.take_clip());
+        }
+        scratch.report_clips(clips, q.rows());
+        Ok(())
+    }
+
+    fn vjp(
+        &self,
+        q: QView<'_>,
+        weights: &[f32],
+        step: f32,
+        scratch: &mut Scratch,
+        grad_out: &[f32],
+        grad_q: &mut [f32],
+    ) -> Result<()> {
+        let directions = check_vjp(q, weights, step, grad_out, grad_q)?;
+        let (line, work) = scratch.parts();
+        for (row, grad_out) in grad_out.chunks_exact(q.objectives()).enumerate() {
+            line.load(q, row, &directions);
+            line.load_grad(grad_out);
+            let (x, u, grad, grad_x) = line.vjp_parts();
+            self.offset_vjp(&x, u, work, grad, grad_x);
+            line.write_grad(q, row, step.into(), grad_q);
+            work.take_clip();
+        }
+        Ok(())
+    }
+}

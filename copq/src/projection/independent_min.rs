@@ -1,0 +1,61 @@
+//! Clipped double-Q for every objective on its own.
+
+use super::selection::{blend, blend_vjp, worst};
+use super::{Projection, QView, Scratch, check_project, check_vjp};
+use crate::Result;
+
+/// Every objective's least value over the critics for a negative step, or its greatest for a positive one; the other
+/// way round where the objective's weight is negative (a cost).
+///
+/// The bound is `mean + |step| (Q_k - mean)`, objective by objective, so that steps -1 and 1 give exactly the extreme
+/// values, and step 0 the mean. The first of equal critics gets the gradient. A NaN is taken before any number.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct IndependentMin;
+
+impl Projection for IndependentMin {
+    fn name(&self) -> &'static str {
+        "independent-min"
+    }
+
+    fn critics(&self, _objectives: usize) -> usize {
+        2
+    }
+
+    fn project(&self, q: QView<'_>, weights: &[f32], step: f32, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        let directions = check_project(q, weights, step, out)?;
+        for (row, out) in out.chunks_exact_mut(q.objectives()).enumerate() {
+            let weights = directions.weights(row);
+            for (i, out) in out.iter_mut().enumerate() {
+                let chosen = choose(q, row, i, weights[i], step);
+                *out = blend(q, row, i, chosen, step);
+            }
+        }
+        scratch.report_clips(0, q.rows());
+        Ok(())
+    }
+
+    fn vjp(
+        &self,
+        q: QView<'_>,
+        weights: &[f32],
+        step: f32,
+        _scratch: &mut Scratch,
+        grad_out: &[f32],
+        grad_q: &mut [f32],
+    ) -> Result<()> {
+        let directions = check_vjp(q, weights, step, grad_out, grad_q)?;
+        for (row, grad) in grad_out.chunks_exact(q.objectives()).enumerate() {
+            let weights = directions.weights(row);
+            for (i, &grad) in grad.iter().enumerate() {
+                let chosen = choose(q, row, i, weights[i], step);
+                blend_vjp(q, row, i, chosen, step, grad, grad_q);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn choose(q: QView<'_>, row: usize, objective: usize, weight: f32, step: f32) -> usize {
+    let sign = if (step > 0.0) == (weight < 0.0) { 1.0 } else { -1.0 };
+    worst((0..q.critics()).map(|k| sign * f64::from(q.get(k, row)[objective])))
+}

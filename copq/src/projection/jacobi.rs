@@ -1,0 +1,85 @@
+//! Singular values by one-sided Jacobi rotations: X = Z S V', accurate for objectives of any scales.
+
+use super::Deviations;
+use super::vector::{dot, rms};
+
+/// Sweeps after which the rotations stop in any case; generic matrices need six to ten.
+const SWEEPS: usize = 30;
+
+/// Writes the singular values s_i of X / sqrt(K), the columns z_i of Z (`objectives x critics`, z_i . z_i = K), and
+/// the columns v_i of V (`objectives x objectives`).
+///
+/// A singular value that is rounding is exactly zero, and so is its z_i. (One-sided Jacobi: Demmel and Veselic 1992.)
+pub(super) fn decompose(x: &Deviations<'_>, s: &mut [f64], z: &mut [f64], v: &mut [f64]) {
+    z.copy_from_slice(x.values());
+    identity(x.objectives(), v);
+    for _ in 0..SWEEPS {
+        drop_rounding(x, z, v);
+        if !sweep(x.critics(), x.objectives(), z, v) {
+            break;
+        }
+    }
+    drop_rounding(x, z, v);
+    for (s, z) in s.iter_mut().zip(z.chunks_exact_mut(x.critics())) {
+        *s = rms(z);
+        if *s > 0.0 {
+            z.iter_mut().for_each(|z| *z /= *s);
+        }
+    }
+}
+
+fn identity(n: usize, v: &mut [f64]) {
+    v.fill(0.0);
+    v.iter_mut().step_by(n + 1).for_each(|v| *v = 1.0);
+}
+
+/// Makes every column X v_i zero that is nothing but the rounding of its terms.
+fn drop_rounding(x: &Deviations<'_>, z: &mut [f64], v: &[f64]) {
+    for (z, v) in z.chunks_exact_mut(x.critics()).zip(v.chunks_exact(x.objectives())) {
+        if x.is_rounding(v, rms(z)) {
+            z.fill(0.0);
+        }
+    }
+}
+
+/// Makes every pair of columns orthogonal once; says whether any was not.
+fn sweep(k: usize, n: usize, z: &mut [f64], v: &mut [f64]) -> bool {
+    let mut rotated = false;
+    for j in 1..n {
+        for i in 0..j {
+            let (z_i, z_j) = pair(z, k, i, j);
+            if let Some(rotation) = rotation(z_i, z_j) {
+                rotate(z_i, z_j, rotation);
+                let (v_i, v_j) = pair(v, n, i, j);
+                rotate(v_i, v_j, rotation);
+                rotated = true;
+            }
+        }
+    }
+    rotated
+}
+
+/// Columns i < j of a matrix whose columns have `length` entries.
+fn pair(matrix: &mut [f64], length: usize, i: usize, j: usize) -> (&mut [f64], &mut [f64]) {
+    let (before, after) = matrix.split_at_mut(j * length);
+    (&mut before[i * length..(i + 1) * length], &mut after[..length])
+}
+
+/// The cosine and sine that make two columns orthogonal, or nothing if they are so already.
+fn rotation(a: &[f64], b: &[f64]) -> Option<(f64, f64)> {
+    let (aa, bb, ab) = (dot(a, a), dot(b, b), dot(a, b));
+    let orthogonal = ab.abs() <= f64::EPSILON * a.len() as f64 * (aa * bb).sqrt();
+    if orthogonal || !ab.is_finite() {
+        return None;
+    }
+    let zeta = (bb - aa) / (2.0 * ab);
+    let tangent = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
+    let cosine = 1.0 / tangent.hypot(1.0);
+    Some((cosine, cosine * tangent))
+}
+
+fn rotate(a: &mut [f64], b: &mut [f64], (cosine, sine): (f64, f64)) {
+    for (a, b) in a.iter_mut().zip(b) {
+        (*a, *b) = (cosine * *a - sine * *b, sine * *a + cosine * *b);
+    }
+}

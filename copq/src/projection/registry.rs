@@ -1,0 +1,46 @@
+//! Projections by name, for command lines and configuration files.
+
+use super::{Cholesky, Diagonal, Eigen, Extremum, IndependentMin, Projection, ScalarisedMin};
+use crate::Result;
+use super::names::unknown;
+
+const NAMES: [&str; 6] = ["cholesky", "eigen", "extremum", "diagonal", "scalarised-min", "independent-min"];
+
+/// The names that [`by_name`] knows.
+pub fn names() -> &'static [&'static str] {
+    &NAMES
+}
+
+/// The projection of that name; the error of an unknown one lists the known, nearest first.
+///
+/// ```
+/// use copq::projection::by_name;
+///
+/// assert_eq!(by_name("cholesky")?.name(), "cholesky");
+/// let error = by_name("eigne").unwrap_err().to_string();
+/// assert!(error.starts_with("unknown projection 'eigne'; known: eigen, "));
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub fn by_name(name: &str) -> Result<Box<dyn Projection>> {
+    Ok(match name {
+        "cholesky" => Box::new(Cholesky),
+        "eigen" => Box::new(Eigen),
+        "extremum" => Box::new(Extremum),
+        "diagonal" => Box::new(Diagonal),
+        "scalarised-min" => Box::new(ScalarisedMin),
+        "independent-min" => Box::new(IndependentMin),
+        _ => return Err(unknown("projection", name, names())),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_leads_to_its_projection() {
+        for name in names() {
+            assert_eq!(by_name(name).unwrap().name(), *name);
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! Clipped double-Q on the scalarised value: one critic's whole vector, the one that scalarises worst.
+
+use super::selection::{blend, blend_vjp, worst};
+use super::{Projection, QView, Scratch, check_project, check_vjp};
+use crate::Result;
+
+/// The values of the critic with the least `u . Q_k` for a negative step, or the greatest for a positive one.
+///
+/// The bound is `mean + |step| (Q_k - mean)`, so that steps -1 and 1 give exactly that critic's values, and step 0 the
+/// mean. The first of equal critics is taken; where two are equal the bound jumps from one's values to the other's.
+/// A critic with a NaN is taken before any other, so that it does not go unnoticed.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ScalarisedMin;
+
+impl Projection for ScalarisedMin {
+    fn name(&self) -> &'static str {
+        "scalarised-min"
+    }
+
+    fn critics(&self, _objectives: usize) -> usize {
+        2
+    }
+
+    fn project(&self, q: QView<'_>, weights: &[f32], step: f32, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        let directions = check_project(q, weights, step, out)?;
+        for (row, out) in out.chunks_exact_mut(q.objectives()).enumerate() {
+            let chosen = choose(q, row, directions.weights(row), step);
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = blend(q, row, i, chosen, step);
+            }
+        }
+        scratch.report_clips(0, q.rows());
+        Ok(())
+    }
+
+    fn vjp(
+        &self,
+        q: QView<'_>,
+        weights: &[f32],
+        step: f32,
+        _scratch: &mut Scratch,
+        grad_out: &[f32],
+        grad_q: &mut [f32],
+    ) -> Result<()> {
+        let directions = check_vjp(q, weights, step, grad_out, grad_q)?;
+        for (row, grad) in grad_out.chunks_exact(q.objectives()).enumerate() {
+            let chosen = choose(q, row, directions.weights(row), step);
+            for (i, &grad) in grad.iter().enumerate() {
+                blend_vjp(q, row, i, chosen, step, grad, grad_q);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn choose(q: QView<'_>, row: usize, weights: &[f32], step: f32) -> usize {
+    let sign = if step > 0.0 { -1.0 } else { 1.0 };
+    // Products of two f32 are exact in f64, so critics that are equal tie exactly.
+    let score = |k| q.get(k, row).iter().zip(weights).map(|(&q, &w)| f64::from(q) * f64::from(w)).sum::<f64>();
+    worst((0..q.critics()).map(|k| sign * score(k)))
+}
