@@ -179,23 +179,3 @@ impl fmt::Debug for Rapier {
             .finish_non_exhaustive()
     }
 }
-#[cfg(test)]
-mod tmp {
-    use super::*;
-    #[test]
-    fn tmp() {
-        let mut spec = copq_envs::robot::hopper();
-        for geom in &mut spec.geoms { geom.condim = 3; }
-        for i in 0..5 { for j in 0..5 { print!("{} ", spec.collide(i, j) as u8); } println!(); }
-        let mut p = Rapier::new(&spec).unwrap();
-        p.reset_to(&[0.0, 21.0, -1.811, -0.875, -2.542, 0.58], &[0.0, 0.0, 0.0, -4.0, -3.0, 0.0]).unwrap();
-        for _ in 0..12 {
-            p.step(&[0.0; 3], 1).unwrap();
-            let mut v = [0.0; 6]; p.qvel(&mut v); println!("{v:?}");
-            for pair in p.world.narrow_phase.contact_pairs() {
-                println!("{:?} {:?} any {}", pair.collider1, pair.collider2, pair.has_any_active_contact());
-                for m in pair.rigid().unwrap().manifolds.iter() { println!("   {:?} {:?} {}", m.points.iter().map(|p| (p.dist, p.data.impulse)).collect::<Vec<_>>(), m.local_n1, m.data.friction); }
-            }
-        }
-    }
-}

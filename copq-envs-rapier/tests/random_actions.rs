@@ -5,6 +5,12 @@ mod support;
 use support::Walk;
 
 #[test]
+fn the_contract_of_environments_is_kept() {
+    let report = copq::check_env(&mut *copq_envs_rapier::make("a/hopper").unwrap()).unwrap();
+    assert_eq!(report.reward_range[0], (0.0, 1.0), "{report:?}");
+}
+
+#[test]
 fn ten_seeds_of_a_thousand_steps_stay_finite() {
     for seed in 0..10 {
         let mut walk = Walk::new(copq_envs_rapier::make("a/hopper").unwrap(), seed);

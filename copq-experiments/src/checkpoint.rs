@@ -175,7 +175,8 @@ mod tests {
             std::fs::write(&path, &bytes[..length]).unwrap();
             assert!(read(&path).unwrap_err().to_string().contains("checkpoint.safetensors"));
         }
-        let foreign = safetensors::serialize(Vec::<(String, safetensors::tensor::TensorView<'_>)>::new(), None).unwrap();
+        let foreign =
+            safetensors::serialize(Vec::<(String, safetensors::tensor::TensorView<'_>)>::new(), None).unwrap();
         std::fs::write(&path, foreign).unwrap();
         assert!(read(&path).unwrap_err().to_string().contains("wanted copq checkpoint 1, got none"));
     }

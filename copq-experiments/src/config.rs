@@ -14,7 +14,7 @@ const HEADING: &str = "# What made this run. `--resume` with this folder goes on
 /// The content of `config.toml`: the plan, the caller's own settings, and what was at work.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Config<S> {
+pub struct RunConfig<S> {
     /// The run's parts and length.
     pub plan: Plan,
     /// The caller's settings, usually the learner's.
@@ -59,13 +59,13 @@ fn processor() -> Option<String> {
 }
 
 /// Writes a configuration, atomically.
-pub(crate) fn write<S: Serialize>(path: &Path, config: &Config<S>) -> Result<()> {
+pub(crate) fn write<S: Serialize>(path: &Path, config: &RunConfig<S>) -> Result<()> {
     let text = toml::to_string(config).map_err(|e| Error::other(format!("encoding '{}'", path.display()), e))?;
     files::replace(path, format!("{HEADING}{text}").as_bytes())
 }
 
 /// Reads a configuration; the error for a wrong or unknown key shows the line and the keys there are.
-pub(crate) fn read<S: DeserializeOwned>(path: &Path) -> Result<Config<S>> {
+pub(crate) fn read<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
     let text = files::read_text(path)?;
     toml::from_str(&text).map_err(|e| Error::other(format!("reading '{}'", path.display()), e))
 }
@@ -109,9 +109,9 @@ mod tests {
         limit: Option<f64>,
     }
 
-    fn config() -> Config<Settings> {
+    fn config() -> RunConfig<Settings> {
         let settings = Settings { tau: 0.005, hidden: vec![256, 256], limit: None };
-        Config { plan: Plan::new("td3"), settings, made_with: MadeWith::here() }
+        RunConfig { plan: Plan::new("td3"), settings, made_with: MadeWith::here() }
     }
 
     #[test]

@@ -7,7 +7,7 @@ use copq::{Error, Result, State};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::config::{self, Config, MadeWith};
+use crate::config::{self, MadeWith, RunConfig};
 use crate::plan::Plan;
 use crate::{checkpoint, files};
 
@@ -42,7 +42,7 @@ impl RunFolder {
         }
         let part = part_of(&path)?;
         let made_with = MadeWith::here();
-        config::write(&part.join("config.toml"), &Config { plan: plan.clone(), settings, made_with })?;
+        config::write(&part.join("config.toml"), &RunConfig { plan: plan.clone(), settings, made_with })?;
         // A folder appears with its configuration or not at all; an empty one may be in its place.
         fs::rename(&part, &path).map_err(files::failed("making", &path))?;
         files::sync_folder_of(&path)?;
@@ -57,7 +57,7 @@ impl RunFolder {
         let path = path.into();
         let folder = Self { _lock: lock(&path)?, path };
         let file = folder.file("config.toml");
-        let mut saved: Config<toml::Table> = config::read(&file)?;
+        let mut saved: RunConfig<toml::Table> = config::read(&file)?;
         config::check_same(&file, &saved.settings, settings)?;
         check_plan(&folder.path, &saved.plan, plan)?;
         if plan.run.steps > saved.plan.run.steps {
@@ -95,7 +95,7 @@ pub fn read_plan(path: &Path) -> Result<Plan> {
 }
 
 /// The whole configuration of the run in a folder.
-pub fn read_config<S: DeserializeOwned>(path: &Path) -> Result<Config<S>> {
+pub fn read_config<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
     let file = path.join("config.toml");
     if !file.is_file() {
         let what = format!("run folder '{}'", path.display());

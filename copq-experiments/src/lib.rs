@@ -51,7 +51,8 @@ pub mod tensorboard;
 mod timings;
 
 pub use args::Args;
-pub use config::{Config, MadeWith};
+pub use config::{MadeWith, RunConfig};
+pub use figure::{Labelled, compare, comparison_table};
 pub use folder::{RunFolder, read_config, read_plan};
 pub use metrics::Metrics;
 pub use numbers::Numbers;

@@ -76,12 +76,7 @@ impl fmt::Debug for Run {
 impl Run {
     /// Takes a fresh trainer, an environment of its own for evaluation (a second instance of the same task) and a
     /// folder; goes back to the folder's checkpoint if it has one.
-    pub fn new(
-        mut trainer: Trainer,
-        eval_env: Box<dyn Env>,
-        folder: RunFolder,
-        settings: RunSettings,
-    ) -> Result<Self> {
+    pub fn new(mut trainer: Trainer, eval_env: Box<dyn Env>, folder: RunFolder, settings: RunSettings) -> Result<Self> {
         settings.check()?;
         check_same_task(&trainer, eval_env.as_ref())?;
         let saved = folder.load()?;
@@ -175,8 +170,7 @@ impl Run {
     fn evaluate(&mut self) -> Result<()> {
         let began = Instant::now();
         let RunSettings { eval_episodes, seed, discount, .. } = self.settings;
-        let evaluation =
-            evaluate(self.trainer.agent_mut(), self.eval_env.as_mut(), eval_episodes, seed, discount)?;
+        let evaluation = evaluate(self.trainer.agent_mut(), self.eval_env.as_mut(), eval_episodes, seed, discount)?;
         let (step, spec) = (self.trainer.steps(), self.trainer.spec());
         let numbers = self.evaluations.row(step, &evaluation, spec)?;
         self.progress.line(&evaluations::describe(step, &evaluation, spec));

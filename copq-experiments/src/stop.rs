@@ -34,7 +34,9 @@ impl Stop {
 
 impl Drop for Stop {
     fn drop(&mut self) {
-        self.handlers.drain(..).for_each(|handler| drop(low_level::unregister(handler)));
+        self.handlers.drain(..).for_each(|handler| {
+            low_level::unregister(handler);
+        });
     }
 }
 

@@ -27,7 +27,9 @@ pub(super) fn add_bias_relu(rows: &mut [f32], bias: &[f32]) {
 pub(super) fn mask_relu(grad: &mut [f32], activation: &[f32]) {
     Arch::new().dispatch(|| {
         for (grad, activation) in grad.iter_mut().zip(activation) {
-            *grad = if *activation > 0.0 { *grad } else { 0.0 };
+            // A bit mask, because a conditional store is slow on AMD's processors.
+            let keep = u32::from(*activation > 0.0).wrapping_neg();
+            *grad = f32::from_bits(grad.to_bits() & keep);
         }
     });
 }

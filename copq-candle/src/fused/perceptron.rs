@@ -13,6 +13,17 @@ pub(super) struct Scratch {
     delta: [Vec<f32>; 2],
 }
 
+impl Scratch {
+    /// Hidden activations, and a delta buffer of the widest layer's size that begins with dL/dout, and one more.
+    fn begin(&mut self, shape: &Shape, rows: usize, grad_out: &[f32]) -> (&[Vec<f32>], &mut Vec<f32>, &mut Vec<f32>) {
+        let widest = shape.layers().iter().map(|layer| layer.output).max().unwrap_or(0);
+        let [here, below] = &mut self.delta;
+        room(below, rows * widest);
+        room(here, rows * widest)[..grad_out.len()].copy_from_slice(grad_out);
+        (&self.hidden, here, below)
+    }
+}
+
 /// The first `len` values of a buffer that grows when it must.
 pub(super) fn room(buffer: &mut Vec<f32>, len: usize) -> &mut [f32] {
     if buffer.len() < len {
@@ -58,8 +69,7 @@ pub(super) fn backward(
     grad_out: &[f32],
     grad: &mut [f32],
 ) {
-    let Scratch { hidden, delta: [here, below] } = scratch;
-    room(here, grad_out.len()).copy_from_slice(grad_out);
+    let (hidden, here, below) = scratch.begin(shape, rows, grad_out);
     for (i, layer) in shape.layers().iter().enumerate().rev() {
         let delta = Matrix::new(&here[..rows * layer.output], rows, layer.output);
         let input = if i == 0 { input } else { &hidden[i - 1][..rows * layer.input] };
@@ -82,8 +92,7 @@ pub(super) fn backward_to_input(
     first: usize,
     out: &mut [f32],
 ) {
-    let Scratch { hidden, delta: [here, below] } = scratch;
-    room(here, grad_out.len()).copy_from_slice(grad_out);
+    let (hidden, here, below) = scratch.begin(shape, rows, grad_out);
     for (i, layer) in shape.layers().iter().enumerate().skip(1).rev() {
         step_down(layer, parameters, rows, here, &hidden[i - 1][..rows * layer.input], below);
         std::mem::swap(here, below);

@@ -47,7 +47,7 @@ pub fn compare(title: &str, runs: &[Labelled], out: &Path) -> Result<()> {
 
 /// A markdown table of the same runs: the mean of the last three evaluations, as the median over the seeds and, for
 /// several seeds, their range.
-pub fn table(runs: &[Labelled]) -> Result<String> {
+pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
     let row = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
@@ -154,7 +154,8 @@ mod tests {
     #[test]
     fn the_table_gives_the_median_of_the_seeds() {
         let folder = tempfile::tempdir().unwrap();
-        let labelled = |label: &str, name, ends| Labelled { label: label.to_owned(), folder: run(folder.path(), name, ends) };
+        let labelled =
+            |label: &str, name, ends| Labelled { label: label.to_owned(), folder: run(folder.path(), name, ends) };
         let runs = [
             labelled("cholesky", "c0", [1.0, 2.0, 3.0]),
             labelled("minimum", "m0", [0.0, 0.5, 1.0]),
@@ -163,7 +164,7 @@ mod tests {
         ];
         let wanted = "| label | seeds | weighted total | speed |\n|---|--:|--:|--:|\n\
             | cholesky | 3 | 3.0 (2.0 to 5.0) | 6.0 (4.0 to 10.0) |\n| minimum | 1 | 0.5 | 1.0 |\n";
-        assert_eq!(table(&runs).unwrap(), wanted);
+        assert_eq!(comparison_table(&runs).unwrap(), wanted);
         for name in ["x.svg", "x.png"] {
             compare("COP-Q", &runs, &folder.path().join(name)).unwrap();
         }

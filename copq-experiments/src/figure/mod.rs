@@ -4,14 +4,16 @@ mod canvas;
 mod compare;
 mod curves;
 mod font;
+mod layout;
 mod panel;
+mod pen;
 mod ticks;
 
 use std::path::Path;
 
 use copq::Result;
 
-pub use compare::{Labelled, compare, table};
+pub use compare::{Labelled, compare, comparison_table};
 use curves::Evaluated;
 
 use crate::files;
@@ -52,12 +54,14 @@ pub(crate) struct Figure {
 pub(crate) fn draw_run(folder: &Path) -> Result<()> {
     let run = Evaluated::read(folder)?;
     let plan = crate::folder::read_plan(folder)?;
-    let title = format!("{}, {} on {}, {} projection, seed {}",
-        plan.program, plan.task, plan.engine, plan.projection, plan.run.seed);
+    let title = format!(
+        "{}, {} on {}, {} projection, seed {}",
+        plan.program, plan.task, plan.engine, plan.projection, plan.run.seed
+    );
     let note = "Line: mean of the evaluation episodes. Band: lowest to highest episode.".to_owned();
-    let panels = run.quantities().iter().map(|quantity| Panel {
+    let panels = run.quantities().into_iter().map(|quantity| Panel {
         title: quantity.title(),
-        series: vec![Series { label: String::new(), points: run.over_episodes(quantity) }],
+        series: vec![Series { label: String::new(), points: run.over_episodes(&quantity) }],
     });
     let figure = Figure { title, note, panels: panels.collect() };
     files::replace(&folder.join("curve.svg"), canvas::svg(&figure)?.as_bytes())?;

@@ -1,0 +1,56 @@
+//! Draws the evaluation curves of several runs in one figure and prints a table of how they ended.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use copq_experiments::{Labelled, compare, comparison_table};
+
+/// Compares runs: one colour a label, runs of one label are its seeds.
+///
+/// Example: copq-plot --out results/hopper.svg cholesky=runs/a-s0 cholesky=runs/a-s1 minimum=runs/b-s0
+#[derive(Parser)]
+struct Cli {
+    /// Figure to write; its ending, .svg or .png, decides the format. May be given several times.
+    #[arg(long, required = true, value_name = "FILE")]
+    out: Vec<PathBuf>,
+
+    /// Title of the figure.
+    #[arg(long, default_value = "Evaluation without exploration")]
+    title: String,
+
+    /// Also write the markdown table that is printed to this file.
+    #[arg(long, value_name = "FILE")]
+    table: Option<PathBuf>,
+
+    /// A name for the legend and the folder of a run.
+    #[arg(required = true, value_name = "LABEL=DIR", value_parser = labelled)]
+    runs: Vec<Labelled>,
+}
+
+fn labelled(text: &str) -> Result<Labelled, String> {
+    let (label, folder) = text.split_once('=').ok_or("wanted LABEL=DIR")?;
+    Ok(Labelled { label: label.to_owned(), folder: folder.into() })
+}
+
+fn main() -> ExitCode {
+    match plot(&Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn plot(cli: &Cli) -> copq::Result<()> {
+    for out in &cli.out {
+        compare(&cli.title, &cli.runs, out)?;
+    }
+    let table = comparison_table(&cli.runs)?;
+    print!("{table}");
+    if let Some(path) = &cli.table {
+        std::fs::write(path, table).map_err(|e| copq::Error::other(format!("writing '{}'", path.display()), e))?;
+    }
+    Ok(())
+}

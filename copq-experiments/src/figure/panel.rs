@@ -1,0 +1,139 @@
+//! One pair of axes with its curves.
+
+use plotters::prelude::DrawingBackend;
+use plotters::style::RGBColor;
+
+use super::layout::colour;
+use super::pen::{Anchor, At, Drawn, GRID, INK, Pen};
+use super::ticks::{label, ticks};
+use super::{Panel, Point};
+
+/// Opacity of a band.
+pub(crate) const BAND: f64 = 0.18;
+/// Width of a curve.
+pub(crate) const LINE: f64 = 2.0;
+const TICK_SIZE: f64 = 12.0;
+/// Fewer evaluations than this are marked by dots.
+const DOTS: usize = 16;
+
+/// Where the axes of a panel are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
+}
+
+impl Frame {
+    /// Leaves room for title, ticks and names around the axes.
+    pub(crate) fn inside(x: f64, y: f64, (width, height): (f64, f64)) -> Self {
+        Self { left: x + 68.0, right: x + width - 18.0, top: y + 30.0, bottom: y + height - 46.0 }
+    }
+}
+
+/// Both axes' ranges: from 0 to the last step, and over all bands to the round numbers around them.
+struct Axes {
+    frame: Frame,
+    last_step: f64,
+    returns: Vec<f64>,
+}
+
+impl Axes {
+    fn new(frame: &Frame, panel: &Panel) -> Self {
+        let points = || panel.series.iter().flat_map(|series| &series.points).filter(|point| point.is_drawable());
+        let last_step = points().map(|point| point.step).fold(0.0, f64::max);
+        let low = points().map(|point| point.low).fold(f64::INFINITY, f64::min);
+        let high = points().map(|point| point.high).fold(f64::NEG_INFINITY, f64::max);
+        let (low, high) = widened(low, high);
+        let last_step = if last_step > 0.0 { last_step } else { 1.0 };
+        Self { frame: *frame, last_step, returns: ticks(low, high, 5) }
+    }
+
+    fn x(&self, step: f64) -> f64 {
+        self.frame.left + (self.frame.right - self.frame.left) * step / self.last_step
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        let (low, high) = (self.returns[0], self.returns[self.returns.len() - 1]);
+        self.frame.bottom - (self.frame.bottom - self.frame.top) * (value - low) / (high - low)
+    }
+
+    fn at(&self, step: f64, value: f64) -> At {
+        (self.x(step), self.y(value))
+    }
+}
+
+/// Equal ends, or none at all, still need an axis.
+fn widened(low: f64, high: f64) -> (f64, f64) {
+    if low < high {
+        (low, high)
+    } else if low == high {
+        let room = (0.05 * low.abs()).max(0.5);
+        (low - room, high + room)
+    } else {
+        (0.0, 1.0)
+    }
+}
+
+impl Point {
+    fn is_drawable(&self) -> bool {
+        self.middle.is_finite() && self.low.is_finite() && self.high.is_finite()
+    }
+}
+
+/// Draws a panel: grid, bands, then lines on top of all bands.
+pub(crate) fn draw<B: DrawingBackend>(pen: &Pen<'_, B>, frame: &Frame, panel: &Panel) -> Drawn<B> {
+    let axes = Axes::new(frame, panel);
+    grid(pen, &axes)?;
+    let curves: Vec<Vec<Point>> =
+        panel.series.iter().map(|series| series.points.iter().copied().filter(Point::is_drawable).collect()).collect();
+    for (i, points) in curves.iter().enumerate() {
+        band(pen, &axes, points, colour(i))?;
+    }
+    for (i, points) in curves.iter().enumerate() {
+        line(pen, &axes, points, colour(i))?;
+    }
+    names(pen, frame, &panel.title)
+}
+
+fn grid<B: DrawingBackend>(pen: &Pen<'_, B>, axes: &Axes) -> Drawn<B> {
+    let Frame { left, right, top, bottom } = axes.frame;
+    let largest = axes.returns.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    for &value in &axes.returns {
+        let y = axes.y(value);
+        pen.line(&[(left, y), (right, y)], 0.75, GRID)?;
+        pen.word(&label(value, largest), (left - 7.0, y), TICK_SIZE, Anchor::Right)?;
+    }
+    for step in ticks(0.0, axes.last_step, 5).into_iter().filter(|&step| step <= axes.last_step * (1.0 + 1e-9)) {
+        let x = axes.x(step);
+        pen.line(&[(x, top), (x, bottom)], 0.75, GRID)?;
+        pen.word(&label(step, axes.last_step), (x, bottom + 6.0), TICK_SIZE, Anchor::Top)?;
+    }
+    pen.line(&[(left, top), (left, bottom), (right, bottom)], 1.0, INK)
+}
+
+fn band<B: DrawingBackend>(pen: &Pen<'_, B>, axes: &Axes, points: &[Point], colour: RGBColor) -> Drawn<B> {
+    if points.len() < 2 {
+        return Ok(());
+    }
+    let there = points.iter().map(|point| axes.at(point.step, point.high));
+    let back = points.iter().rev().map(|point| axes.at(point.step, point.low));
+    pen.fill(&there.chain(back).collect::<Vec<_>>(), colour, BAND)
+}
+
+fn line<B: DrawingBackend>(pen: &Pen<'_, B>, axes: &Axes, points: &[Point], colour: RGBColor) -> Drawn<B> {
+    let points: Vec<At> = points.iter().map(|point| axes.at(point.step, point.middle)).collect();
+    if points.len() > 1 {
+        pen.line(&points, LINE, colour)?;
+    }
+    let dots = if points.len() < DOTS { points.as_slice() } else { &[] };
+    dots.iter().try_for_each(|&at| pen.dot(at, 1.6 * LINE, colour))
+}
+
+fn names<B: DrawingBackend>(pen: &Pen<'_, B>, frame: &Frame, title: &str) -> Drawn<B> {
+    let (middle, centre) = (0.5 * (frame.left + frame.right), 0.5 * (frame.top + frame.bottom));
+    pen.word(title, (middle, frame.top - 22.0), 14.0, Anchor::Top)?;
+    pen.word("environment steps", (middle, frame.bottom + 24.0), TICK_SIZE, Anchor::Top)?;
+    pen.word("return of an episode", (frame.left - 58.0, centre), TICK_SIZE, Anchor::Turned)
+}

@@ -1,0 +1,98 @@
+//! Runs in processes of their own, which signals stop at any moment.
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use copq::Rng;
+use copq_experiments::{RunFolder, Sheet};
+
+use crate::point_mass::{self, plan, settings};
+use crate::resume::{assert_same, train};
+
+const FOLDER: &str = "COPQ_TEST_FOLDER";
+const STEPS: &str = "COPQ_TEST_STEPS";
+
+/// Not a test by itself: what the child process runs, begun by [`spawn`].
+#[test]
+fn child() {
+    let Some(folder) = std::env::var_os(FOLDER) else { return };
+    let mut plan = plan(2, std::env::var(STEPS).unwrap().parse().unwrap());
+    plan.run.checkpoint_every = 10;
+    let folder = Path::new(&folder);
+    let folder = if folder.exists() {
+        RunFolder::resume(folder, &plan, &settings())
+    } else {
+        RunFolder::create(folder, &plan, &settings())
+    };
+    let ending = point_mass::run(folder.unwrap(), &plan).train().unwrap();
+    println!("{ending}");
+}
+
+/// This test program again, as a run in `folder`.
+fn spawn(folder: &Path, steps: u64) -> Child {
+    Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "children::child", "--nocapture", "--test-threads=1"])
+        .env(FOLDER, folder)
+        .env(STEPS, steps.to_string())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+fn wait_until(what: impl Fn() -> bool) {
+    let began = Instant::now();
+    while !what() {
+        assert!(began.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[cfg(unix)]
+fn stop_with(signal: &str) {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path().join("run");
+    let child = spawn(&folder, 100_000_000);
+    let metrics = folder.join("metrics.csv");
+    wait_until(|| Sheet::read(&metrics).is_ok_and(|sheet| sheet.steps().len() > 3));
+    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{text}");
+    assert!(text.contains("stopped and saved at step ") && text.contains("go on with --resume "), "{text}");
+
+    let plan = copq_experiments::read_plan(&folder).unwrap();
+    let resumed = RunFolder::resume(&folder, &plan, &settings()).unwrap();
+    let steps = point_mass::run(resumed, &plan).trainer_mut().steps();
+    assert!(steps > 300 && text.replace(',', "").contains(&format!("at step {steps};")), "{steps} steps: {text}");
+}
+
+#[test]
+#[cfg(unix)]
+fn sigterm_saves_and_ends_well() {
+    stop_with("-TERM");
+}
+
+#[test]
+#[cfg(unix)]
+fn sigint_saves_and_ends_well() {
+    stop_with("-INT");
+}
+
+#[test]
+fn a_run_killed_again_and_again_ends_as_if_it_had_not_been() {
+    let temporary = tempfile::tempdir().unwrap();
+    let (whole, killed) = (temporary.path().join("whole"), temporary.path().join("killed"));
+    train(&whole, 2, 1_500);
+    let mut moments = Rng::with_stream(11, 0);
+    for _ in 0..12 {
+        let mut child = spawn(&killed, 1_500);
+        std::thread::sleep(Duration::from_micros(moments.below(150_000) as u64));
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    let output = spawn(&killed, 1_500).wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_same(&whole, &killed);
+}

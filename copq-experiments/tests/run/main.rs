@@ -1,0 +1,6 @@
+//! Whole runs of a point mass: what they leave behind, and that no stop of any kind changes it.
+
+mod children;
+mod contents;
+mod point_mass;
+mod resume;

@@ -1,0 +1,80 @@
+//! A run that was stopped and resumed equals one that was not, byte for byte.
+
+use std::path::Path;
+
+use copq_experiments::{Ending, RunFolder};
+
+use crate::point_mass::{self, plan, settings};
+
+/// The files that may not depend on time.
+pub const SAME: [&str; 5] = ["metrics.csv", "evaluations.csv", "checkpoint.safetensors", "curve.svg", "curve.png"];
+
+/// Begins or goes on with a run.
+pub fn train(folder: &Path, seed: u64, steps: u64) {
+    let plan = plan(seed, steps);
+    let folder = if folder.exists() {
+        RunFolder::resume(folder, &plan, &settings())
+    } else {
+        RunFolder::create(folder, &plan, &settings())
+    };
+    let ending = point_mass::run(folder.unwrap(), &plan).train().unwrap();
+    assert!(matches!(ending, Ending::Finished { .. }));
+}
+
+/// Compares what two runs left.
+pub fn assert_same(a: &Path, b: &Path) {
+    for name in SAME {
+        let read = |folder: &Path| std::fs::read(folder.join(name)).unwrap();
+        assert!(read(a) == read(b), "{name} differs in {} and {}", a.display(), b.display());
+    }
+}
+
+#[test]
+fn two_thousand_steps_are_one_thousand_and_one_thousand() {
+    let temporary = tempfile::tempdir().unwrap();
+    let (whole, parts) = (temporary.path().join("whole"), temporary.path().join("parts"));
+    train(&whole, 7, 2_000);
+    train(&parts, 7, 1_000);
+    train(&parts, 7, 2_000);
+    assert_same(&whole, &parts);
+    assert!(std::fs::read_to_string(parts.join("config.toml")).unwrap().contains("steps = 2000\n"));
+}
+
+#[test]
+fn ends_off_every_interval_leave_no_trace() {
+    let temporary = tempfile::tempdir().unwrap();
+    let (whole, parts) = (temporary.path().join("whole"), temporary.path().join("parts"));
+    train(&whole, 3, 1_234);
+    for steps in [13, 477, 477, 480, 1_101, 1_234] {
+        train(&parts, 3, steps);
+    }
+    assert_same(&whole, &parts);
+}
+
+#[test]
+fn rows_after_the_checkpoint_and_torn_rows_are_written_again() {
+    let temporary = tempfile::tempdir().unwrap();
+    let (whole, crashed) = (temporary.path().join("whole"), temporary.path().join("crashed"));
+    train(&whole, 5, 900);
+    train(&crashed, 5, 600);
+    for (name, torn) in [("metrics.csv", "\n700,1,2,3,4,5,6\n800,70,"), ("evaluations.csv", "750,4,1.0")] {
+        let path = crashed.join(name);
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, text + torn).unwrap();
+    }
+    std::fs::write(crashed.join(".checkpoint.safetensors.part"), "half of a").unwrap();
+    train(&crashed, 5, 900);
+    assert_same(&whole, &crashed);
+    assert!(!crashed.join(".checkpoint.safetensors.part").exists());
+}
+
+#[test]
+fn a_run_without_a_checkpoint_begins_anew() {
+    let temporary = tempfile::tempdir().unwrap();
+    let (whole, bare) = (temporary.path().join("whole"), temporary.path().join("bare"));
+    train(&whole, 5, 600);
+    train(&bare, 5, 600);
+    std::fs::remove_file(bare.join("checkpoint.safetensors")).unwrap();
+    train(&bare, 5, 600);
+    assert_same(&whole, &bare);
+}
