@@ -1,7 +1,5 @@
 //! A figure's sheet of paper: title, note, legend, and a grid of panels.
 
-use plotters::coord::Shift;
-use plotters::drawing::DrawingArea;
 use plotters::prelude::DrawingBackend;
 use plotters::style::{RGBColor, WHITE};
 
@@ -36,7 +34,7 @@ pub(crate) fn colour(n: usize) -> RGBColor {
 pub(crate) fn size(figure: &Figure) -> (u32, u32) {
     let (columns, rows) = grid(figure.panels.len());
     let width = columns as f64 * PANEL.0 + 2.0 * MARGIN;
-    let legend = labels(figure).len().div_ceil(legend_columns(figure, width)) as f64 * LEGEND_ROW;
+    let legend = legend_rows(figure, width).len() as f64 * LEGEND_ROW;
     (width as u32, (HEADER + legend + rows as f64 * PANEL.1 + MARGIN) as u32)
 }
 
@@ -55,31 +53,40 @@ fn labels(figure: &Figure) -> Vec<&str> {
     if series.len() < 2 { Vec::new() } else { series.iter().map(|series| series.label.as_str()).collect() }
 }
 
-/// Columns of equal width, for which the longest label is measured by its number of letters.
-fn legend_columns(figure: &Figure, width: f64) -> usize {
-    ((width - 2.0 * MARGIN) / legend_step(figure)).floor().max(1.0) as usize
+/// Width of a label with its sample. From its number of letters, as no font is at hand before there is paper.
+fn item_width(label: &str) -> f64 {
+    SAMPLE + 32.0 + 0.58 * LEGEND_SIZE * label.chars().count() as f64
 }
 
-fn legend_step(figure: &Figure) -> f64 {
-    let letters = labels(figure).iter().map(|label| label.chars().count()).max().unwrap_or(0);
-    SAMPLE + 30.0 + 0.62 * LEGEND_SIZE * letters as f64
+/// The legend's labels with their numbers, as many in a row as there is room for.
+fn legend_rows(figure: &Figure, width: f64) -> Vec<Vec<(usize, &str)>> {
+    let mut rows: Vec<Vec<(usize, &str)>> = Vec::new();
+    let mut room = 0.0;
+    for (i, label) in labels(figure).into_iter().enumerate() {
+        if rows.is_empty() || item_width(label) > room {
+            rows.push(Vec::new());
+            room = width - 2.0 * MARGIN;
+        }
+        room -= item_width(label);
+        rows.last_mut().into_iter().for_each(|row| row.push((i, label)));
+    }
+    rows
 }
 
-/// Draws everything; `scale` is the number of device units to a layout unit.
-pub(crate) fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, scale: f64, figure: &Figure) -> Drawn<B> {
-    area.fill(&WHITE)?;
-    let pen = Pen { area, scale };
+/// Draws everything.
+pub(crate) fn draw<B: DrawingBackend>(pen: &Pen<'_, B>, figure: &Figure) -> Drawn<B> {
+    pen.area.fill(&WHITE)?;
     let (width, height) = size(figure);
-    heading(&pen, figure, f64::from(width))?;
-    legend(&pen, figure, f64::from(width))?;
+    heading(pen, figure, f64::from(width))?;
+    legend(pen, figure, f64::from(width))?;
     let (columns, rows) = grid(figure.panels.len());
     let top = f64::from(height) - MARGIN - rows as f64 * PANEL.1;
     for (i, content) in figure.panels.iter().enumerate() {
         let (column, row) = ((i % columns) as f64, (i / columns) as f64);
         let frame = Frame::inside(MARGIN + column * PANEL.0, top + row * PANEL.1, PANEL);
-        panel::draw(&pen, &frame, content)?;
+        panel::draw(pen, &frame, content)?;
     }
-    area.present()
+    pen.area.present()
 }
 
 fn heading<B: DrawingBackend>(pen: &Pen<'_, B>, figure: &Figure, width: f64) -> Drawn<B> {
@@ -90,15 +97,16 @@ fn heading<B: DrawingBackend>(pen: &Pen<'_, B>, figure: &Figure, width: f64) -> 
 }
 
 fn legend<B: DrawingBackend>(pen: &Pen<'_, B>, figure: &Figure, width: f64) -> Drawn<B> {
-    let labels = labels(figure);
-    let (columns, step) = (legend_columns(figure, width).min(labels.len().max(1)), legend_step(figure));
-    let left = 0.5 * (width - columns as f64 * step) + 10.0;
-    for (i, label) in labels.into_iter().enumerate() {
-        let (x, y) = (left + (i % columns) as f64 * step, HEADER + 6.0 + (i / columns) as f64 * LEGEND_ROW);
-        let band = [(x, y - 6.0), (x + SAMPLE, y - 6.0), (x + SAMPLE, y + 6.0), (x, y + 6.0)];
-        pen.fill(&band, colour(i), panel::BAND)?;
-        pen.line(&[(x, y), (x + SAMPLE, y)], panel::LINE, colour(i))?;
-        pen.word(label, (x + SAMPLE + 8.0, y), LEGEND_SIZE, Anchor::Left)?;
+    for (row, items) in legend_rows(figure, width).into_iter().enumerate() {
+        let y = HEADER + 6.0 + row as f64 * LEGEND_ROW;
+        let mut x = 0.5 * (width - items.iter().map(|(_, label)| item_width(label)).sum::<f64>()) + 12.0;
+        for (i, label) in items {
+            let band = [(x, y - 6.0), (x + SAMPLE, y - 6.0), (x + SAMPLE, y + 6.0), (x, y + 6.0)];
+            pen.fill(&band, colour(i), panel::BAND)?;
+            pen.line(&[(x, y), (x + SAMPLE, y)], panel::LINE, colour(i))?;
+            pen.word(label, (x + SAMPLE + 8.0, y), LEGEND_SIZE, Anchor::Left)?;
+            x += item_width(label);
+        }
     }
     Ok(())
 }

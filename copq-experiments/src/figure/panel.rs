@@ -32,11 +32,12 @@ impl Frame {
     }
 }
 
-/// Both axes' ranges: from 0 to the last step, and over all bands to the round numbers around them.
+/// Both axes' ranges: from 0 to the last step, and over all bands with a little room.
 struct Axes {
     frame: Frame,
     last_step: f64,
-    returns: Vec<f64>,
+    low: f64,
+    high: f64,
 }
 
 impl Axes {
@@ -47,7 +48,7 @@ impl Axes {
         let high = points().map(|point| point.high).fold(f64::NEG_INFINITY, f64::max);
         let (low, high) = widened(low, high);
         let last_step = if last_step > 0.0 { last_step } else { 1.0 };
-        Self { frame: *frame, last_step, returns: ticks(low, high, 5) }
+        Self { frame: *frame, last_step, low, high }
     }
 
     fn x(&self, step: f64) -> f64 {
@@ -55,8 +56,7 @@ impl Axes {
     }
 
     fn y(&self, value: f64) -> f64 {
-        let (low, high) = (self.returns[0], self.returns[self.returns.len() - 1]);
-        self.frame.bottom - (self.frame.bottom - self.frame.top) * (value - low) / (high - low)
+        self.frame.bottom - (self.frame.bottom - self.frame.top) * (value - self.low) / (self.high - self.low)
     }
 
     fn at(&self, step: f64, value: f64) -> At {
@@ -64,16 +64,15 @@ impl Axes {
     }
 }
 
-/// Equal ends, or none at all, still need an axis.
+/// Room above and below; equal ends, or none at all, still need an axis.
 fn widened(low: f64, high: f64) -> (f64, f64) {
-    if low < high {
-        (low, high)
-    } else if low == high {
-        let room = (0.05 * low.abs()).max(0.5);
-        (low - room, high + room)
-    } else {
-        (0.0, 1.0)
+    if low > high {
+        return (0.0, 1.0);
     }
+    let room = if low < high { 0.05 * (high - low) } else { (0.05 * low.abs()).max(0.5) };
+    // An axis of positive numbers may end at 0, not below.
+    let keep_sign = |end: f64, moved: f64| if end * moved < 0.0 { 0.0 } else { moved };
+    (keep_sign(low, low - room), keep_sign(high, high + room))
 }
 
 impl Point {
@@ -99,13 +98,13 @@ pub(crate) fn draw<B: DrawingBackend>(pen: &Pen<'_, B>, frame: &Frame, panel: &P
 
 fn grid<B: DrawingBackend>(pen: &Pen<'_, B>, axes: &Axes) -> Drawn<B> {
     let Frame { left, right, top, bottom } = axes.frame;
-    let largest = axes.returns.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
-    for &value in &axes.returns {
+    let largest = axes.low.abs().max(axes.high.abs());
+    for value in ticks(axes.low, axes.high, 7) {
         let y = axes.y(value);
         pen.line(&[(left, y), (right, y)], 0.75, GRID)?;
         pen.word(&label(value, largest), (left - 7.0, y), TICK_SIZE, Anchor::Right)?;
     }
-    for step in ticks(0.0, axes.last_step, 5).into_iter().filter(|&step| step <= axes.last_step * (1.0 + 1e-9)) {
+    for step in ticks(0.0, axes.last_step, 5) {
         let x = axes.x(step);
         pen.line(&[(x, top), (x, bottom)], 0.75, GRID)?;
         pen.word(&label(step, axes.last_step), (x, bottom + 6.0), TICK_SIZE, Anchor::Top)?;

@@ -38,6 +38,8 @@ pub(crate) struct Pen<'a, B: DrawingBackend> {
     pub(crate) area: &'a DrawingArea<B, Shift>,
     /// Device units to a layout unit.
     pub(crate) scale: f64,
+    /// How far below its position a word's middle must be put to end up there, in parts of its size.
+    pub(crate) sink: f64,
 }
 
 impl<B: DrawingBackend> Pen<'_, B> {
@@ -60,12 +62,13 @@ impl<B: DrawingBackend> Pen<'_, B> {
     }
 
     pub(crate) fn word(&self, text: &str, at: At, size: f64, anchor: Anchor) -> Drawn<B> {
-        let (h, v) = match anchor {
-            Anchor::Left => (HPos::Left, VPos::Center),
-            Anchor::Right => (HPos::Right, VPos::Center),
-            Anchor::Top => (HPos::Center, VPos::Top),
-            Anchor::Turned => (HPos::Center, VPos::Center),
+        let (h, v, sink) = match anchor {
+            Anchor::Left => (HPos::Left, VPos::Center, self.sink),
+            Anchor::Right => (HPos::Right, VPos::Center, self.sink),
+            Anchor::Top => (HPos::Center, VPos::Top, 0.0),
+            Anchor::Turned => (HPos::Center, VPos::Center, 0.0),
         };
+        let at = (at.0, at.1 + sink * size);
         let mut style = self.style(size).pos(Pos::new(h, v));
         if let Anchor::Turned = anchor {
             style = style.transform(FontTransform::Rotate270);

@@ -91,6 +91,7 @@ fn a_run_killed_again_and_again_ends_as_if_it_had_not_been() {
         std::thread::sleep(Duration::from_micros(moments.below(150_000) as u64));
         child.kill().unwrap();
         child.wait().unwrap();
+        eprintln!("DBG {:?} {:?}", Sheet::read(&killed.join("metrics.csv")).map(|s| s.steps().len()), std::fs::read_dir(&killed).map(|d| d.flatten().map(|e| e.file_name()).collect::<Vec<_>>()));
     }
     let output = spawn(&killed, 1_500).wait_with_output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

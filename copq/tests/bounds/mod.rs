@@ -160,14 +160,7 @@ pub fn project_rows(method: &dyn Projection, q: QView<'_>, weights: &[f32], step
     out
 }
 
-pub fn vjp(
-    method: &dyn Projection,
-    q: &[f32],
-    critics: usize,
-    weights: &[f32],
-    step: f32,
-    grad: &[f32],
-) -> Vec<f32> {
+pub fn vjp(method: &dyn Projection, q: &[f32], critics: usize, weights: &[f32], step: f32, grad: &[f32]) -> Vec<f32> {
     vjp_rows(method, QView::new(q, critics, weights.len()).unwrap(), weights, step, grad)
 }
 

@@ -1,0 +1,322 @@
+//! Ensembles at the edge: agreement, collinearity, certainty, extreme scales, and inputs that are no ensemble at all.
+
+mod bounds;
+
+use bounds::{Ensemble, assert_close, ellipsoids, largest, offset, projections, widen};
+use copq::projection::{Cholesky, Eigen, IndependentMin, Projection, QView, ScalarisedMin, Scratch, by_name};
+use copq::{Error, Result};
+use proptest::prelude::*;
+
+proptest! {
+    #[test]
+    fn identical_critics_are_exactly_their_mean(
+        value in prop::collection::vec(prop::num::f32::NORMAL, 1..6),
+        critics in 1..12_usize,
+        step in -5.0..5.0_f32,
+    ) {
+        let q = value.repeat(critics);
+        let weights = vec![0.7; value.len()];
+        for method in projections() {
+            let bound = bounds::project(method, &q, critics, &weights, step);
+            prop_assert_eq!(&bound, &value, "{}", method.name());
+        }
+    }
+
+    #[test]
+    fn identical_critics_share_the_gradient(value in prop::collection::vec(-1e9..1e9_f32, 1..6), critics in 1..12_usize) {
+        let (q, weights) = (value.repeat(critics), vec![-0.7; value.len()]);
+        for method in ellipsoids() {
+            let method = by_name(method.name()).unwrap();
+            let gradient = bounds::vjp(&method, &q, critics, &weights, -1.0, &vec![3.0; value.len()]);
+            let share = (3.0 / critics as f64) as f32;
+            prop_assert!(gradient.iter().all(|&g| g == share), "{}: {gradient:?}", method.name());
+        }
+    }
+}
+
+#[test]
+fn collinear_objectives_move_as_one() {
+    // The second objective is -3 times the first; of its own it has no disagreement.
+    let ensemble = Ensemble::new(&[&[1.0, -3.0], &[2.0, -6.0], &[7.0, -21.0]], &[2.0, -1.0]);
+    let low = ensemble.factor(&Cholesky);
+    assert_eq!(low[1][1], 0.0);
+    assert!((low[1][0] + 3.0 * low[0][0]).abs() < 1e-12 * low[0][0]);
+    for method in ellipsoids() {
+        let offset = ensemble.offset(method);
+        let ratio = if method.name() == "diagonal" { -1.5 } else { -3.0 };
+        assert!((offset[1] - ratio * offset[0]).abs() < 1e-9 * offset[0].abs(), "{}: {offset:?}", method.name());
+    }
+}
+
+#[test]
+fn collinear_objectives_keep_the_gradient_of_what_they_share() {
+    // Moving both objectives along their common line changes L_11 and L_21 only, which is smooth: d ln D = d ln scale.
+    let ensemble = Ensemble::new(&[&[1.0, 3.0], &[2.0, 6.0], &[7.0, 21.0]], &[2.0, 1.0]);
+    let x = ensemble.deviations();
+    for method in ellipsoids() {
+        let offset = ensemble.offset(method);
+        let gradient = bounds::offset_vjp(method, &x, 3, &ensemble.unit(), &[1.0, 0.5]);
+        let (along, value) = (bounds::dot(&gradient, &x), offset[0] + 0.5 * offset[1]);
+        assert!((along - value).abs() < 1e-9 * value, "{}: {along} instead of {value}", method.name());
+    }
+}
+
+#[test]
+fn a_certain_objective_is_left_alone() {
+    for (certain, critics) in [(0, [[5.0_f32, 1.0], [5.0, 2.0], [5.0, 4.0]]), (1, [[1.0, 5.0], [2.0, 5.0], [4.0, 5.0]])]
+    {
+        let ensemble = Ensemble::new(&[&critics[0], &critics[1], &critics[2]], &[1.0, 1.0]);
+        for method in projections() {
+            assert_eq!(ensemble.bound(method, -1.0)[certain], 5.0, "{}", method.name());
+            assert_eq!(ensemble.bound(method, 3.0)[certain], 5.0, "{}", method.name());
+        }
+        for method in ellipsoids() {
+            let gradient = ensemble.gradient(&by_name(method.name()).unwrap(), -1.0);
+            let third = (1.0_f64 / 3.0) as f32;
+            for own in gradient.iter().skip(certain).step_by(2) {
+                // What is certain gets the mean's share, and what the other objective's offset owes to it.
+                assert!(
+                    own.is_finite()
+                        && (method.name() == "extremum" || method.name() == "cholesky" || (own - third).abs() < 1.0)
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_certain_first_objective_leaves_a_smaller_cholesky() {
+    let both =
+        Ensemble::new(&[&[5.0, 1.0, 2.0], &[5.0, 2.0, -4.0], &[5.0, 4.0, 1.0], &[5.0, 3.0, 9.0]], &[1.0, 2.0, 1.0]);
+    let rest = Ensemble::new(&[&[1.0, 2.0], &[2.0, -4.0], &[4.0, 1.0], &[3.0, 9.0]], &[2.0, 1.0]);
+    // The direction keeps the length that the certain objective takes of it.
+    let share = (5.0_f64 / 6.0).sqrt();
+    let wanted: Vec<f64> = rest.offset(&Cholesky).iter().map(|d| share * d).collect();
+    assert_close(&both.offset(&Cholesky)[1..], &wanted, 1e-12);
+    let gradient = both.gradient(&Cholesky, -1.0);
+    assert!(gradient.iter().step_by(3).all(|&g| g == 0.25), "the mean's share only: {gradient:?}");
+}
+
+#[test]
+fn scalarised_agreement_is_no_disagreement() {
+    // Sigma u = 0 with Sigma not zero: the documented jump. Offset and gradient stay finite.
+    let ensemble = Ensemble::new(&[&[1.0, -1.0], &[-1.0, 1.0], &[0.5, -0.5]], &[1.0, 1.0]);
+    for method in ellipsoids() {
+        let (offset, std) = (ensemble.offset(method), ensemble.largest_std());
+        assert!(largest(&offset) <= std, "{}: {offset:?}", method.name());
+        let gradient = ensemble.gradient(&by_name(method.name()).unwrap(), -1.0);
+        assert!(gradient.iter().all(|g| g.abs() < 10.0), "{}: {gradient:?}", method.name());
+    }
+    assert_eq!(ensemble.offset(&copq::projection::Extremum), [0.0, 0.0]);
+}
+
+#[test]
+fn a_clip_next_to_parallel_turns_all_the_way() {
+    // p is almost -u: what is left of u across p is its tiny second entry, and R u is almost the second axis.
+    let tiny = 1e-9_f32;
+    let ensemble =
+        Ensemble::new(&[&[0.0, 3e9, 0.0], &[1.0, -1e9, 1.0], &[2.0, 0.0, 0.0], &[0.0, 1e9, 5.0]], &[1.0, tiny, tiny]);
+    let (offset, u) = (ensemble.offset(&Cholesky), ensemble.unit());
+    let margin = bounds::dot(&u, &bounds::times(&ensemble.factor(&Cholesky), &u)).max(0.0);
+    assert!((bounds::dot(&u, &offset) - margin).abs() < 1e-12 * (1.0 + margin));
+}
+
+#[test]
+fn tiny_and_huge_values_keep_their_relative_accuracy() {
+    let plain = [[3.0_f32, -1.0], [5.0, 2.0], [4.0, -7.0]];
+    for (first, second) in [(1e-12, 1e-12), (1e12, 1e12), (1e-12, 1e12), (1e12, 1e-12), (1e-30, 1e30)] {
+        let critics = plain.map(|q| [q[0] * first, q[1] * second]);
+        let ensemble = Ensemble::new(&[&critics[0], &critics[1], &critics[2]], &[1.0, 1.0]);
+        for method in projections() {
+            let bound = ensemble.bound(method, -1.0);
+            assert!(bound.iter().all(|b| b.is_finite() && *b != 0.0), "{}: {bound:?}", method.name());
+            assert!(ensemble.gradient(method, -1.0).iter().all(|g| g.is_finite()), "{}", method.name());
+        }
+        // Cholesky treats every objective in its own units: the offset is that of the plain values, rescaled.
+        let low = ensemble.factor(&Cholesky);
+        let wanted = Ensemble::new(&[&plain[0], &plain[1], &plain[2]], &[1.0, 1.0]).factor(&Cholesky);
+        let units = [f64::from(first), f64::from(second)];
+        for (row, (wanted, unit)) in low.iter().zip(wanted.iter().zip(units)) {
+            let plain: Vec<f64> = row.iter().map(|l| l / unit).collect();
+            assert_close(&plain, wanted, 1e-6);
+        }
+    }
+}
+
+#[test]
+fn a_large_mean_does_not_drown_a_small_spread() {
+    let spread = [[0.0_f32, 0.25], [0.5, 0.0], [0.25, -0.5]];
+    let ensemble = |shift: f32| {
+        let critics = spread.map(|q| q.map(|q| q + shift));
+        Ensemble::new(&[&critics[0], &critics[1], &critics[2]], &[1.0, 2.0])
+    };
+    for method in ellipsoids() {
+        // 2^21 leaves two binary places to an f32.
+        let (near, far) = (ensemble(0.0), ensemble(2_097_152.0));
+        assert_close(&offset_of(method, &far), &offset_of(method, &near), 1e-12);
+    }
+}
+
+fn offset_of(method: &dyn copq::projection::Ellipsoid, ensemble: &Ensemble) -> Vec<f64> {
+    offset(method, &ensemble.deviations(), ensemble.critics, &ensemble.unit())
+}
+
+#[test]
+fn more_objectives_than_critics() {
+    let ensemble = Ensemble::new(&[&[1.0, 2.0, 3.0, 4.0], &[2.0, 4.0, 1.0, 0.0]], &[1.0, 1.0, 1.0, 1.0]);
+    let low = ensemble.factor(&Cholesky);
+    assert!(low.iter().all(|row| row[1..].iter().all(|&l| l == 0.0)), "one difference spans one dimension: {low:?}");
+    assert_close(&ensemble.factor(&Eigen).concat(), &outer(&[0.5, 1.0, -1.0, -2.0]), 1e-12);
+}
+
+/// v v' / |v|, the root of v v'.
+fn outer(v: &[f64]) -> Vec<f64> {
+    let norm = bounds::dot(v, v).sqrt();
+    v.iter().flat_map(|a| v.iter().map(move |b| a * b / norm)).collect()
+}
+
+#[test]
+fn fifty_objectives_on_the_verge_of_dependence() {
+    // Fifty noisy copies of one line: pivots of 1e-3, and a bound that is still on the right side.
+    let noise = |k: usize, i: usize| 1e-3 * ((k * 37 + i * 101 + k * i * 13) % 97) as f32;
+    let q: Vec<Vec<f32>> = (0..51).map(|k| (0..50).map(|i| k as f32 * 0.1 + noise(k, i)).collect()).collect();
+    let rows: Vec<&[f32]> = q.iter().map(Vec::as_slice).collect();
+    let ensemble = Ensemble::new(&rows, &[1.0; 50]);
+    for method in ellipsoids() {
+        let margin = bounds::dot(&ensemble.unit(), &ensemble.offset(method));
+        assert!(margin > 0.0, "{}", method.name());
+        assert!(ensemble.gradient(&by_name(method.name()).unwrap(), -1.0).iter().all(|g| g.is_finite()));
+    }
+}
+
+#[test]
+fn ties_go_to_the_first_critic() {
+    let q = [1.0, 4.0, 1.0, 4.0, 3.0, 9.0];
+    for method in [&ScalarisedMin as &dyn Projection, &IndependentMin] {
+        assert_eq!(bounds::vjp(method, &q, 3, &[1.0, 1.0], -1.0, &[1.0, 2.0]), [1.0, 2.0, 0.0, 0.0, 0.0, 0.0]);
+    }
+}
+
+#[test]
+fn the_baselines_choose_as_documented() {
+    let q = [1.0, 9.0, 2.0, 3.0];
+    let bound = |method: &dyn Projection, weights: &[f32], step| bounds::project(method, &q, 2, weights, step);
+    assert_eq!(bound(&ScalarisedMin, &[1.0, 1.0], -1.0), [2.0, 3.0]);
+    assert_eq!(bound(&ScalarisedMin, &[1.0, 1.0], 1.0), [1.0, 9.0]);
+    assert_eq!(bound(&IndependentMin, &[1.0, 1.0], -1.0), [1.0, 3.0]);
+    assert_eq!(bound(&IndependentMin, &[1.0, 1.0], 1.0), [2.0, 9.0]);
+    // A cost is pessimistic where it is high.
+    assert_eq!(bound(&IndependentMin, &[-1.0, 1.0], -1.0), [2.0, 3.0]);
+    assert_eq!(bound(&IndependentMin, &[-1.0, 1.0], 1.0), [1.0, 9.0]);
+    assert_eq!(bound(&IndependentMin, &[1.0, 1.0], -0.5), [1.25, 4.5]);
+    assert_eq!(bounds::vjp(&IndependentMin, &q, 2, &[1.0, 1.0], -0.5, &[1.0, 1.0]), [0.75, 0.25, 0.25, 0.75]);
+}
+
+#[test]
+fn a_nan_comes_through() {
+    for method in projections() {
+        let bound = bounds::project(method, &[1.0, 2.0, f32::NAN, 4.0, 5.0, 7.0], 3, &[1.0, 1.0], -1.0);
+        assert!(bound[0].is_nan(), "{}", method.name());
+    }
+}
+
+fn refusal(weights: &[f32], step: f32, out: usize, grad: usize) -> String {
+    let q = QView::new(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], 2, 2).unwrap();
+    let texts = projections().map(|method| {
+        let mut scratch = Scratch::default();
+        let projected = method.project(q, weights, step, &mut scratch, &mut vec![0.0; out]);
+        let backward = method.vjp(q, weights, step, &mut scratch, &vec![0.0; out], &mut vec![0.0; grad]);
+        projected.and(backward).unwrap_err().to_string()
+    });
+    assert!(texts.iter().all(|text| *text == texts[0]), "{texts:?}");
+    texts[0].clone()
+}
+
+#[test]
+fn unusable_inputs_are_named() {
+    let weights = "scalarisation weight";
+    for (given, wanted) in [
+        (
+            refusal(&[1.0], -1.0, 4, 8),
+            format!("{weights}s: wanted 2 values (one an objective) or 4 (one set for each of 2 rows), got 1"),
+        ),
+        (
+            refusal(&[0.0, -0.0], -1.0, 4, 8),
+            format!("{weights}s in set 0: wanted at least one that is not zero, got only zeros"),
+        ),
+        (
+            refusal(&[1.0, 1.0, 0.0, 0.0], -1.0, 4, 8),
+            format!("{weights}s in set 1: wanted at least one that is not zero, got only zeros"),
+        ),
+        (
+            refusal(&[1.0, f32::NAN], -1.0, 4, 8),
+            format!("{weight} of objective 1 in set 0: wanted a finite number, got NaN", weight = weights),
+        ),
+        (
+            refusal(&[1.0, 1.0, f32::INFINITY, 1.0], -1.0, 4, 8),
+            format!("{weights} of objective 0 in set 1: wanted a finite number, got inf"),
+        ),
+        (refusal(&[1.0, 1.0], f32::NAN, 4, 8), "step of the bound: wanted a finite number, got NaN".to_owned()),
+        (refusal(&[1.0, 1.0], -1.0, 4, 7), "gradient of the critic values: wanted 8 values, got 7".to_owned()),
+        (refusal(&[1.0, 1.0], -1.0, 3, 8), "bound: wanted 4 values, got 3".to_owned()),
+    ] {
+        assert_eq!(given, wanted);
+    }
+}
+
+#[test]
+fn an_error_leaves_the_output_alone() {
+    let q = QView::new(&[1.0, 2.0, 3.0, 4.0], 2, 1).unwrap();
+    let mut out = [7.0; 2];
+    assert!(Cholesky.project(q, &[1.0, f32::NAN], -1.0, &mut Scratch::default(), &mut out).is_err());
+    assert_eq!(out, [7.0; 2]);
+}
+
+/// A projection written outside the crate, without an ellipsoid.
+#[derive(Debug)]
+struct FirstCritic;
+
+impl Projection for FirstCritic {
+    fn name(&self) -> &'static str {
+        "first-critic"
+    }
+
+    fn project(&self, q: QView<'_>, _: &[f32], _: f32, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        out.copy_from_slice(&q.values()[..out.len()]);
+        scratch.report_clips(1, q.rows());
+        Ok(())
+    }
+
+    fn vjp(&self, _: QView<'_>, _: &[f32], _: f32, _: &mut Scratch, grad: &[f32], grad_q: &mut [f32]) -> Result<()> {
+        grad_q.fill(0.0);
+        grad_q[..grad.len()].copy_from_slice(grad);
+        Ok(())
+    }
+}
+
+#[test]
+fn a_foreign_projection_is_like_the_built_in() {
+    let boxed: Box<dyn Projection> = Box::new(FirstCritic);
+    let q = [1.0, 2.0, 3.0, 4.0];
+    let (mut scratch, mut out) = (Scratch::default(), [0.0; 2]);
+    boxed.project(QView::new(&q, 2, 1).unwrap(), &[1.0], -1.0, &mut scratch, &mut out).unwrap();
+    assert_eq!((out, scratch.clip_rate()), ([1.0, 2.0], 0.5));
+    assert_eq!((boxed.name(), boxed.critics(2)), ("first-critic", 3));
+    let taken_by_value = |projection: Box<dyn Projection>| bounds::vjp(&projection, &q, 2, &[1.0], -1.0, &[1.0, 1.0]);
+    assert_eq!(taken_by_value(boxed), [1.0, 1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn an_unknown_name_lists_the_known_nearest_first() {
+    let error = by_name("diagnal").unwrap_err();
+    assert!(matches!(error, Error::Unknown { kind: "projection", .. }));
+    let text = error.to_string();
+    assert!(text.starts_with("unknown projection 'diagnal'; known: diagonal, "), "{text}");
+    assert!(copq::projection::names().iter().all(|name| text.contains(name)), "{text}");
+}
+
+#[test]
+fn values_far_apart_are_widened_exactly() {
+    // The f64 mean of these two cannot hold both; their minimum must come out all the same.
+    assert_eq!(widen(&bounds::project(&Cholesky, &[1e-30, 1e10], 2, &[1.0], -1.0)), [f64::from(1e-30_f32)]);
+}

@@ -1,0 +1,94 @@
+//! Every projection's gradient against central differences, away from the places that have none.
+
+mod bounds;
+
+use bounds::{
+    Ensemble, assert_close, centred, dot, ellipsoids, ensembles, full_ensembles, largest, offset, projections, widen,
+};
+use copq::projection::{Ellipsoid, Projection};
+use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+
+/// d(grad . offset)/dq in double precision, critics x objectives.
+fn differences(method: &dyn Ellipsoid, ensemble: &Ensemble) -> Vec<f64> {
+    let (u, grad, n) = (ensemble.unit(), widen(&ensemble.grad), ensemble.objectives());
+    let step = 1e-5 * ensemble.largest_std();
+    let mut q = widen(&ensemble.q);
+    let mut value = |at: usize, by: f64| {
+        let held = q[at];
+        q[at] += by;
+        let value = dot(&grad, &offset(method, &centred(&q, n), ensemble.critics, &u));
+        q[at] = held;
+        value
+    };
+    (0..ensemble.q.len()).map(|at| (value(at, step) - value(at, -step)) / (2.0 * step)).collect()
+}
+
+/// The same by the method's own gradient, centred and critics x objectives.
+fn formula(method: &dyn Ellipsoid, ensemble: &Ensemble) -> Vec<f64> {
+    let (x, grad, n) = (ensemble.deviations(), widen(&ensemble.grad), ensemble.objectives());
+    let grad_x = bounds::offset_vjp(method, &x, ensemble.critics, &ensemble.unit(), &grad);
+    let transposed: Vec<f64> = (0..ensemble.q.len()).map(|at| grad_x[at % n * ensemble.critics + at / n]).collect();
+    let centred = centred(&transposed, n);
+    (0..ensemble.q.len()).map(|at| centred[at % n * ensemble.critics + at / n]).collect()
+}
+
+/// d(grad . bound)/dq through the public, single-precision call.
+fn single_differences(method: &dyn Projection, ensemble: &Ensemble, step: f32, h: f32) -> Vec<f64> {
+    let value = |at: usize, by: f32| {
+        let mut moved = ensemble.clone();
+        moved.q[at] += by;
+        dot(&widen(&ensemble.grad), &widen(&moved.bound(method, step)))
+    };
+    let slope = |at| (value(at, h) - value(at, -h)) / (2.0 * f64::from(h));
+    (0..ensemble.q.len()).map(slope).collect()
+}
+
+/// Whether no two critics come so near to a tie that moving one value by `h` changes a choice.
+fn has_clear_choices(ensemble: &Ensemble, h: f64) -> bool {
+    let (n, u) = (ensemble.objectives(), ensemble.unit());
+    let values = widen(&ensemble.q);
+    let scores = values.chunks_exact(n).map(|q| dot(q, &u)).collect();
+    let objectives = (0..n).map(|i| values.iter().skip(i).step_by(n).copied().collect());
+    objectives.chain([scores]).all(|mut scores: Vec<f64>| {
+        scores.sort_by(f64::total_cmp);
+        scores.windows(2).all(|pair| pair[1] - pair[0] > 2.0 * h)
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { max_global_rejects: 1_000_000, ..ProptestConfig::with_cases(512) })]
+
+    #[test]
+    fn offsets_in_double_precision(ensemble in ensembles()) {
+        prop_assume!(ensemble.critics > 1 && ensemble.is_smooth());
+        for method in ellipsoids() {
+            let wanted = differences(method, &ensemble);
+            assert_close(&formula(method, &ensemble), &wanted, 1e-5 * (1.0 + largest(&wanted)));
+        }
+    }
+
+    #[test]
+    fn all_six_through_the_public_call(ensemble in full_ensembles(), step in prop_oneof![Just(-1.0), Just(4.66), -1.0..1.0_f32]) {
+        let h = 2.0_f32.powi((ensemble.largest_std() / 128.0).log2() as i32);
+        prop_assume!(ensemble.is_smooth() && has_clear_choices(&ensemble, h.into()));
+        // Coarse differences of single-precision values need stds that are large beside the step and the rounding.
+        prop_assume!(ensemble.stds().iter().all(|&std| std > 16.0 * f64::from(h)));
+        for method in projections() {
+            let wanted = single_differences(method, &ensemble, step, h);
+            assert_close(&widen(&ensemble.gradient(method, step)), &wanted, 0.03 * (1.0 + largest(&wanted)));
+        }
+    }
+}
+
+#[test]
+fn the_random_cases_include_fired_clips() {
+    let mut runner = proptest::test_runner::TestRunner::deterministic();
+    let mut fired = |_| {
+        let ensemble = ensembles().new_tree(&mut runner).unwrap().current();
+        let low = bounds::cholesky(&ensemble.covariance());
+        let a = dot(&ensemble.unit(), &bounds::times(&low, &ensemble.unit()));
+        ensemble.critics > 1 && ensemble.is_smooth() && a < 0.0
+    };
+    assert!((0..1000).filter(|_| fired(())).count() > 20);
+}
