@@ -26,6 +26,8 @@
 //! [`fused`], hand-written passes around matrix products for CPUs, which [`critic`] and [`actor`] return; and [`plain`],
 //! candle's tensors and autograd on any [`Device`], which is easy to read and is what the fused one must equal.
 
+#![deny(unsafe_code)]
+
 mod adam;
 mod check;
 pub mod fused;

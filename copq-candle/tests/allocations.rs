@@ -5,7 +5,7 @@ mod common;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use common::{Case, init};
+use common::{Case, given, given_action, init};
 use copq::{Actor, Critic, Net};
 
 /// The system's allocator, counting this thread's calls.
@@ -82,14 +82,14 @@ fn warm_updates() {
     for case in [Case::new(4, 3, &[64, 64], 1), Case::new(4, 3, &[256, 256], 256), Case::new(3, 2, &[7, 9, 4], 37)] {
         let mut critic = copq_candle::critic(&case.spec(), case.critics, &case.networks(), &mut init(1)).unwrap();
         let mut actor = copq_candle::actor(&case.spec(), &case.networks(), &mut init(1)).unwrap();
-        let (obs, act) = (case.obs(1), case.act(1));
+        let (obs, act, dq) = (case.obs(1), case.act(1), vec![0.1; case.q_len()]);
         let (mut next, mut q, mut gradient) = (act.clone(), vec![0.0; case.q_len()], act.clone());
         let mut update = || {
             actor.sample(Net::Target, &obs, &[], &mut next, &mut []).unwrap();
             critic.values(Net::Target, &obs, &next, &mut q).unwrap();
-            critic.fit(&obs, &act, &mut |_, dq| Ok(dq.fill(0.1))).unwrap();
-            critic.action_grad(&obs, &next, &mut |_, dq| Ok(dq.fill(0.1)), &mut gradient).unwrap();
-            actor.improve(&obs, &[], &mut |_, da| Ok(da.action.copy_from_slice(&gradient))).unwrap();
+            critic.fit(&obs, &act, &mut given(&dq)).unwrap();
+            critic.action_grad(&obs, &next, &mut given(&dq), &mut gradient).unwrap();
+            actor.improve(&obs, &[], &mut given_action(&gradient)).unwrap();
             critic.track(0.005).unwrap();
             actor.track(0.005).unwrap();
         };

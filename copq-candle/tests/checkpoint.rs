@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Case, fit, improve, init, normals, saved};
+use common::{Case, fit, given, improve, init, normals, saved};
 use copq::{Actor, Critic, Error, State};
 
 fn case() -> Case {
@@ -77,11 +77,8 @@ fn more_threads_change_no_bit() {
         let mut gradient = vec![0.0; wide.rows * wide.action];
         for i in 0..5 {
             fit(&mut critic, &wide.obs(i), &wide.act(i), &normals(i, wide.rows * wide.objectives));
-            let lower = &mut |_: copq::QView<'_>, grad: &mut [f32]| {
-                grad.fill(-0.1);
-                Ok(())
-            };
-            critic.action_grad(&wide.obs(i), &wide.act(i), lower, &mut gradient).unwrap();
+            let dq = vec![-0.1; wide.q_len()];
+            critic.action_grad(&wide.obs(i), &wide.act(i), &mut given(&dq), &mut gradient).unwrap();
             critic.track(0.1).unwrap();
         }
         (saved(&critic as &dyn Critic), gradient)

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Case, arrays, assert_close, fit, improve, normals, saved};
+use common::{Case, arrays, assert_close, fit, given, given_action, improve, normals, saved};
 use copq::{Actor, Critic, Net, State, Value};
 
 /// The arrays of a part of the saved state (`online`, `target`, `adam_m`, ...), one after another.
@@ -54,12 +54,8 @@ fn single_gradients() {
         let dq = normals(9, case.q_len());
         let gradient = |critic: &mut dyn Critic| {
             let mut out = vec![0.0; case.rows * case.action];
-            let fill = &mut |_: copq::QView<'_>, grad: &mut [f32]| {
-                grad.copy_from_slice(&dq);
-                Ok(())
-            };
-            critic.action_grad(&case.obs(2), &case.act(2), fill, &mut out).unwrap();
-            critic.fit(&case.obs(2), &case.act(2), fill).unwrap();
+            critic.action_grad(&case.obs(2), &case.act(2), &mut given(&dq), &mut out).unwrap();
+            critic.fit(&case.obs(2), &case.act(2), &mut given(&dq)).unwrap();
             (out, part(&saved(critic), "adam_m"))
         };
         let [mut fused, mut plain] = case.critics(2);
@@ -69,11 +65,7 @@ fn single_gradients() {
 
         let da = normals(10, case.rows * case.action);
         let gradient = |actor: &mut dyn Actor| {
-            let fill = &mut |_: copq::Sample<'_>, grad: copq::SampleGrad<'_>| {
-                grad.action.copy_from_slice(&da);
-                Ok(())
-            };
-            actor.improve(&case.obs(2), &[], fill).unwrap();
+            actor.improve(&case.obs(2), &[], &mut given_action(&da)).unwrap();
             part(&saved(actor), "adam_m")
         };
         let [mut fused, mut plain] = case.actors(2);

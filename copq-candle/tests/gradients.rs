@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Case, assert_close, normals, saved};
+use common::{Case, assert_close, given, given_action, normals, saved};
 use copq::State;
 
 /// A multilayer perceptron in f64, straight from its definition.
@@ -83,7 +83,7 @@ fn critics_parameters() {
         let (obs, act, dq) = (case.obs(1), case.act(1), normals(2, case.q_len()));
         for mut critic in case.critics(8) {
             let before = saved(critic.as_ref());
-            critic.fit(&obs, &act, &mut |_, grad| Ok(grad.copy_from_slice(&dq))).unwrap();
+            critic.fit(&obs, &act, &mut given(&dq)).unwrap();
             let after = saved(critic.as_ref());
             for (k, dq) in dq.chunks_exact(case.rows * case.objectives).enumerate() {
                 let name = format!("critic.{k}");
@@ -105,7 +105,7 @@ fn critics_actions() {
         let (obs, act, dq) = (case.obs(3), case.act(3), normals(4, case.q_len()));
         for mut critic in case.critics(9) {
             let mut got = vec![0.0; act.len()];
-            critic.action_grad(&obs, &act, &mut |_, grad| Ok(grad.copy_from_slice(&dq)), &mut got).unwrap();
+            critic.action_grad(&obs, &act, &mut given(&dq), &mut got).unwrap();
             let state = saved(critic.as_ref());
             let ensemble: Vec<_> = (0..case.critics)
                 .map(|k| state.child(&format!("critic.{k}")).unwrap().child("online").unwrap())
@@ -131,7 +131,7 @@ fn actors_parameters() {
             obs.chunks_exact(case.observation).map(|row| row.iter().map(|&x| f64::from(x)).collect()).collect();
         for mut actor in case.actors(10) {
             let before = saved(actor.as_ref());
-            actor.improve(&obs, &[], &mut |_, grad| Ok(grad.action.copy_from_slice(&da))).unwrap();
+            actor.improve(&obs, &[], &mut given_action(&da)).unwrap();
             let reference = Reference::read(before.child("online").unwrap(), case.hidden.len() + 1);
             assert_moments(
                 &format!("{case:?}"),

@@ -26,7 +26,7 @@ pub fn write(path: &Path, state: &State) -> Result<()> {
     files::replace_with(path, |part| stream(part, &header, &arrays).map_err(files::failed("writing", part)))
 }
 
-/// Reads the state that [`write`] wrote.
+/// Reads the state that [`write()`] wrote.
 pub fn read(path: &Path) -> Result<State> {
     let bytes = std::fs::read(path).map_err(files::failed("reading", path))?;
     let broken = |e: SafeTensorError| Error::other(format!("reading the checkpoint '{}'", path.display()), e);

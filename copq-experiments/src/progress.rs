@@ -1,14 +1,15 @@
 //! What the user sees of a run: a bar on a terminal, plain lines in a log file. All of it goes to standard error.
 
+use std::fmt;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use copq::Episode;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use crate::numbers::{grouped, weighted_total};
 
-const BAR: &str = "{wide_bar} {human_pos}/{human_len} steps, {per_sec}, {eta} left  {msg}";
+const BAR: &str = "{wide_bar} {human_pos}/{human_len} steps, {rate}, {eta} left  {msg}";
 
 /// Longest silence in a log file.
 const SILENCE: Duration = Duration::from_secs(60);
@@ -29,7 +30,7 @@ impl Progress {
         }
         let bar = ProgressBar::new(steps).with_position(step);
         if let Ok(style) = ProgressStyle::with_template(BAR) {
-            bar.set_style(style);
+            bar.set_style(style.with_key("rate", write_rate));
         }
         bar.reset_eta();
         Self::Bar(bar)
@@ -69,6 +70,11 @@ impl Progress {
             bar.finish_and_clear();
         }
     }
+}
+
+fn write_rate(state: &ProgressState, text: &mut dyn fmt::Write) {
+    // Nothing can go wrong with a line in memory.
+    write!(text, "{:.0} steps/s", state.per_sec()).unwrap_or_default();
 }
 
 /// When the last line was printed, to break a long silence.

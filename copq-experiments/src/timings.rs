@@ -52,12 +52,14 @@ impl Timings {
 /// One line for the terminal: the shares of the time since the start, in per cent.
 pub(crate) fn describe(steps: u64, total: Duration, timing: Timing, evaluation: Duration) -> String {
     let share = |part: Duration| 100.0 * part.as_secs_f64() / total.as_secs_f64();
+    let rest = total.saturating_sub(timing.act + timing.env + timing.update + evaluation);
     format!(
-        "{:.0} steps/s; time: acting {:.0}%, environment {:.0}%, updates {:.0}%, evaluation {:.0}%",
+        "{:.0} steps/s; time: acting {:.0}%, environment {:.0}%, updates {:.0}%, evaluation {:.0}%, saving and drawing {:.0}%",
         steps as f64 / total.as_secs_f64(),
         share(timing.act),
         share(timing.env),
         share(timing.update),
         share(evaluation),
+        share(rest),
     )
 }

@@ -70,17 +70,6 @@ fn a_certain_objective_is_left_alone() {
             assert_eq!(ensemble.bound(method, -1.0)[certain], 5.0, "{}", method.name());
             assert_eq!(ensemble.bound(method, 3.0)[certain], 5.0, "{}", method.name());
         }
-        for method in ellipsoids() {
-            let gradient = ensemble.gradient(&by_name(method.name()).unwrap(), -1.0);
-            let third = (1.0_f64 / 3.0) as f32;
-            for own in gradient.iter().skip(certain).step_by(2) {
-                // What is certain gets the mean's share, and what the other objective's offset owes to it.
-                assert!(
-                    own.is_finite()
-                        && (method.name() == "extremum" || method.name() == "cholesky" || (own - third).abs() < 1.0)
-                );
-            }
-        }
     }
 }
 
@@ -112,19 +101,24 @@ fn scalarised_agreement_is_no_disagreement() {
 
 #[test]
 fn a_clip_next_to_parallel_turns_all_the_way() {
-    // p is almost -u: what is left of u across p is its tiny second entry, and R u is almost the second axis.
-    let tiny = 1e-9_f32;
-    let ensemble =
-        Ensemble::new(&[&[0.0, 3e9, 0.0], &[1.0, -1e9, 1.0], &[2.0, 0.0, 0.0], &[0.0, 1e9, 5.0]], &[1.0, tiny, tiny]);
-    let (offset, u) = (ensemble.offset(&Cholesky), ensemble.unit());
-    let margin = bounds::dot(&u, &bounds::times(&ensemble.factor(&Cholesky), &u)).max(0.0);
-    assert!((bounds::dot(&u, &offset) - margin).abs() < 1e-12 * (1.0 + margin));
+    // p is almost -u: across p there is a millionth of u, of which no digit may be lost.
+    let (steep, weight) = (2.0_f32.powi(21), 2.0_f32.powi(-20));
+    let ensemble = Ensemble::new(&[&[0.0, 0.5], &[1.0, -steep], &[2.0, -2.0 * steep]], &[1.0, weight]);
+    let (low, u) = (ensemble.factor(&Cholesky), ensemble.unit());
+    let p = bounds::transposed_times(&low, &u);
+    assert!(p[0] < -0.5 && p[1] > 0.0 && p[1] < 1e-6, "{p:?}");
+    let rho = p[0].hypot(p[1]);
+    // Two objectives: R u = (p_2, -p_1) / rho.
+    let wanted = bounds::times(&low, &[p[1] / rho, -p[0] / rho]);
+    let offset = ensemble.offset(&Cholesky);
+    assert!((offset[0] - wanted[0]).abs() < 1e-9 * wanted[0].abs(), "{offset:?} instead of {wanted:?}");
+    assert!((offset[1] - wanted[1]).abs() < 1e-9 * wanted[1].abs(), "{offset:?} instead of {wanted:?}");
 }
 
 #[test]
 fn tiny_and_huge_values_keep_their_relative_accuracy() {
     let plain = [[3.0_f32, -1.0], [5.0, 2.0], [4.0, -7.0]];
-    for (first, second) in [(1e-12, 1e-12), (1e12, 1e12), (1e-12, 1e12), (1e12, 1e-12), (1e-30, 1e30)] {
+    for (first, second) in [(1e-12, 1e-12), (1e12, 1e12), (1e-12, 1e12), (1e12, 1e-12), (1e-15, 1e15)] {
         let critics = plain.map(|q| [q[0] * first, q[1] * second]);
         let ensemble = Ensemble::new(&[&critics[0], &critics[1], &critics[2]], &[1.0, 1.0]);
         for method in projections() {

@@ -12,7 +12,7 @@ use proptest::strategy::ValueTree;
 /// d(grad . offset)/dq in double precision, critics x objectives.
 fn differences(method: &dyn Ellipsoid, ensemble: &Ensemble) -> Vec<f64> {
     let (u, grad, n) = (ensemble.unit(), widen(&ensemble.grad), ensemble.objectives());
-    let step = 1e-5 * ensemble.largest_std();
+    let steps: Vec<f64> = ensemble.stds().iter().map(|std| 1e-5 * std).collect();
     let mut q = widen(&ensemble.q);
     let mut value = |at: usize, by: f64| {
         let held = q[at];
@@ -21,7 +21,8 @@ fn differences(method: &dyn Ellipsoid, ensemble: &Ensemble) -> Vec<f64> {
         q[at] = held;
         value
     };
-    (0..ensemble.q.len()).map(|at| (value(at, step) - value(at, -step)) / (2.0 * step)).collect()
+    let mut slope = |at, step: f64| (value(at, step) - value(at, -step)) / (2.0 * step);
+    (0..ensemble.q.len()).map(|at| slope(at, steps[at % n])).collect()
 }
 
 /// The same by the method's own gradient, centred and critics x objectives.

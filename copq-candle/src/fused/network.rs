@@ -2,7 +2,8 @@
 
 use copq::{Net, Result, State};
 
-use super::{adam, passes, perceptron};
+use super::perceptron::{Perceptron, Scratch};
+use super::{adam, passes};
 use crate::learned::Learned;
 use crate::shape::Shape;
 
@@ -12,13 +13,13 @@ pub(super) struct Network {
     shape: Shape,
     learned: Learned,
     grad: Vec<f32>,
-    scratch: perceptron::Scratch,
+    scratch: Scratch,
 }
 
 impl Network {
     /// A network that goes on from what was learned.
     pub fn new(shape: Shape, learned: Learned) -> Self {
-        Self { grad: vec![0.0; shape.len()], scratch: perceptron::Scratch::default(), shape, learned }
+        Self { grad: vec![0.0; shape.len()], scratch: Scratch::default(), shape, learned }
     }
 
     /// Its layers.
@@ -42,20 +43,21 @@ impl Network {
             Net::Online => &self.learned.online,
             Net::Target => &self.learned.target,
         };
-        perceptron::forward(&self.shape, parameters, input, rows, &mut self.scratch, out);
+        Perceptron { shape: &self.shape, parameters, rows }.forward(input, &mut self.scratch, out);
     }
 
     /// After an online [`Network::forward`] on the same input: backward from dL/dout and one optimiser step.
     pub fn learn(&mut self, input: &[f32], rows: usize, grad_out: &[f32], lr: f64) {
         let Self { shape, learned, grad, scratch } = self;
-        perceptron::backward(shape, &learned.online, input, rows, scratch, grad_out, grad);
+        Perceptron { shape, parameters: &learned.online, rows }.backward(input, scratch, grad_out, grad);
         adam::step(learned, grad, lr);
     }
 
     /// After an online [`Network::forward`]: dL/d(input columns from `first` on).
     pub fn input_grad(&mut self, rows: usize, grad_out: &[f32], first: usize, out: &mut [f32]) {
         let Self { shape, learned, scratch, .. } = self;
-        perceptron::backward_to_input(shape, &learned.online, rows, scratch, grad_out, first, out);
+        let online = Perceptron { shape, parameters: &learned.online, rows };
+        online.backward_to_input(scratch, grad_out, first, out);
     }
 
     /// Polyak averaging of the target.

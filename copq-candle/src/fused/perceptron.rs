@@ -4,6 +4,76 @@ use super::matmul::{Matrix, matmul};
 use super::passes::{add_bias, add_bias_relu, mask_relu, sum_rows};
 use crate::shape::{Layer, Shape};
 
+/// One network's parameters, about to be used on a batch.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Perceptron<'a> {
+    /// Its layers.
+    pub shape: &'a Shape,
+    /// Weights and biases, laid out by the shape.
+    pub parameters: &'a [f32],
+    /// Rows of the batch.
+    pub rows: usize,
+}
+
+impl Perceptron<'_> {
+    /// Runs the batch (`rows x input`) through the network; keeps the hidden activations in `scratch`.
+    pub fn forward(self, input: &[f32], scratch: &mut Scratch, out: &mut [f32]) {
+        let last = self.shape.layers().len() - 1; // A Shape has at least one layer.
+        scratch.hidden.resize_with(last, Vec::new);
+        for (i, layer) in self.shape.layers().iter().enumerate() {
+            let (below, here) = scratch.hidden.split_at_mut(i);
+            let input = below.last().map_or(input, |h| &h[..self.rows * layer.input]);
+            let out = if i == last { &mut *out } else { room(&mut here[0], self.rows * layer.output) };
+            matmul(out, Matrix::new(input, self.rows, layer.input), self.weight(layer).t());
+            let bias = &self.parameters[layer.bias()];
+            if i == last { add_bias(out, bias) } else { add_bias_relu(out, bias) }
+        }
+    }
+
+    /// After [`Perceptron::forward`] on the same input: dL/dparameters from dL/dout, written over `grad`.
+    pub fn backward(self, input: &[f32], scratch: &mut Scratch, grad_out: &[f32], grad: &mut [f32]) {
+        let (hidden, here, below) = scratch.begin(self, grad_out);
+        for (i, layer) in self.shape.layers().iter().enumerate().rev() {
+            let input = if i == 0 { input } else { &hidden[i - 1][..self.rows * layer.input] };
+            let delta = self.delta(layer, here);
+            matmul(&mut grad[layer.weight()], delta.t(), Matrix::new(input, self.rows, layer.input));
+            sum_rows(&here[..self.rows * layer.output], &mut grad[layer.bias()]);
+            if i > 0 {
+                self.step_down(layer, here, input, below);
+                std::mem::swap(here, below);
+            }
+        }
+    }
+
+    /// After [`Perceptron::forward`]: dL/d(input columns from `first` on) from dL/dout, without the parameters' gradient.
+    pub fn backward_to_input(self, scratch: &mut Scratch, grad_out: &[f32], first: usize, out: &mut [f32]) {
+        let (hidden, here, below) = scratch.begin(self, grad_out);
+        for (i, layer) in self.shape.layers().iter().enumerate().skip(1).rev() {
+            self.step_down(layer, here, &hidden[i - 1], below);
+            std::mem::swap(here, below);
+        }
+        let layer = &self.shape.layers()[0];
+        matmul(out, self.delta(layer, here), self.weight(layer).columns_from(first));
+    }
+
+    /// dL/d(output of the layer below, before its ReLU) from this layer's `delta` and the activation between them.
+    fn step_down(self, layer: &Layer, delta: &[f32], activation: &[f32], below: &mut [f32]) {
+        let below = &mut below[..self.rows * layer.input];
+        matmul(below, self.delta(layer, delta), self.weight(layer));
+        mask_relu(below, activation);
+    }
+
+    /// A layer's weight as an `output x input` matrix.
+    fn weight(&self, layer: &Layer) -> Matrix<'_> {
+        Matrix::new(&self.parameters[layer.weight()], layer.output, layer.input)
+    }
+
+    /// The beginning of a buffer as `rows x output`.
+    fn delta<'b>(&self, layer: &Layer, buffer: &'b [f32]) -> Matrix<'b> {
+        Matrix::new(&buffer[..self.rows * layer.output], self.rows, layer.output)
+    }
+}
+
 /// Working memory for one network: it grows to the largest batch and is then reused.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
@@ -14,12 +84,12 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// Hidden activations, and a delta buffer of the widest layer's size that begins with dL/dout, and one more.
-    fn begin(&mut self, shape: &Shape, rows: usize, grad_out: &[f32]) -> (&[Vec<f32>], &mut Vec<f32>, &mut Vec<f32>) {
-        let widest = shape.layers().iter().map(|layer| layer.output).max().unwrap_or(0);
+    /// The hidden activations, a delta buffer that begins with dL/dout, and another; both fit the widest layer.
+    fn begin(&mut self, net: Perceptron<'_>, grad_out: &[f32]) -> (&[Vec<f32>], &mut Vec<f32>, &mut Vec<f32>) {
+        let widest = net.shape.layers().iter().map(|layer| layer.output).max().unwrap_or(0);
         let [here, below] = &mut self.delta;
-        room(below, rows * widest);
-        room(here, rows * widest)[..grad_out.len()].copy_from_slice(grad_out);
+        room(below, net.rows * widest);
+        room(here, net.rows * widest)[..grad_out.len()].copy_from_slice(grad_out);
         (&self.hidden, here, below)
     }
 }
@@ -30,82 +100,4 @@ pub(super) fn room(buffer: &mut Vec<f32>, len: usize) -> &mut [f32] {
         buffer.resize(len, 0.0);
     }
     &mut buffer[..len]
-}
-
-/// A layer's weight as an `output x input` matrix.
-fn weight<'a>(layer: &Layer, parameters: &'a [f32]) -> Matrix<'a> {
-    Matrix::new(&parameters[layer.weight()], layer.output, layer.input)
-}
-
-/// Runs `rows` inputs through the network; keeps the hidden activations in `scratch`.
-pub(super) fn forward(
-    shape: &Shape,
-    parameters: &[f32],
-    input: &[f32],
-    rows: usize,
-    scratch: &mut Scratch,
-    out: &mut [f32],
-) {
-    let last = shape.layers().len() - 1; // A Shape has at least one layer.
-    scratch.hidden.resize_with(last, Vec::new);
-    for (i, layer) in shape.layers().iter().enumerate() {
-        let (below, here) = scratch.hidden.split_at_mut(i);
-        let input = below.last().map_or(input, |h| &h[..rows * layer.input]);
-        let input = Matrix::new(input, rows, layer.input);
-        let bias = &parameters[layer.bias()];
-        let out = if i == last { &mut *out } else { room(&mut here[0], rows * layer.output) };
-        matmul(out, input, weight(layer, parameters).t());
-        if i == last { add_bias(out, bias) } else { add_bias_relu(out, bias) }
-    }
-}
-
-/// After [`forward`] on the same input: dL/dparameters from dL/dout, written over `grad`.
-pub(super) fn backward(
-    shape: &Shape,
-    parameters: &[f32],
-    input: &[f32],
-    rows: usize,
-    scratch: &mut Scratch,
-    grad_out: &[f32],
-    grad: &mut [f32],
-) {
-    let (hidden, here, below) = scratch.begin(shape, rows, grad_out);
-    for (i, layer) in shape.layers().iter().enumerate().rev() {
-        let delta = Matrix::new(&here[..rows * layer.output], rows, layer.output);
-        let input = if i == 0 { input } else { &hidden[i - 1][..rows * layer.input] };
-        matmul(&mut grad[layer.weight()], delta.t(), Matrix::new(input, rows, layer.input));
-        sum_rows(&here[..rows * layer.output], &mut grad[layer.bias()]);
-        if i > 0 {
-            step_down(layer, parameters, rows, here, input, below);
-            std::mem::swap(here, below);
-        }
-    }
-}
-
-/// After [`forward`]: dL/d(input columns from `first` on) from dL/dout, without the parameters' gradient.
-pub(super) fn backward_to_input(
-    shape: &Shape,
-    parameters: &[f32],
-    rows: usize,
-    scratch: &mut Scratch,
-    grad_out: &[f32],
-    first: usize,
-    out: &mut [f32],
-) {
-    let (hidden, here, below) = scratch.begin(shape, rows, grad_out);
-    for (i, layer) in shape.layers().iter().enumerate().skip(1).rev() {
-        step_down(layer, parameters, rows, here, &hidden[i - 1][..rows * layer.input], below);
-        std::mem::swap(here, below);
-    }
-    let layer = &shape.layers()[0];
-    let delta = Matrix::new(&here[..rows * layer.output], rows, layer.output);
-    matmul(out, delta, weight(layer, parameters).columns_from(first));
-}
-
-/// dL/d(output of the layer below, before its ReLU) from this layer's `delta` and the activation between them.
-fn step_down(layer: &Layer, parameters: &[f32], rows: usize, delta: &[f32], activation: &[f32], below: &mut Vec<f32>) {
-    let below = room(below, rows * layer.input);
-    let delta = Matrix::new(&delta[..rows * layer.output], rows, layer.output);
-    matmul(below, delta, weight(layer, parameters));
-    mask_relu(below, activation);
 }

@@ -1,7 +1,7 @@
 //! What the tests share: small settings, repeatable numbers, both implementations of every network, comparisons.
 #![allow(dead_code)] // Each test binary uses its own part.
 
-use copq::{Actor, Critic, EnvSpec, Networks, Rng, State, Stream};
+use copq::{Actor, Critic, EnvSpec, Networks, QView, Result, Rng, Sample, SampleGrad, State, Stream};
 use copq_candle::{Device, plain};
 
 /// Sizes of a test.
@@ -122,9 +122,25 @@ impl Saved for dyn Actor + '_ {
     }
 }
 
+/// A gradient that does not look at the values.
+pub fn given(dq: &[f32]) -> impl FnMut(QView<'_>, &mut [f32]) -> Result<()> + '_ {
+    |_, grad| {
+        grad.copy_from_slice(dq);
+        Ok(())
+    }
+}
+
+/// A gradient that does not look at the actions.
+pub fn given_action(da: &[f32]) -> impl FnMut(Sample<'_>, SampleGrad<'_>) -> Result<()> + '_ {
+    |_, grad| {
+        grad.action.copy_from_slice(da);
+        Ok(())
+    }
+}
+
 /// One squared-error step of critics towards `target` (`rows x objectives`).
 pub fn fit(critic: &mut dyn Critic, obs: &[f32], act: &[f32], target: &[f32]) {
-    let grad = &mut |q: copq::QView<'_>, grad: &mut [f32]| {
+    let grad = &mut |q: QView<'_>, grad: &mut [f32]| {
         let scale = 2.0 / (q.critics() * q.rows()) as f32;
         let targets = target.iter().cycle();
         grad.iter_mut().zip(q.values()).zip(targets).for_each(|((g, q), y)| *g = scale * (q - y));
@@ -135,7 +151,7 @@ pub fn fit(critic: &mut dyn Critic, obs: &[f32], act: &[f32], target: &[f32]) {
 
 /// One step of an actor that raises the critics' mean, as TD3 does.
 pub fn improve(actor: &mut dyn Actor, critic: &mut dyn Critic, obs: &[f32]) {
-    let lower = &mut |q: copq::QView<'_>, grad: &mut [f32]| {
+    let lower = &mut |q: QView<'_>, grad: &mut [f32]| {
         grad.fill(-1.0 / (q.critics() * q.rows()) as f32);
         Ok(())
     };

@@ -12,7 +12,7 @@ fn finished(folder: &Path) {
     let plan = plan(1, 620);
     let folder = RunFolder::create(folder, &plan, &settings()).unwrap();
     let path = folder.path().to_owned();
-    assert_eq!(point_mass::run(folder, &plan).train().unwrap(), Ending::Finished { folder: path });
+    assert_eq!(point_mass::run(folder, &plan).silent().train().unwrap(), Ending::Finished { folder: path });
 }
 
 fn names(folder: &Path) -> Vec<String> {

@@ -162,7 +162,7 @@ pub fn trainer(seed: u64) -> Trainer {
 
 /// A run in an opened folder.
 pub fn run(folder: RunFolder, plan: &Plan) -> Run {
-    Run::new(trainer(plan.run.seed), Box::new(PointMass::new()), folder, plan.run).unwrap().silent()
+    Run::new(trainer(plan.run.seed), Box::new(PointMass::new()), folder, plan.run).unwrap()
 }
 
 /// An episode for tests of metrics.

@@ -17,7 +17,7 @@ pub fn train(folder: &Path, seed: u64, steps: u64) {
     } else {
         RunFolder::create(folder, &plan, &settings())
     };
-    let ending = point_mass::run(folder.unwrap(), &plan).train().unwrap();
+    let ending = point_mass::run(folder.unwrap(), &plan).silent().train().unwrap();
     assert!(matches!(ending, Ending::Finished { .. }));
 }
 

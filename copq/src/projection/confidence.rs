@@ -17,7 +17,8 @@ pub fn step_length(confidence: f64, objectives: usize) -> Result<f64> {
     if !(0.0..1.0).contains(&confidence) {
         return Err(Error::invalid("confidence", "a probability from 0 up to, not including, 1", confidence));
     }
-    Ok(law(objectives)?.inverse_cdf(confidence).sqrt())
+    let law = law(objectives)?;
+    Ok(bisect(|radius| share(&law, radius) < confidence))
 }
 
 /// chi2_N(step^2), the share of an N-variate normal within a Mahalanobis radius of |step|: [`step_length`] inverted.
@@ -25,7 +26,29 @@ pub fn confidence(step: f64, objectives: usize) -> Result<f64> {
     if !step.is_finite() {
         return Err(Error::invalid("step of the bound", "a finite number", step));
     }
-    Ok(law(objectives)?.cdf(step * step))
+    Ok(share(&law(objectives)?, step))
+}
+
+/// The share within a radius. (statrs panics on squares that its own scaling underflows.)
+fn share(law: &ChiSquared, radius: f64) -> f64 {
+    let square = radius * radius;
+    if square < f64::MIN_POSITIVE { 0.0 } else { law.cdf(square) }
+}
+
+/// The largest number, from zero up, for which `is_short` still holds. (statrs inverts chi2 itself to an absolute
+/// tolerance, which leaves no correct digit of a small step.)
+fn bisect(is_short: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    while is_short(high) {
+        high *= 2.0;
+    }
+    loop {
+        let middle = 0.5 * (low + high);
+        if middle == low || middle == high {
+            return low;
+        }
+        *(if is_short(middle) { &mut low } else { &mut high }) = middle;
+    }
 }
 
 fn law(objectives: usize) -> Result<ChiSquared> {
@@ -51,8 +74,19 @@ mod tests {
         for objectives in [1, 2, 3, 7, 50] {
             for level in [0.0, 1e-6, 0.05, 0.5, 0.95, 0.999_999] {
                 let step = step_length(level, objectives).unwrap();
-                assert!((confidence(step, objectives).unwrap() - level).abs() < 1e-9, "{level} for {objectives}");
+                let back = confidence(step, objectives).unwrap();
+                assert!((back - level).abs() <= 1e-9 * level, "{level} for {objectives}: {back}");
             }
+        }
+    }
+
+    #[test]
+    fn the_ends_are_nothing_and_everything() {
+        for objectives in [1, 3, 50] {
+            assert_eq!(step_length(0.0, objectives).unwrap(), 0.0);
+            assert!([0.0, 1e-162, 1e-300].iter().all(|&step| confidence(step, objectives).unwrap() < 1e-9));
+            assert!([1e3, 1e200].iter().all(|&step| confidence(step, objectives).unwrap() == 1.0));
+            assert!(step_length(1.0 - f64::EPSILON, objectives).unwrap() > 8.0);
         }
     }
 

@@ -123,7 +123,7 @@ impl Ensemble {
     pub fn is_smooth(&self) -> bool {
         let (low, u) = (cholesky(&self.covariance()), self.unit());
         let rank = self.objectives().min(self.critics - 1);
-        let pivots = self.stds().iter().enumerate().take(rank).all(|(j, std)| low[j][j] > 0.1 * std.max(0.1));
+        let pivots = self.stds().iter().enumerate().all(|(j, &std)| std > 0.0 && (j >= rank || low[j][j] > 0.1 * std));
         let p = transposed_times(&low, &u);
         let (a, rho) = (dot(&u, &p), dot(&p, &p).sqrt());
         pivots && a.abs() > 0.05 * rho && a.abs() < 0.98 * rho && rho > 0.2 * self.largest_std()
