@@ -14,8 +14,12 @@ run cargo test --workspace --locked
 # The README's training command, cut short: a real robot, real networks, every file of a run folder.
 smoke=$(mktemp -d)
 trap 'rm -rf "$smoke"' EXIT
-run cargo run --release --locked --example td3 -- --steps 600 --start-steps 300 --eval-every 300 --eval-episodes 2 --out "$smoke/run"
-for file in config.toml metrics.csv curve.svg curve.png checkpoint.safetensors; do
+run cargo run --locked --example td3 -- --steps 600 --start-steps 300 --eval-every 300 --eval-episodes 2 --out "$smoke/run"
+for file in config.toml metrics.csv evaluations.csv timings.csv curve.svg curve.png checkpoint.safetensors; do
     test -s "$smoke/run/$file" || { echo "the run folder has no $file" >&2; exit 1; }
 done
+
+# A crate outside the workspace writes its own projection and trains with it, in under 40 lines.
+test "$(wc -l < tests/foreign/src/main.rs)" -lt 40
+run cargo run --locked --manifest-path tests/foreign/Cargo.toml --target-dir target/foreign
 printf '\nall checks passed\n'

@@ -125,13 +125,13 @@ fn weight_files_keep_the_parameters() {
     let [was, is] = [&actor, &loaded_actor].map(|actor| online(&saved(actor as &dyn Actor)));
     assert_eq!(was, is);
 
-    let tensors = copq_candle_tensors(&critic_file);
+    let tensors = dimensions(&critic_file);
     assert_eq!(tensors["critic.3.layer.2.weight"], [3, 17]);
     assert_eq!(tensors["critic.0.layer.0.bias"], [33]);
 }
 
 /// Names and dimensions as candle reads them.
-fn copq_candle_tensors(path: &std::path::Path) -> std::collections::HashMap<String, Vec<usize>> {
+fn dimensions(path: &std::path::Path) -> std::collections::HashMap<String, Vec<usize>> {
     let tensors = candle_core::safetensors::load(path, &copq_candle::Device::Cpu).unwrap();
     tensors.into_iter().map(|(name, tensor)| (name, tensor.dims().to_vec())).collect()
 }

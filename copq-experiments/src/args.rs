@@ -30,7 +30,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     pub projection: Option<String>,
 
-    /// Environment steps to train for; the only option that --resume lets you raise. [default: 1000000]
+    /// Environment steps to train for; the only option that --resume lets you raise. [default: 100000]
     #[arg(long, value_name = "N")]
     pub steps: Option<u64>,
 
@@ -56,7 +56,7 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     pub eval_episodes: Option<usize>,
 
-    /// Environment steps between two checkpoints: what a crash can cost you. [default: 50000]
+    /// Environment steps between two checkpoints: what a crash can cost you. [default: 20000]
     ///
     /// A checkpoint holds the replay buffer, so it grows to hundreds of megabytes. Ctrl-C writes one too.
     #[arg(long, value_name = "N")]

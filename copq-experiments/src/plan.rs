@@ -42,16 +42,16 @@ pub struct RunSettings {
 }
 
 impl Default for RunSettings {
-    /// The cadence of the literature: a million steps, 10 episodes every 5,000.
+    /// 100,000 steps, and the cadence of the literature: 10 episodes every 5,000.
     fn default() -> Self {
         Self {
-            steps: 1_000_000,
+            steps: 100_000,
             seed: 0,
             discount: 0.99,
             eval_every: 5_000,
             eval_episodes: 10,
             log_every: 1_000,
-            checkpoint_every: 50_000,
+            checkpoint_every: 20_000,
         }
     }
 }

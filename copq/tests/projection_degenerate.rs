@@ -100,6 +100,16 @@ fn scalarised_agreement_is_no_disagreement() {
 }
 
 #[test]
+fn the_clip_does_not_fire_on_rounding() {
+    // Sigma u is zero but for rounding, whatever its sign: the offset is L u.
+    for weight in (3..40).map(|weight| weight as f32) {
+        let ensemble = Ensemble::new(&[&[1.0, -weight], &[-2.0, 2.0 * weight], &[0.5, -0.5 * weight]], &[weight, 1.0]);
+        let wanted = ensemble.stds()[0] * ensemble.unit()[0];
+        assert!((ensemble.offset(&Cholesky)[0] - wanted).abs() < 1e-9 * wanted, "weight {weight}");
+    }
+}
+
+#[test]
 fn a_clip_next_to_parallel_turns_all_the_way() {
     // p is almost -u: across p there is a millionth of u, of which no digit may be lost.
     let (steep, weight) = (2.0_f32.powi(21), 2.0_f32.powi(-20));

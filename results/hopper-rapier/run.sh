@@ -1,0 +1,16 @@
+#!/usr/bin/env bash
+# The runs behind the README's hopper results, two at a time; about two hours of two cores' work without AVX-512.
+#   cargo build --release --example td3 && results/hopper-rapier/run.sh
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+td3=${TD3:-target/release/examples/td3}
+out=results/hopper-rapier
+
+{
+    for seed in 0 1 2; do
+        echo "--seed $seed --out $out/cholesky-s$seed"
+    done
+    for projection in eigen extremum diagonal scalarised-min independent-min; do
+        echo "--projection $projection --steps 60000 --out $out/$projection-s0"
+    done
+} | xargs -P 2 -I {} sh -c "$td3 {} 2>&1 | tail -n 3"
