@@ -3,7 +3,9 @@
 mod bounds;
 
 use bounds::{Ensemble, assert_close, ellipsoids, largest, offset, projections, widen};
-use copq::projection::{Cholesky, Eigen, IndependentMin, Projection, QView, ScalarisedMin, Scratch, by_name};
+use copq::projection::{
+    Cholesky, Deviations, Eigen, Ellipsoid, IndependentMin, Projection, QView, ScalarisedMin, Scratch, Work, by_name,
+};
 use copq::{Error, Result};
 use proptest::prelude::*;
 
@@ -58,6 +60,23 @@ fn collinear_objectives_keep_the_gradient_of_what_they_share() {
         let gradient = bounds::offset_vjp(method, &x, 3, &ensemble.unit(), &[1.0, 0.5]);
         let (along, value) = (bounds::dot(&gradient, &x), offset[0] + 0.5 * offset[1]);
         assert!((along - value).abs() < 1e-9 * value, "{}: {along} instead of {value}", method.name());
+    }
+}
+
+#[test]
+fn what_is_only_rounding_passes_no_gradient_on() {
+    for ratio in (3..30).map(|ratio| ratio as f32) {
+        let ensemble = Ensemble::new(&[&[1.0, ratio], &[2.0, 2.0 * ratio], &[7.0, 7.0 * ratio]], &[2.0, 1.0]);
+        let x = ensemble.deviations();
+        // A centred direction across the first objective's deviations, in the space of critics.
+        let across = [x[1] - x[2], x[2] - x[0], x[0] - x[1]];
+        let slope = |method, first: f64, second: f64| {
+            let gradient = bounds::offset_vjp(method, &x, 3, &ensemble.unit(), &[1.0, 0.5]);
+            first * bounds::dot(&gradient[..3], &across) + second * bounds::dot(&gradient[3..], &across)
+        };
+        // Moves that make a zero pivot, or a zero eigenvalue, positive on both sides: a kink, whose middle is zero.
+        assert!(slope(&Cholesky, 0.0, 1.0).abs() < 1e-9, "ratio {ratio}: {}", slope(&Cholesky, 0.0, 1.0));
+        assert!(slope(&Eigen, f64::from(ratio), -1.0).abs() < 1e-9 * f64::from(ratio), "ratio {ratio}");
     }
 }
 
@@ -173,6 +192,17 @@ fn more_objectives_than_critics() {
     assert_close(&ensemble.factor(&Eigen).concat(), &outer(&[0.5, 1.0, -1.0, -2.0]), 1e-12);
 }
 
+#[test]
+fn as_many_pivots_as_critics_less_one() {
+    // Three critics span two dimensions, however badly conditioned the first two objectives are.
+    let near = 1.0 + 2.0_f32.powi(-22);
+    for shift in (1..50).map(|shift| 0.37 * shift as f32) {
+        let critics = [[0.3, 0.3, shift], [shift, near * shift, -0.4], [-1.1, -1.1, 0.2]];
+        let low = Ensemble::new(&[&critics[0], &critics[1], &critics[2]], &[1.0, 1.0, 1.0]).factor(&Cholesky);
+        assert!(low[0][0] > 0.0 && low[1][1] > 0.0 && low[2][2] == 0.0, "{low:?}");
+    }
+}
+
 /// v v' / |v|, the root of v v'.
 fn outer(v: &[f64]) -> Vec<f64> {
     let norm = bounds::dot(v, v).sqrt();
@@ -274,6 +304,38 @@ fn an_error_leaves_the_output_alone() {
     let mut out = [7.0; 2];
     assert!(Cholesky.project(q, &[1.0, f32::NAN], -1.0, &mut Scratch::default(), &mut out).is_err());
     assert_eq!(out, [7.0; 2]);
+}
+
+/// An ellipsoid written outside the crate: the first critic's deviation. Its gradient is not centred.
+#[derive(Debug)]
+struct TowardsFirst;
+
+impl Ellipsoid for TowardsFirst {
+    fn name(&self) -> &'static str {
+        "towards-first"
+    }
+
+    fn offset(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, out: &mut [f64]) {
+        out.iter_mut().zip(x.iter().zip(u)).for_each(|(out, (x, u))| *out = x[0] * u);
+        work.report_clip();
+    }
+
+    fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], _: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
+        for (i, grad_x) in grad_x.chunks_exact_mut(x.critics()).enumerate() {
+            grad_x[0] += grad[i] * u[i];
+        }
+    }
+}
+
+#[test]
+fn a_foreign_ellipsoid_is_centred_and_counted() {
+    // With u = 1 and step 1 the bound is the first critic itself: the mean's share of the others cancels.
+    let (q, mut scratch, mut out) = ([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], Scratch::default(), [0.0; 2]);
+    let view = QView::new(&q, 3, 1).unwrap();
+    TowardsFirst.project(view, &[2.0], 1.0, &mut scratch, &mut out).unwrap();
+    assert_eq!((out, scratch.clip_rate()), ([1.0, 2.0], 1.0));
+    let gradient = bounds::vjp(&TowardsFirst, &q, 3, &[2.0], 1.0, &[1.0, 3.0]);
+    assert_close(&widen(&gradient), &[1.0, 3.0, 0.0, 0.0, 0.0, 0.0], 1e-7);
 }
 
 /// A projection written outside the crate, without an ellipsoid.

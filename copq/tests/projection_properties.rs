@@ -346,7 +346,7 @@ fn the_same_input_gives_the_same_bits() {
 
 #[test]
 fn names_and_ensemble_sizes() {
-    let names: Vec<&str> = projections().map(|method| Projection::name(method)).to_vec();
+    let names: Vec<&str> = projections().map(Projection::name).to_vec();
     assert_eq!(names, copq::projection::names());
     assert_eq!(projections().map(|method| method.critics(3)), [4, 4, 4, 4, 2, 2]);
 }

@@ -137,6 +137,7 @@ impl Learner {
         self.next_actions()?;
         self.targets(log)?;
         self.fit_critics(log)?;
+        self.updates += 1;
         if self.updates.is_multiple_of(self.config.actor_delay) {
             self.improve_actor(log)?;
         }
@@ -144,7 +145,6 @@ impl Learner {
             self.critic.track(self.config.tau as f32)?;
             self.actor.track(self.config.tau as f32)?;
         }
-        self.updates += 1;
         Ok(())
     }
 

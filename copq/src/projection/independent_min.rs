@@ -8,7 +8,8 @@ use crate::Result;
 /// way round where the objective's weight is negative (a cost).
 ///
 /// The bound is `mean + |step| (Q_k - mean)`, objective by objective, so that steps -1 and 1 give exactly the extreme
-/// values, and step 0 the mean. The first of equal critics gets the gradient. A NaN is taken before any number.
+/// values, and step 0 the mean. The first of equal critics gets the gradient. A NaN
+/// in any critic makes its objective's bound NaN.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct IndependentMin;
 

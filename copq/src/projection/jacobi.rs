@@ -19,7 +19,6 @@ pub(super) fn decompose(x: &Deviations<'_>, s: &mut [f64], z: &mut [f64], v: &mu
             break;
         }
     }
-    drop_rounding(x, z, v);
     for (s, z) in s.iter_mut().zip(z.chunks_exact_mut(x.critics())) {
         *s = rms(z);
         if *s > 0.0 {

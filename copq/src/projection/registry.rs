@@ -1,8 +1,8 @@
 //! Projections by name, for command lines and configuration files.
 
+use super::names::unknown;
 use super::{Cholesky, Diagonal, Eigen, Extremum, IndependentMin, Projection, ScalarisedMin};
 use crate::Result;
-use super::names::unknown;
 
 const NAMES: [&str; 6] = ["cholesky", "eigen", "extremum", "diagonal", "scalarised-min", "independent-min"];
 

@@ -8,7 +8,7 @@ use crate::Result;
 ///
 /// The bound is `mean + |step| (Q_k - mean)`, so that steps -1 and 1 give exactly that critic's values, and step 0 the
 /// mean. The first of equal critics is taken; where two are equal the bound jumps from one's values to the other's.
-/// A critic with a NaN is taken before any other, so that it does not go unnoticed.
+/// A NaN in any critic makes its objective's bound NaN, whichever is taken.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ScalarisedMin;
 

@@ -2,13 +2,10 @@
 
 use super::QView;
 
-/// The position of the least value: the first of equals, the first NaN before any number.
+/// The position of the least value, the first of equals. A NaN is never the least.
 pub(super) fn worst(values: impl Iterator<Item = f64>) -> usize {
     let mut best = (0, f64::INFINITY);
     for (k, value) in values.enumerate() {
-        if value.is_nan() {
-            return k;
-        }
         if value < best.1 {
             best = (k, value);
         }
@@ -17,6 +14,8 @@ pub(super) fn worst(values: impl Iterator<Item = f64>) -> usize {
 }
 
 /// (1 - |step|) mean + |step| Q_chosen of one objective in one row: exactly Q_chosen for |step| = 1, the mean for 0.
+///
+/// A NaN or an infinity in any critic comes through the mean, also when its share is zero.
 pub(super) fn blend(q: QView<'_>, row: usize, objective: usize, chosen: usize, step: f32) -> f32 {
     let value = |k| f64::from(q.get(k, row)[objective]);
     let mean = (0..q.critics()).map(value).sum::<f64>() / q.critics() as f64;
