@@ -56,6 +56,6 @@ fn main() -> anyhow::Result<()> {
 fn make_env(plan: &Plan) -> copq::Result<Box<dyn Env>> {
     match plan.engine.as_str() {
         "rapier" => copq_envs_rapier::make(&plan.task),
-        engine => Err(copq::Error::Unknown { kind: "engine", name: engine.into(), known: "rapier".into() }),
+        engine => Err(copq::Error::unknown("engine", engine, &["rapier"])),
     }
 }

@@ -63,6 +63,13 @@ impl Error {
         Self::Invalid { what: what.into(), wanted: wanted.to_string(), got: got.to_string() }
     }
 
+    /// An [`Error::Unknown`] that lists the known names, those nearest to the wrong one first.
+    pub fn unknown(kind: &'static str, name: &str, known: &[&str]) -> Self {
+        let mut known = known.to_vec();
+        known.sort_by_cached_key(|known| strsim::levenshtein(name, known));
+        Self::Unknown { kind, name: name.to_owned(), known: known.join(", ") }
+    }
+
     /// Wraps another library's error with what was being done.
     pub fn other(what: impl Into<String>, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
         Self::Other { what: what.into(), source: source.into() }
@@ -72,4 +79,15 @@ impl Error {
 /// Checks a slice's length: `Ok` or an [`Error::Invalid`] that names the slice.
 pub fn check_len(what: &str, got: usize, wanted: usize) -> Result<()> {
     if got == wanted { Ok(()) } else { Err(Error::invalid(what, format!("{wanted} values"), got)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_names_come_first() {
+        let error = Error::unknown("task", "a/hoper", &["a/ant", "b/hopper", "a/hopper"]);
+        assert_eq!(error.to_string(), "unknown task 'a/hoper'; known: a/hopper, b/hopper, a/ant");
+    }
 }

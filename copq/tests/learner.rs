@@ -152,11 +152,10 @@ fn nan_is_a_named_error() {
 fn logs_explain_the_run() {
     let mut seen = std::collections::BTreeMap::new();
     let mut trainer = toy::trainer(toy::learner(toy::config(), 3, 1), 1);
-    for _ in 0..300 {
-        trainer
-            .step(&mut |step: u64, name: &str, value: f64| drop(seen.insert(name.to_owned(), (step, value))))
-            .unwrap();
-    }
+    let mut log = |step: u64, name: &str, value: f64| {
+        seen.insert(name.to_owned(), (step, value));
+    };
+    (0..300).for_each(|_| drop(trainer.step(&mut log).unwrap()));
     for name in [
         "critic_loss/track",
         "q/rest",

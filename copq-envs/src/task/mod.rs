@@ -2,7 +2,6 @@
 
 mod benchmark_a;
 mod health;
-mod nearest;
 mod observation;
 mod registry;
 mod reward;

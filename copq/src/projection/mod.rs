@@ -14,8 +14,6 @@ mod gram_schmidt;
 mod independent_min;
 mod inputs;
 mod jacobi;
-#[path = "../names.rs"]
-mod names; // until lib.rs declares it
 mod registry;
 mod row;
 mod scalarised_min;

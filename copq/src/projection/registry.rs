@@ -1,8 +1,7 @@
 //! Projections by name, for command lines and configuration files.
 
-use super::names::unknown;
 use super::{Cholesky, Diagonal, Eigen, Extremum, IndependentMin, Projection, ScalarisedMin};
-use crate::Result;
+use crate::{Error, Result};
 
 const NAMES: [&str; 6] = ["cholesky", "eigen", "extremum", "diagonal", "scalarised-min", "independent-min"];
 
@@ -29,7 +28,7 @@ pub fn by_name(name: &str) -> Result<Box<dyn Projection>> {
         "diagonal" => Box::new(Diagonal),
         "scalarised-min" => Box::new(ScalarisedMin),
         "independent-min" => Box::new(IndependentMin),
-        _ => return Err(unknown("projection", name, names())),
+        _ => return Err(Error::unknown("projection", name, names())),
     })
 }
 
