@@ -15,8 +15,12 @@ use crate::plan::Plan;
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Args {
     /// Robot and task: what moves, and which rewards it gets, by priority. [default: a/hopper]
-    #[arg(long, visible_alias = "robot", value_name = "NAME")]
+    #[arg(long, value_name = "NAME")]
     pub task: Option<String>,
+
+    /// Short for --task a/NAME: a robot with benchmark A's rewards (safety, velocity, control).
+    #[arg(long, value_name = "NAME", conflicts_with = "task")]
+    pub robot: Option<String>,
 
     /// Physics engine: rapier (pure Rust, nothing to install), mujoco or system (your libmujoco). [default: rapier]
     ///
@@ -105,9 +109,14 @@ impl Args {
         }
     }
 
+    /// The task that --task or --robot asks for.
+    fn task(&self) -> Option<String> {
+        self.task.clone().or_else(|| self.robot.as_ref().map(|robot| format!("a/{robot}")))
+    }
+
     fn over(&self, mut plan: Plan) -> Plan {
         let run = &mut plan.run;
-        set(&mut plan.task, &self.task);
+        set(&mut plan.task, &self.task());
         set(&mut plan.engine, &self.engine);
         set(&mut plan.projection, &self.projection);
         set(&mut plan.threads, &self.threads);
@@ -122,7 +131,7 @@ impl Args {
 
     fn check_against(&self, saved: &Plan) -> Result<()> {
         let run = &saved.run;
-        check_given("--task", &self.task, &saved.task)?;
+        check_given("--task", &self.task(), &saved.task)?;
         check_given("--engine", &self.engine, &saved.engine)?;
         check_given("--projection", &self.projection, &saved.projection)?;
         check_given("--threads", &self.threads, &saved.threads)?;
@@ -177,12 +186,13 @@ mod tests {
     #[test]
     fn options_go_over_the_programs_defaults() {
         Cli::command().debug_assert();
-        let plan = parse("td3 --robot a/ant --steps 500 --seed 3").plan(Plan::new("td3")).unwrap();
+        let plan = parse("td3 --robot ant --steps 500 --seed 3").plan(Plan::new("td3")).unwrap();
         assert_eq!((plan.task.as_str(), plan.run.steps, plan.run.eval_episodes), ("a/ant", 500, 10));
         assert_eq!(plan.folder_name(), "td3-a-ant-cholesky-s3");
         let message = parse("td3 --log-every 0").plan(Plan::new("td3")).unwrap_err().to_string();
         assert_eq!(message, "log-every: wanted at least 1, got 0");
         assert!(Cli::try_parse_from(["td3", "--out", "a", "--resume", "b"]).is_err());
+        assert!(Cli::try_parse_from(["td3", "--task", "a/ant", "--robot", "ant"]).is_err());
     }
 
     #[test]

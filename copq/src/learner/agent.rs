@@ -86,4 +86,3 @@ impl Agent for Learner {
         self.critic.load(state.child("critic")?)
     }
 }
-
