@@ -24,16 +24,16 @@ impl Ellipsoid for SafetyOnly {
 }
 
 fn main() -> Result<()> {
-    let (env, config, seed) = (copq_envs_rapier::make("a/hopper")?, Config { start_steps: 100, ..Config::td3() }, 0);
+    let (env, seed) = (copq_envs_rapier::make("a/hopper")?, 0);
+    let config = Config { start_steps: 100, batch: 16, ..Config::td3() };
     let mut rng = Rng::new(seed, Stream::Init);
     let critic = copq_candle::critic(env.spec(), 4, &config.networks, &mut rng)?;
     let actor = copq_candle::actor(env.spec(), &config.networks, &mut rng)?;
     let learner = Learner::new(config, env.spec(), Box::new(critic), Box::new(actor), seed)?.projection(SafetyOnly);
     let mut trainer = Trainer::new(env, Box::new(learner), seed)?;
-    for _ in 0..200 {
-        if let Some(episode) = trainer.step(&mut Silent)? {
-            println!("step {}: returns {:?}", trainer.steps(), episode.returns);
-        }
+    while trainer.steps() < 200 {
+        trainer.step(&mut Silent)?;
     }
+    println!("{trainer:?}");
     Ok(())
 }
