@@ -13,11 +13,13 @@
 //! # Ok::<(), copq::Error>(())
 //! ```
 
+mod field;
 mod locomotion;
 mod physics;
 pub mod robot;
 pub mod task;
 
+pub use field::Field;
 pub use locomotion::Locomotion;
 pub use physics::{Dims, Physics};
 pub use robot::RobotSpec;

@@ -4,7 +4,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI};
 
-use super::{Actuator, Body, Geom, Inertial, Joint, JointKind, Noise, RobotSpec, Shape, Softness};
+use super::{Actuator, Body, Geom, Inertial, Integrator, Joint, JointKind, Noise, RobotSpec, Shape, Softness, Solver};
 
 const UPRIGHT: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 /// Turns a capsule's axis from z to -x.
@@ -44,6 +44,8 @@ pub fn hopper() -> RobotSpec {
         actuators: (3..6).map(|joint| Actuator { joint, gear: 200.0, range: [-1.0, 1.0] }).collect(),
         gravity: [0.0, 0.0, -9.81],
         timestep: 0.002,
+        integrator: Integrator::Rk4,
+        solver: Solver::MUJOCO,
         frame_skip: 4,
         initial_qpos: vec![0.0, 1.25, 0.0, 0.0, 0.0, 0.0],
         reset_noise: [Noise::Uniform(0.005); 2],

@@ -7,8 +7,10 @@ mod collision;
 mod geom;
 mod hopper;
 mod joint;
+mod mjcf;
 mod noise;
 mod softness;
+mod solver;
 
 pub use actuator::Actuator;
 pub use body::{Body, Inertial};
@@ -17,16 +19,18 @@ pub use hopper::hopper;
 pub use joint::{Joint, JointKind};
 pub use noise::Noise;
 pub use softness::Softness;
+pub use solver::{Algorithm, Integrator, Solver};
 
 /// A robot and the world it lives in.
 ///
 /// Conventions are MuJoCo's: SI units and radians, z up, quaternions as (w, x, y, z), body frames relative to the parent,
-/// the world as parent of everything that has none. Bodies come parents first, joints in the order of qpos.
+/// the world as parent of everything that has none. Bodies come depth first (a body, then all below it, then the next), joints
+/// in the order of qpos.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotSpec {
     /// A short name such as `hopper`.
     pub name: String,
-    /// The rigid bodies, each after its parent.
+    /// The rigid bodies, depth first.
     pub bodies: Vec<Body>,
     /// The joints, in the order of qpos and of their bodies; a body with several joints applies them in order.
     pub joints: Vec<Joint>,
@@ -38,6 +42,10 @@ pub struct RobotSpec {
     pub gravity: [f64; 3],
     /// Length of a physics step (s).
     pub timestep: f64,
+    /// How an engine advances time.
+    pub integrator: Integrator,
+    /// How it solves for the forces of contacts and limits.
+    pub solver: Solver,
     /// Physics steps in one environment step.
     pub frame_skip: usize,
     /// The position at the start of an episode, before noise (length nq).
