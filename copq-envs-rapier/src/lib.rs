@@ -17,14 +17,19 @@
 //! comparable number for number. A world belongs to one environment and one thread.
 
 mod assemble;
+mod axis;
 mod collider;
 mod condim;
 mod coordinate;
 mod engine;
+mod fields;
 mod frame;
+mod free;
 mod link;
+mod motors;
 mod rapier;
 mod softness;
+mod weld;
 mod world;
 
 pub use rapier::Rapier;
