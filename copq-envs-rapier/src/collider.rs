@@ -26,14 +26,9 @@ pub(crate) fn collider(robot: &RobotSpec, index: usize) -> Result<Collider> {
         .friction_combine_rule(CoefficientCombineRule::Max)
         .contact_skin(geom.margin)
         .collision_groups(groups(robot, index))
-        .user_data(u128::from(geom.condim))
-        .active_hooks(hooks(geom));
+        .user_data(index as u128)
+        .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
     Ok(collider.build())
-}
-
-/// Only pairs with a geom of condim 1 can be without friction.
-fn hooks(geom: &Geom) -> ActiveHooks {
-    if geom.condim == 1 { ActiveHooks::MODIFY_SOLVER_CONTACTS } else { ActiveHooks::empty() }
 }
 
 fn shape(geom: &Geom) -> SharedShape {

@@ -19,16 +19,17 @@
 mod assemble;
 mod axis;
 mod collider;
-mod condim;
+mod contact;
 mod coordinate;
 mod engine;
 mod fields;
 mod frame;
 mod free;
+mod law;
+mod limits;
 mod link;
 mod motors;
 mod rapier;
-mod softness;
 mod weld;
 mod world;
 

@@ -1,10 +1,9 @@
 //! The joints of one body as a chain of rapier joints.
 
 use copq_envs::robot::{Joint, JointKind};
-use rapier3d_f64::prelude::{GenericJoint, GenericJointBuilder, JointAxesMask, JointAxis, Pose, Rotation, Vector};
+use rapier3d_f64::prelude::{GenericJoint, GenericJointBuilder, JointAxesMask, Pose, Rotation, Vector};
 
 use crate::frame::{aligned, tilted};
-use crate::softness::spring;
 
 /// One rapier joint.
 pub(crate) struct Link {
@@ -21,15 +20,6 @@ pub(crate) enum Moves {
 }
 
 type Joints<'a> = [(usize, &'a Joint)];
-
-const AXES: [(JointAxis, JointAxesMask); 6] = [
-    (JointAxis::LinX, JointAxesMask::LIN_X),
-    (JointAxis::LinY, JointAxesMask::LIN_Y),
-    (JointAxis::LinZ, JointAxesMask::LIN_Z),
-    (JointAxis::AngX, JointAxesMask::ANG_X),
-    (JointAxis::AngY, JointAxesMask::ANG_Y),
-    (JointAxis::AngZ, JointAxesMask::ANG_Z),
-];
 
 /// The links that move a body from its parent, in order: as few as rapier can do it with.
 ///
@@ -87,25 +77,15 @@ fn first_axis(joint: &Joint) -> usize {
 }
 
 fn link(joints: &Joints<'_>, axes: &[usize], frame: Pose, turn: Rotation) -> Link {
-    let open = axes.iter().fold(JointAxesMask::empty(), |mask, axis| mask | AXES[*axis].1);
+    let open = axes.iter().fold(JointAxesMask::empty(), |mask, axis| mask | JointAxesMask::from_bits_truncate(1 << axis));
     // Only a hinge's anchor matters, and it comes last.
     let anchor = joints.last().map_or([0.0; 3], |(_, joint)| joint.anchor);
     let child = Pose::from_parts(Vector::from_array(anchor), turn);
-    let mut joint = GenericJointBuilder::new(open.complement())
+    let joint = GenericJointBuilder::new(open.complement())
         .local_frame1(frame * child)
         .local_frame2(child)
         .contacts_enabled(false)
         .build();
-    for ((_, spec), axis) in joints.iter().zip(axes) {
-        limit(&mut joint, spec, AXES[*axis].0);
-    }
     let indices = joints.iter().map(|(index, _)| *index);
     Link { joint, moves: Moves::Axes(indices.zip(axes.iter().copied()).collect()) }
-}
-
-fn limit(joint: &mut GenericJoint, spec: &Joint, axis: JointAxis) {
-    if let Some([low, high]) = spec.range {
-        joint.set_limits(axis, [low - spec.reference, high - spec.reference]);
-        joint.softness = spring(&spec.softness);
-    }
 }

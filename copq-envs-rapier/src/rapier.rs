@@ -12,6 +12,7 @@ use crate::assemble::Assembly;
 use crate::coordinate::Coordinate;
 use crate::engine::Engine;
 use crate::fields::{Fields, View};
+use crate::limits::Limits;
 use crate::motors::Motors;
 use crate::world::World;
 
@@ -30,6 +31,7 @@ pub struct Rapier {
     index: MultibodyIndex,
     coordinates: Vec<Coordinate>,
     motors: Motors,
+    limits: Limits,
     fields: Fields,
     /// Room for one number a freedom.
     scratch: Vec<f64>,
@@ -48,6 +50,7 @@ impl Rapier {
             engine: Engine::new(robot),
             index,
             motors: Motors::new(robot, &coordinates),
+            limits: Limits::new(robot, &coordinates),
             coordinates,
             fields: Fields::new(robot, &welds, &links),
             scratch: vec![0.0; dims.nv],
@@ -128,7 +131,8 @@ impl Physics for Rapier {
         for substep in 0..substeps {
             let (multibody, _) = self.world.split(self.index);
             self.motors.drive(multibody);
-            if !self.engine.step(&mut self.world) || !self.is_finite() {
+            self.limits.apply(multibody);
+            if !self.engine.step(&mut self.world, self.index) || !self.is_finite() {
                 return Err(self.error(format!("the state stopped being finite in substep {substep}; reset first")));
             }
         }
