@@ -1,17 +1,15 @@
 //! MuJoCo's soft constraints on rapier's solver.
 //!
-//! MuJoCo gives a violated constraint the acceleration `a = (1 - c) a0 + c aref`: `a0` is what it would be without the
-//! constraint's force, `aref` that of a spring and damper, and the share `c = A / (A + R)` compares the inverse mass A along
-//! the constraint with its regularisation R. Over a timestep, with `v` the velocity at its start, that is
+//! MuJoCo gives a violated constraint the acceleration `a = (1 - c) a0 + c (-b v - k d r)`: `a0` is what it would be without
+//! the constraint's force, the bracket a spring and damper that pull the violation r (negative) to 0, and the share
+//! `c = A / (A + R)` compares the inverse mass A along the constraint with its regularisation R. So `v' = (1 - c) v0 + c u`
+//! at the end of a timestep, with `v0` the velocity reached without the constraint and `u` one to strive for: that for which
+//! spring and damper alone would take v to `v1 = (1 - c) v + c u`.
 //!
-//! ```text
-//! v' = (1 - c) v0 + c (v + dt aref)
-//! ```
-//!
-//! rapier makes `v' = (1 - c) v0 + c u` of a spring without damping, where `u` is the gap over dt and
-//! `c = s / (1 + s)`, s the square of the spring's angular frequency times dt. So a constraint gets its share from the
-//! frequency, and its gap from `u = v + dt aref`. rapier's own springs hold as stiffly, but stop what hits them within
-//! a timestep, where MuJoCo takes ten or more.
+//! rapier makes `v' = (1 - c) v0 + c u` of a spring without damping: `u` is minus the gap over dt, and `c = s / (1 + s)`
+//! with s the square of the spring's angular frequency times dt. So a frequency gives a constraint its share, and a gap made
+//! up for it its u. rapier's springs as they are meant can hold as stiffly, but then they stop what hits them in one
+//! timestep, where MuJoCo takes ten or more.
 
 use std::f64::consts::TAU;
 
@@ -23,9 +21,26 @@ pub(crate) fn spring(share: f64, dt: f64) -> SpringCoefficients<f64> {
     SpringCoefficients::new((share / (1.0 - share)).sqrt() / (dt * TAU), 0.0)
 }
 
-/// The velocity u to strive for, from a violated constraint's position (negative) and its rate of change.
-pub(crate) fn target(softness: &Softness, position: f64, velocity: f64, dt: f64) -> f64 {
-    velocity + dt * safe(softness, dt).acceleration(position, velocity)
+/// The velocity v1 to which a constraint of this share alone takes `velocity` in dt, from a violation (negative).
+///
+/// It solves x'' = -2 p x' - w2 x exactly: timesteps are too long for less where they are half the time constant.
+pub(crate) fn relaxed(softness: &Softness, share: f64, position: f64, velocity: f64, dt: f64) -> f64 {
+    let [damping, stiffness] = safe(softness, dt).reference();
+    let (p, w2) = (0.5 * share * damping, share * stiffness * softness.impedance(position));
+    let (cosine, sine) = wave(p * p - w2, dt);
+    (-p * dt).exp() * (velocity * (cosine - p * sine) - w2 * position * sine)
+}
+
+/// cosh(t sqrt(x)) and sinh(t sqrt(x)) / sqrt(x), which are cosine and sine where x is negative.
+fn wave(x: f64, t: f64) -> (f64, f64) {
+    let root = x.abs().sqrt();
+    if root * t < 1e-6 {
+        (1.0, t)
+    } else if x > 0.0 {
+        ((root * t).cosh(), (root * t).sinh() / root)
+    } else {
+        ((root * t).cos(), (root * t).sin() / root)
+    }
 }
 
 /// A time constant below two timesteps is unstable; MuJoCo raises it, too.

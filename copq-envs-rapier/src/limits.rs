@@ -6,7 +6,7 @@ use rapier3d_f64::prelude::{JointAxesMask, Multibody, MultibodyJoint};
 
 use crate::axis::Axis;
 use crate::coordinate::{Coordinate, Place};
-use crate::law::{spring, target};
+use crate::law::{relaxed, spring};
 
 /// The smallest gap that rapier's solver sees as a violation (rad or m).
 const GAP: f64 = 1e-12;
@@ -38,41 +38,49 @@ impl Limits {
     /// Tells rapier the limits of the next timestep.
     pub(crate) fn apply(&self, multibody: &mut Multibody) {
         for limit in &self.limits {
-            let velocity = multibody.generalized_velocity()[limit.axis.dof];
+            let dof = limit.axis.dof;
+            let (velocity, push) = (multibody.generalized_velocity()[dof], multibody.generalized_acceleration()[dof]);
             if let Some(link) = multibody.link_mut(limit.axis.link) {
-                limit.apply(&mut link.joint, velocity, self.dt);
+                limit.apply(&mut link.joint, velocity, push * self.dt, self.dt);
             }
         }
     }
 }
 
 impl Limit {
-    fn apply(&self, joint: &mut MultibodyJoint, velocity: f64, dt: f64) {
+    /// `velocity` is the joint's, `push` its change in a timestep without contacts and limits.
+    fn apply(&self, joint: &mut MultibodyJoint, velocity: f64, push: f64, dt: f64) {
         let (index, [low, high]) = (self.axis.axis, self.range);
-        let coordinate = joint.coords()[index];
-        let limits = &mut joint.data.limits[index];
-        let softer;
-        if coordinate < low {
-            let (share, gap) = self.reaction(coordinate - low, velocity, dt);
-            (limits.min, limits.max, softer) = (coordinate + gap, f64::MAX, share);
+        let (coordinate, limits) = (joint.coords()[index], &mut joint.data.limits[index]);
+        let axis = JointAxesMask::from_bits_truncate(1 << index);
+        let share = if coordinate < low {
+            let (share, gap) = self.reaction(coordinate - low, velocity, push, dt);
+            (limits.min, limits.max) = (coordinate + gap, f64::MAX);
+            share
         } else if coordinate > high {
-            let (share, gap) = self.reaction(high - coordinate, -velocity, dt);
-            (limits.min, limits.max, softer) = (-f64::MAX, coordinate - gap, share);
+            let (share, gap) = self.reaction(high - coordinate, -velocity, -push, dt);
+            (limits.min, limits.max) = (-f64::MAX, coordinate - gap);
+            share
         } else {
-            joint.data.limit_axes.remove(JointAxesMask::from_bits_truncate(1 << index));
-            return;
-        }
-        joint.data.limit_axes.insert(JointAxesMask::from_bits_truncate(1 << index));
-        joint.data.softness = spring(softer, dt);
+            return joint.data.limit_axes.remove(axis);
+        };
+        joint.data.limit_axes.insert(axis);
+        joint.data.softness = spring(share, dt);
     }
 
-    /// Share and gap for a violation (negative) and its rate of change.
+    /// Share and gap for a violation (negative), its rate of change, and the change of that without contacts and limits.
     ///
     /// rapier's limits cannot strive for a velocity further into the violation, only for rest. Where MuJoCo would let the
     /// joint go on, more slowly, a smaller share takes as much of its velocity.
-    fn reaction(&self, position: f64, velocity: f64, dt: f64) -> (f64, f64) {
+    fn reaction(&self, position: f64, velocity: f64, push: f64, dt: f64) -> (f64, f64) {
         let share = self.softness.impedance(position);
-        let target = target(&self.softness, position, velocity, dt);
-        if target >= 0.0 { (share, target * dt + GAP) } else { (share * (1.0 - target / velocity), GAP) }
+        let relaxed = relaxed(&self.softness, share, position, velocity, dt);
+        let target = velocity + (relaxed - velocity) / share;
+        if target >= 0.0 {
+            return (share, target * dt + GAP);
+        }
+        let (free, wanted) = (velocity + push, relaxed + (1.0 - share) * push);
+        let taken = if free < 0.0 { 1.0 - wanted / free } else { share };
+        (taken.clamp(1e-4, share), GAP)
     }
 }

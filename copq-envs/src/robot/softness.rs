@@ -27,15 +27,11 @@ impl Softness {
         (shallow + y * (deep - shallow)).clamp(1e-4, 0.9999)
     }
 
-    /// The acceleration that the constraint strives for: -b v - k d r (MuJoCo's aref), where b = 2 / (d0 tc) and
-    /// k = 1 / (d0 tc dr)^2 with d0 the impedance at full depth.
-    ///
-    /// `position` is negative where the constraint is violated (m or rad), `velocity` its rate of change.
-    pub fn acceleration(&self, position: f64, velocity: f64) -> f64 {
+    /// Damping b (1/s) and stiffness k (1/s^2) of the acceleration that the constraint strives for, -b v - k d r (MuJoCo's
+    /// aref), with v the velocity out of the violation, r the negative depth, and d the impedance there.
+    pub fn reference(&self) -> [f64; 2] {
         let ([time_constant, damping_ratio], full) = (self.solref, self.solimp[1]);
-        let damping = 2.0 / (full * time_constant);
-        let stiffness = (full * time_constant * damping_ratio).powi(-2);
-        -damping * velocity - stiffness * self.impedance(position) * position
+        [2.0 / (full * time_constant), (full * time_constant * damping_ratio).powi(-2)]
     }
 
     /// The softness of a pair of geoms of equal priority: the mean.
@@ -62,8 +58,7 @@ mod tests {
     #[test]
     fn the_reference_is_critically_damped_at_full_impedance() {
         // With the constraint's share d of the acceleration: x'' = -2 x' / tc - x / tc^2.
-        let (softness, d) = (Softness::MUJOCO, 0.95);
-        assert!((d * softness.acceleration(-0.01, 0.0) - 0.01 * 2500.0).abs() < 1e-9);
-        assert!((d * softness.acceleration(0.0, 1.0) + 100.0).abs() < 1e-9);
+        let ([damping, stiffness], d) = (Softness::MUJOCO.reference(), 0.95);
+        assert!((d * damping - 100.0).abs() < 1e-9 && (d * stiffness * d - 2500.0).abs() < 1e-9);
     }
 }
