@@ -10,6 +10,7 @@
 //!     action_high: vec![1.0; 3],
 //!     objectives: vec!["safety".into(), "velocity".into(), "control".into()],
 //!     weights: vec![1.0; 3],
+//!     limits: vec![],
 //!     horizon: 1000,
 //! };
 //! let mut rng = Rng::new(0, Stream::Init);

@@ -192,6 +192,7 @@ fn describe(task: &Task) -> EnvSpec {
         action_high: vec![1.0; nu],
         objectives: task.objectives.iter().map(|objective| objective.name.clone()).collect(),
         weights: task.objectives.iter().map(|objective| objective.weight).collect(),
+        limits: Vec::new(),
         horizon: task.horizon,
     }
 }

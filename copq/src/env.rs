@@ -28,6 +28,9 @@ pub struct EnvSpec {
     pub objectives: Vec<String>,
     /// The task's scalarisation weights w, one an objective, not normalised (paper Table 1).
     pub weights: Vec<f32>,
+    /// Which objectives are costs: the limit of each one's undiscounted sum over an episode, `None` for a reward. Empty
+    /// if the task has no costs.
+    pub limits: Vec<Option<f32>>,
     /// Steps after which an episode is truncated.
     pub horizon: usize,
 }
@@ -70,6 +73,13 @@ impl EnvSpec {
         if objectives == 0 || self.weights.len() != objectives {
             let got = format!("{objectives} names, {} weights", self.weights.len());
             return error("objectives", "at least one, with a weight each".into(), got);
+        }
+        if !self.limits.is_empty() && self.limits.len() != objectives {
+            let got = format!("{objectives} names, {} limits", self.limits.len());
+            return error("cost limits", "none, or an entry for every objective".into(), got);
+        }
+        if let Some(limit) = self.limits.iter().flatten().find(|limit| !limit.is_finite()) {
+            return error("cost limit", "a finite number".into(), limit.to_string());
         }
         if self.horizon == 0 {
             return error("horizon", "at least 1 step".into(), "0".into());

@@ -7,16 +7,16 @@
 //! standard deviations, double-Q minima) are here too, behind one trait, [`Projection`].
 //!
 //! ```
-//! use copq::projection::{Cholesky, Projection, QView, Scratch};
+//! use copq::projection::{Bound, Cholesky, Projection, QView, Scratch};
 //!
 //! // Three critics, one row, two objectives in priority order: safety, then speed.
 //! let q = [10.0, 5.0,  12.0, 4.0,  11.0, 9.0];
 //! let q = QView::new(&q, 3, 2)?;
-//! let (weights, mut scratch, mut bound) = ([1.0, 1.0], Scratch::default(), [0.0; 2]);
+//! let (mut scratch, mut low) = (Scratch::default(), [0.0; 2]);
 //!
 //! // A step of -1 is the lower bound of the TD target.
-//! Cholesky.project(q, &weights, -1.0, &mut scratch, &mut bound)?;
-//! assert!((bound[0] - 10.422650).abs() < 1e-5 && (bound[1] - 4.788675).abs() < 1e-5);
+//! Cholesky.project(Bound { q, weights: &[1.0, 1.0], step: -1.0 }, &mut scratch, &mut low)?;
+//! assert!((low[0] - 10.422650).abs() < 1e-5 && (low[1] - 4.788675).abs() < 1e-5);
 //! # Ok::<(), copq::Error>(())
 //! ```
 //!
@@ -74,7 +74,7 @@ pub use famo::{Famo, FamoConfig};
 pub use learner::Learner;
 pub use multiplier::{Fixed, Multiplier};
 pub use observer::{Observer, Silent};
-pub use projection::{Projection, QView, Scratch};
+pub use projection::{Bound, Projection, QView, Scratch};
 pub use replay::{Batch, Replay};
 pub use rng::{Rng, Stream};
 pub use state::{Element, State, Value};

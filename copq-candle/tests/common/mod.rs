@@ -40,6 +40,7 @@ impl Case {
             action_high: vec![1.0; self.action],
             objectives: (0..self.objectives).map(|i| format!("objective {i}")).collect(),
             weights: vec![1.0; self.objectives],
+            limits: vec![],
             horizon: 100,
         }
     }

@@ -7,8 +7,8 @@ use crate::loss::{finite, finite_losses, squared_error_grad, squared_errors};
 use crate::multiplier::Fixed;
 use crate::projection::{Cholesky, Directions};
 use crate::{
-    Actor, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, Gaussian, Multiplier, Net, Observer, Projection,
-    QView, Replay, Result, Rng, Stream,
+    Actor, Batch, Bound, Config, Critic, EnvSpec, Error, Explore, Famo, Gaussian, Multiplier, Net, Observer,
+    Projection, QView, Replay, Result, Rng, Stream,
 };
 use work::{Names, Work, column_means, log_each};
 
@@ -167,9 +167,9 @@ impl Learner {
         let n = self.objectives.len();
         let Work { q, target, next_action, scratch, mean, .. } = &mut self.work;
         self.critic.values(Net::Target, &self.batch.next_obs, next_action, q)?;
-        let view = QView::new(q, self.critic.critics(), n)?;
-        let step = -self.config.pessimism as f32;
-        self.projection.project(view, self.multiplier.weights(), step, scratch, target)?;
+        let q = QView::new(q, self.critic.critics(), n)?;
+        let bound = Bound { q, weights: self.multiplier.weights(), step: -self.config.pessimism as f32 };
+        self.projection.project(bound, scratch, target)?;
         let gamma = self.config.discount as f32;
         for (row, target) in target.chunks_exact_mut(n).enumerate() {
             let discount = gamma * self.batch.alive[row];
@@ -197,7 +197,8 @@ impl Learner {
             }
             squared_error_grad(q, target, loss_weights, grad);
             names.log_values(log, *steps, q);
-            projection.project(q, multiplier.weights(), -config.pessimism as f32, scratch, bound)
+            let lower = Bound { q, weights: multiplier.weights(), step: -config.pessimism as f32 };
+            projection.project(lower, scratch, bound)
         })?;
         column_means(bound, mean);
         multiplier.update(mean)?;
@@ -231,8 +232,9 @@ impl Learner {
         let step = -config.pessimism as f32;
         actor.improve(&batch.obs, &[], &mut |sample, grad| {
             let grad_q = &mut |q: QView<'_>, grad_q: &mut [f32]| {
-                projection.project(q, multiplier.weights(), step, scratch, bound)?;
-                projection.vjp(q, multiplier.weights(), step, scratch, grad_bound, grad_q)
+                let lower = Bound { q, weights: multiplier.weights(), step };
+                projection.project(lower, scratch, bound)?;
+                projection.vjp(lower, scratch, grad_bound, grad_q)
             };
             critic.action_grad(&batch.obs, sample.action, grad_q, grad.action)
         })?;

@@ -27,6 +27,7 @@ impl Toy {
             action_high: vec![2.0],
             objectives: vec!["track".into(), "rest".into()],
             weights: vec![1.0, 1.0],
+            limits: vec![],
             horizon: 20,
         };
         Self { spec, rng: Rng::with_stream(0, 0), s: 0.0, steps: 0, nan_reward_at: None, nan_obs_at: None }
