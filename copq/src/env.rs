@@ -41,6 +41,11 @@ impl EnvSpec {
         self.action_low.len()
     }
 
+    /// The limit of an objective that is a cost.
+    pub fn limit(&self, objective: usize) -> Option<f32> {
+        self.limits.get(objective).copied().flatten()
+    }
+
     /// Maps an action from [-1, 1], the units of policies and replay, to the environment's bounds.
     pub fn scale_action(&self, unit: &[f32], out: &mut [f32]) {
         for (i, (out, unit)) in out.iter_mut().zip(unit).enumerate() {

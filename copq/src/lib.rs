@@ -37,6 +37,11 @@
 //!
 //! **Write an environment of your own**: implement [`Env`], and run [`check_env`] on it before anything else.
 //!
+//! **Choose a method**: [`Config::td3`], [`Config::sac`] and their relatives are presets of the one learner, and
+//! [`Config`]'s table says which critics and projection each is meant for.
+//!
+//! **Explore optimistically**: `learner.explore(Optimistic::new(Cholesky))` is COP-OAC.
+//!
 //! **Train, save, resume**: [`Trainer::step`] is one environment step with its learning, [`Trainer::save`] holds everything;
 //! a loaded trainer goes on bit for bit.
 //!
@@ -44,6 +49,7 @@
 //! spread, how often the clip fires, and FAMO's weights, all by objective.
 
 mod actor;
+mod adam;
 mod agent;
 mod check_env;
 mod config;
@@ -59,7 +65,9 @@ mod observer;
 pub mod projection;
 mod replay;
 mod rng;
+mod separate;
 mod state;
+mod temperature;
 mod trainer;
 
 pub use actor::{ActionGrad, Actor, Sample, SampleGrad};
@@ -69,13 +77,15 @@ pub use config::{Config, Networks, Smoothing};
 pub use critic::{Critic, Net, QGrad};
 pub use env::{Env, EnvSpec, Outcome};
 pub use error::{Error, Result};
-pub use explore::{Context, Explore, Gaussian, Uniform};
+pub use explore::{Context, Explore, Gaussian, Optimistic, Sampled, Uniform};
 pub use famo::{Famo, FamoConfig};
 pub use learner::Learner;
-pub use multiplier::{Fixed, Multiplier};
+pub use multiplier::{Constraint, Fixed, Lagrangian, LagrangianConfig, Multiplier, Pid, PidConfig, discounted_limit};
 pub use observer::{Observer, Silent};
 pub use projection::{Bound, Projection, QView, Scratch};
 pub use replay::{Batch, Replay};
 pub use rng::{Rng, Stream};
+pub use separate::Separate;
 pub use state::{Element, State, Value};
+pub use temperature::Entropy;
 pub use trainer::{Episode, Evaluation, Timing, Trainer, evaluate};
