@@ -1,17 +1,21 @@
-//! A task: a robot, what counts as healthy, what is observed, and the rewards in order of priority.
+//! A task: a robot, and the rewards in order of priority.
 
 mod benchmark_a;
-mod health;
-mod observation;
+mod benchmark_b;
+mod gymnasium;
+mod listing;
+mod options;
 mod registry;
 mod reward;
 
-pub use health::Health;
-pub use observation::Observation;
-pub use registry::{task, tasks};
+pub use listing::list_tasks;
+pub use options::{ControlCost, Cost, FailingStep, Options, Start};
+pub use registry::{task, task_with, tasks};
 pub use reward::{Motion, Objective, Signal};
 
-use crate::RobotSpec;
+use copq::EnvSpec;
+
+use crate::{Field, RobotSpec};
 
 /// Everything about an environment but the engine.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,10 +26,30 @@ pub struct Task {
     pub robot: RobotSpec,
     /// The rewards, highest priority first.
     pub objectives: Vec<Objective>,
-    /// When an episode terminates.
-    pub health: Health,
-    /// What the agent sees.
-    pub observation: Observation,
     /// Steps after which an episode is truncated.
     pub horizon: usize,
+}
+
+impl Task {
+    /// The fields that an engine must tell beside qpos and qvel, some perhaps twice.
+    pub fn fields(&self) -> Vec<Field> {
+        let signals = self.objectives.iter().flat_map(|objective| &objective.terms).map(|(_, signal)| *signal);
+        let rewards = signals.filter_map(Signal::field);
+        self.robot.observation.fields().chain(self.robot.track.field()).chain(rewards).collect()
+    }
+
+    /// The task as learners see it: actions are in [-1, 1].
+    pub fn env_spec(&self) -> EnvSpec {
+        let nu = self.robot.nu();
+        EnvSpec {
+            name: self.name.clone(),
+            observation: self.robot.observation.len(&self.robot),
+            action_low: vec![-1.0; nu],
+            action_high: vec![1.0; nu],
+            objectives: self.objectives.iter().map(|objective| objective.name.clone()).collect(),
+            weights: self.objectives.iter().map(|objective| objective.weight).collect(),
+            limits: self.objectives.iter().map(|objective| objective.limit.map(|limit| limit as f32)).collect(),
+            horizon: self.horizon,
+        }
+    }
 }
