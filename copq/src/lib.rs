@@ -42,6 +42,8 @@
 //!
 //! **Explore optimistically**: `learner.explore(Optimistic::new(Cholesky))` is COP-OAC.
 //!
+//! **Change the priorities**: `Ordered::new(env, &["velocity", "safety", "control"])` is the same world in another order.
+//!
 //! **Train, save, resume**: [`Trainer::step`] is one environment step with its learning, [`Trainer::save`] holds everything;
 //! a loaded trainer goes on bit for bit.
 //!
@@ -62,6 +64,7 @@ mod learner;
 mod loss;
 mod multiplier;
 mod observer;
+mod ordered;
 pub mod projection;
 mod replay;
 mod rng;
@@ -82,6 +85,7 @@ pub use famo::{Famo, FamoConfig};
 pub use learner::Learner;
 pub use multiplier::{Constraint, Fixed, Lagrangian, LagrangianConfig, Multiplier, Pid, PidConfig, discounted_limit};
 pub use observer::{Observer, Silent};
+pub use ordered::Ordered;
 pub use projection::{Bound, Projection, QView, Scratch};
 pub use replay::{Batch, Replay};
 pub use rng::{Rng, Stream};

@@ -367,3 +367,40 @@ fn separate_networks_are_an_ensemble() {
     assert_eq!(wrong(&[2, 2]), "scalar critics: wanted 4 for [2, 2], got 6");
     assert_eq!(wrong(&[6, 0]), "critics of each objective: wanted at least 1, got [6, 0]");
 }
+
+#[test]
+fn another_order_moves_names_weights_limits_and_rewards_together() {
+    let mut plain = Toy::constrained();
+    let mut ordered = Ordered::new(Box::new(Toy::constrained()), &["reward", "cost"]).unwrap();
+    let spec = ordered.spec().clone();
+    assert_eq!(
+        (spec.objectives, spec.weights, spec.limits),
+        (vec!["reward".to_owned(), "cost".to_owned()], vec![1.0, -1.0], vec![None, Some(20.0)])
+    );
+    let (mut obs, mut reward, mut turned) = ([0.0], [0.0; 2], [0.0; 2]);
+    plain.reset(1, &mut obs).unwrap();
+    ordered.reset(1, &mut obs).unwrap();
+    plain.step(&[0.7], &mut obs, &mut reward).unwrap();
+    ordered.step(&[0.7], &mut obs, &mut turned).unwrap();
+    assert_eq!([turned[1], turned[0]], reward);
+    check_env(&mut ordered).unwrap();
+    let error = |names: &[&str]| Ordered::new(Box::new(Toy::constrained()), names).unwrap_err().to_string();
+    assert_eq!(error(&["cost", "cost"]), "order of objectives: wanted each of cost, reward once, got cost, cost");
+    assert!(error(&["reward", "costs"]).starts_with("unknown objective 'costs'; known: cost, "));
+}
+
+/// Extremum knows no priorities: turned round, it is the same run with its objectives exchanged. Cholesky does.
+#[test]
+fn the_order_matters_to_cholesky_alone() {
+    let q = [0.5, 2.0, 1.5, -1.0, 3.0, 0.0];
+    let turned: Vec<f32> = q.chunks_exact(2).flat_map(|pair| [pair[1], pair[0]]).collect();
+    let bound = |method: &dyn Projection, q: &[f32]| {
+        let (mut out, q) = ([0.0; 2], QView::new(q, 3, 2).unwrap());
+        method.project(Bound { q, weights: &[1.0, 1.0], step: -1.0 }, &mut Scratch::default(), &mut out).unwrap();
+        out
+    };
+    for (method, same) in [(&Cholesky as &dyn Projection, false), (&Extremum, true)] {
+        let ([a, b], [c, d]) = (bound(method, &q), bound(method, &turned));
+        assert_eq!((a - d).abs() < 1e-6 && (b - c).abs() < 1e-6, same, "{}", method.name());
+    }
+}
