@@ -62,8 +62,14 @@ impl Agent for Learner {
         self.streams.explore.save("rng_explore", state);
         self.streams.smoothing.save("rng_smoothing", state);
         self.streams.batch.save("rng_batch", state);
+        if self.config.subset.is_some() {
+            self.streams.subset.save("rng_subset", state);
+        }
         self.replay.save(state.child_mut("replay"));
         self.multiplier.save(state.child_mut("multiplier"));
+        if let Some(temperature) = &self.temperature {
+            temperature.save(state.child_mut("temperature"));
+        }
         if let Some(famo) = &self.famo {
             famo.save(state.child_mut("famo"));
         }
@@ -77,8 +83,14 @@ impl Agent for Learner {
         self.streams.explore.load("rng_explore", state)?;
         self.streams.smoothing.load("rng_smoothing", state)?;
         self.streams.batch.load("rng_batch", state)?;
+        if self.config.subset.is_some() {
+            self.streams.subset.load("rng_subset", state)?;
+        }
         self.replay.load(state.child("replay")?)?;
         self.multiplier.load(state.child("multiplier")?)?;
+        if let Some(temperature) = &mut self.temperature {
+            temperature.load(state.child("temperature")?)?;
+        }
         if let Some(famo) = &mut self.famo {
             famo.load(state.child("famo")?)?;
         }

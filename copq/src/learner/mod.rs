@@ -5,14 +5,16 @@ use std::fmt;
 use crate::error::check_len;
 use crate::loss::{finite, finite_losses, squared_error_grad, squared_errors};
 use crate::multiplier::Fixed;
-use crate::projection::{Cholesky, Directions};
+use crate::projection::{Cholesky, ScalarisedMin};
+use crate::temperature::Temperature;
 use crate::{
-    Actor, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, Gaussian, Multiplier, Net, Observer, Projection,
-    QView, Replay, Result, Rng, Stream,
+    Actor, Batch, Bound, Config, Critic, EnvSpec, Error, Explore, Famo, Gaussian, Multiplier, Net, Observer,
+    Projection, QView, Replay, Result, Rng, Sampled, Stream,
 };
 use work::{Names, Work, column_means, log_each};
 
 mod agent;
+mod targets;
 mod work;
 
 /// Learns a policy and a vector of values from replayed experience:
@@ -20,11 +22,14 @@ mod work;
 pub struct Learner {
     config: Config,
     objectives: Vec<String>,
+    /// Whether each objective is a cost.
+    is_cost: Vec<bool>,
     actor: Box<dyn Actor>,
     critic: Box<dyn Critic>,
     projection: Box<dyn Projection>,
     explore: Box<dyn Explore>,
     multiplier: Box<dyn Multiplier>,
+    temperature: Option<Temperature>,
     famo: Option<Famo>,
     replay: Replay,
     streams: Streams,
@@ -41,6 +46,7 @@ struct Streams {
     explore: Rng,
     smoothing: Rng,
     batch: Rng,
+    subset: Rng,
 }
 
 impl fmt::Debug for Learner {
@@ -59,8 +65,14 @@ impl fmt::Debug for Learner {
 }
 
 impl Learner {
-    /// A learner with the Cholesky projection, Gaussian exploration and the task's fixed weights; swap any of them
-    /// with [`Learner::projection`], [`Learner::explore`] and [`Learner::multiplier`].
+    /// The learner that a configuration describes. It begins with
+    ///
+    /// * the Cholesky projection, or with [`ScalarisedMin`] if targets draw a subset of the critics: two critics say
+    ///   too little of a covariance;
+    /// * Gaussian exploration, or a stochastic policy's own samples;
+    /// * the task's weights, or the multipliers of [`Config::constraint`], which is an error for a task without costs.
+    ///
+    /// Swap any of them with [`Learner::projection`], [`Learner::explore`] and [`Learner::multiplier`].
     pub fn new(
         config: Config,
         spec: &EnvSpec,
@@ -76,20 +88,46 @@ impl Learner {
         if critic.critics() == 0 {
             return Err(Error::invalid("the critic ensemble", "at least 1 critic", 0));
         }
+        if config.entropy.is_some() && actor.noise() == 0 {
+            return Err(Error::invalid(
+                "the actor",
+                "a stochastic policy, for the entropy bonus",
+                "a deterministic one",
+            ));
+        }
+        if config.subset.is_some_and(|subset| subset > critic.critics()) {
+            return Err(Error::invalid(
+                "subset",
+                format!("at most {} critics", critic.critics()),
+                config.subset.unwrap_or(0),
+            ));
+        }
+        let entropy = config.entropy.as_ref();
+        let temperature = entropy.map(|entropy| Temperature::new(entropy, spec)).transpose()?;
+        let multiplier: Box<dyn Multiplier> = match &config.constraint {
+            Some(constraint) => constraint.multiplier(spec, config.discount)?,
+            None => Box::new(Fixed::new(&spec.weights)?),
+        };
         let famo = config.famo.map(|famo| Famo::new(famo, n)).transpose()?;
         let mut batch = Batch::default();
         batch.reserve(rows, spec.observation, spec.action(), n);
         Ok(Self {
             replay: Replay::new(config.capacity, spec.observation, spec.action(), n)?,
-            projection: Box::new(Cholesky),
-            explore: Box::new(Gaussian { std: config.exploration_std as f32 }),
-            multiplier: Box::new(Fixed::new(&spec.weights)?),
+            projection: if config.subset.is_some() { Box::new(ScalarisedMin) } else { Box::new(Cholesky) },
+            explore: match actor.noise() {
+                0 => Box::new(Gaussian { std: config.exploration_std as f32 }),
+                _ => Box::<Sampled>::default(),
+            },
+            multiplier,
+            temperature,
             streams: Streams {
                 explore: Rng::new(seed, Stream::Explore),
                 smoothing: Rng::new(seed, Stream::Smoothing),
                 batch: Rng::new(seed, Stream::Batch),
+                subset: Rng::new(seed, Stream::Subset),
             },
-            work: Work::new(rows, spec.action(), n, critic.critics()),
+            work: Work::new(&config, actor.as_ref(), critic.as_ref()),
+            is_cost: (0..n).map(|i| spec.limit(i).is_some()).collect(),
             names: Names::new(&spec.objectives),
             objectives: spec.objectives.clone(),
             steps: 0,
@@ -139,7 +177,10 @@ impl Learner {
         self.fit_critics(log)?;
         self.updates += 1;
         if self.updates.is_multiple_of(self.config.actor_delay) {
+            self.estimate_costs()?;
             self.improve_actor(log)?;
+            self.multiplier.log(self.steps, log);
+            self.multiplier.update();
         }
         if self.updates.is_multiple_of(self.config.target_period) {
             self.critic.track(self.config.tau as f32)?;
@@ -148,10 +189,12 @@ impl Learner {
         Ok(())
     }
 
-    /// a' = clip(mu'(s') + clip(noise)): TD3's smoothed target actions.
+    /// a' = clip(mu'(s') + clip(noise)), TD3's smoothed target actions; of a stochastic policy a sample of the online one.
     fn next_actions(&mut self) -> Result<()> {
-        let Work { noise, next_action, .. } = &mut self.work;
-        self.actor.sample(Net::Target, &self.batch.next_obs, &[], next_action, &mut [])?;
+        let Work { noise, policy_noise, next_action, log_prob, .. } = &mut self.work;
+        let net = if policy_noise.is_empty() { Net::Target } else { Net::Online };
+        self.streams.smoothing.fill_normal(policy_noise);
+        self.actor.sample(net, &self.batch.next_obs, policy_noise, next_action, log_prob)?;
         if let Some(smoothing) = self.config.smoothing {
             let (std, clip) = (smoothing.std as f32, smoothing.clip as f32);
             self.streams.smoothing.fill_normal(noise);
@@ -162,29 +205,7 @@ impl Learner {
         Ok(())
     }
 
-    /// y = r + gamma (1 - d) (lower bound of the target critics at s', a'): paper eq. 13, with the terminal mask.
-    fn targets(&mut self, log: &mut dyn Observer) -> Result<()> {
-        let n = self.objectives.len();
-        let Work { q, target, next_action, scratch, mean, .. } = &mut self.work;
-        self.critic.values(Net::Target, &self.batch.next_obs, next_action, q)?;
-        let view = QView::new(q, self.critic.critics(), n)?;
-        let step = -self.config.pessimism as f32;
-        self.projection.project(view, self.multiplier.weights(), step, scratch, target)?;
-        let gamma = self.config.discount as f32;
-        for (row, target) in target.chunks_exact_mut(n).enumerate() {
-            let discount = gamma * self.batch.alive[row];
-            for (y, r) in target.iter_mut().zip(&self.batch.reward[row * n..]) {
-                *y = r + discount * *y;
-            }
-        }
-        finite("TD target", target, &self.objectives, self.steps)?;
-        log.scalar(self.steps, "clip_rate", scratch.clip_rate());
-        column_means(target, mean);
-        log_each(log, self.steps, &self.names.target, mean);
-        Ok(())
-    }
-
-    /// One step of all critics on the same targets, the objectives' losses weighted by FAMO; then the multiplier's.
+    /// One step of all critics on the same targets, the objectives' losses weighted by FAMO.
     fn fit_critics(&mut self, log: &mut dyn Observer) -> Result<()> {
         let Self { critic, famo, projection, multiplier, batch, config, objectives, names, steps, .. } = self;
         let Work { scratch, target, losses, loss_weights, bound, mean, .. } = &mut self.work;
@@ -197,10 +218,10 @@ impl Learner {
             }
             squared_error_grad(q, target, loss_weights, grad);
             names.log_values(log, *steps, q);
-            projection.project(q, multiplier.weights(), -config.pessimism as f32, scratch, bound)
+            let lower = Bound { q, weights: multiplier.weights(), step: -config.pessimism as f32 };
+            projection.project(lower, scratch, bound)
         })?;
         column_means(bound, mean);
-        multiplier.update(mean)?;
         log_each(log, *steps, &names.bound, mean);
         log_each(log, *steps, &names.loss, losses);
         self.balance_losses(log)
@@ -218,30 +239,52 @@ impl Learner {
         Ok(())
     }
 
-    /// Maximises u . (lower bound at s, pi(s)), with gradients through the mean and the disagreement: paper eq. 14.
-    fn improve_actor(&mut self, log: &mut dyn Observer) -> Result<()> {
-        let Self { actor, critic, projection, multiplier, batch, config, steps, .. } = self;
-        let Work { scratch, bound, grad_bound, direction, .. } = &mut self.work;
-        Directions::new(multiplier.weights(), 1, direction.len())?.unit(0, direction);
-        let rows = config.batch as f64;
-        let n = direction.len();
-        for row in grad_bound.chunks_exact_mut(n) {
-            row.iter_mut().zip(direction.iter()).for_each(|(grad, u)| *grad = (-u / rows) as f32);
+    /// Shows a learning multiplier the mean bound at the replayed actions, from the critics as they now are.
+    fn estimate_costs(&mut self) -> Result<()> {
+        if self.multiplier.is_constant() {
+            return Ok(());
         }
-        let step = -config.pessimism as f32;
-        actor.improve(&batch.obs, &[], &mut |sample, grad| {
+        let Work { q, scratch, bound, mean, .. } = &mut self.work;
+        self.critic.values(Net::Online, &self.batch.obs, &self.batch.action, q)?;
+        let q = QView::new(q, self.critic.critics(), self.objectives.len())?;
+        let step = -self.config.pessimism as f32;
+        self.projection.project(Bound { q, weights: self.multiplier.weights(), step }, scratch, bound)?;
+        column_means(bound, mean);
+        finite("cost estimate", mean, &self.objectives, self.steps)?;
+        self.multiplier.observe(mean);
+        Ok(())
+    }
+
+    /// Maximises w . (lower bound at s, a) - alpha w_e log pi(a|s) over the policy's actions a, with gradients through the
+    /// critics' mean and disagreement: paper eq. 14, and SAC's entropy bonus on the objective e it belongs to. Then the
+    /// temperature's step.
+    fn improve_actor(&mut self, log: &mut dyn Observer) -> Result<()> {
+        let Self { actor, critic, projection, multiplier, temperature, batch, config, steps, .. } = self;
+        let Work { scratch, bound, grad_bound, policy_noise, .. } = &mut self.work;
+        let (rows, weights) = (config.batch as f64, multiplier.actor_weights());
+        for row in grad_bound.chunks_exact_mut(weights.len()) {
+            row.iter_mut().zip(weights).for_each(|(grad, w)| *grad = (-w / rows) as f32);
+        }
+        let grad_log_prob = temperature.as_ref().map_or(0.0, |t| t.alpha() * weights[t.objective()] / rows);
+        let (step, mut mean_log_prob) = (-config.actor_pessimism as f32, 0.0);
+        self.streams.smoothing.fill_normal(policy_noise);
+        actor.improve(&batch.obs, policy_noise, &mut |sample, grad| {
+            mean_log_prob = sample.log_prob.iter().map(|&log_prob| f64::from(log_prob)).sum::<f64>() / rows;
+            grad.log_prob.fill(grad_log_prob as f32);
             let grad_q = &mut |q: QView<'_>, grad_q: &mut [f32]| {
-                projection.project(q, multiplier.weights(), step, scratch, bound)?;
-                projection.vjp(q, multiplier.weights(), step, scratch, grad_bound, grad_q)
+                let lower = Bound { q, weights: multiplier.weights(), step };
+                projection.project(lower, scratch, bound)?;
+                projection.vjp(lower, scratch, grad_bound, grad_q)
             };
             critic.action_grad(&batch.obs, sample.action, grad_q, grad.action)
         })?;
-        let objective: f64 = bound
-            .chunks_exact(n)
-            .map(|row| row.iter().zip(direction.iter()).map(|(&b, u)| f64::from(b) * u).sum::<f64>())
-            .sum::<f64>()
-            / rows;
-        log.scalar(*steps, "actor/objective", objective);
+        let scalarised = |row: &[f32]| row.iter().zip(weights).map(|(&b, w)| f64::from(b) * w).sum::<f64>();
+        log.scalar(*steps, "actor/objective", bound.chunks_exact(weights.len()).map(scalarised).sum::<f64>() / rows);
+        if let Some(temperature) = temperature {
+            log.scalar(*steps, "actor/entropy", -mean_log_prob);
+            log.scalar(*steps, "actor/temperature", temperature.alpha());
+            temperature.update(mean_log_prob);
+        }
         Ok(())
     }
 }
