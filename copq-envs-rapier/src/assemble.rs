@@ -3,9 +3,7 @@
 use copq::{Error, Result};
 use copq_envs::RobotSpec;
 use copq_envs::robot::JointKind;
-use rapier3d_f64::prelude::{
-    MassProperties, MultibodyIndex, Pose, RigidBody, RigidBodyBuilder, RigidBodyHandle,
-};
+use rapier3d_f64::prelude::{MassProperties, MultibodyIndex, Pose, RigidBody, RigidBodyBuilder, RigidBodyHandle};
 
 use crate::collider::collider;
 use crate::coordinate::{Coordinate, coordinates};

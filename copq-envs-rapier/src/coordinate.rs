@@ -35,7 +35,8 @@ pub(crate) fn coordinates<'a>(
     multibody: &Multibody,
     links: impl Iterator<Item = (&'a Moves, usize)>,
 ) -> Vec<Coordinate> {
-    let places = links.flat_map(|(moves, id)| multibody.link(id).map_or_else(Vec::new, |link| places(robot, moves, link)));
+    let places =
+        links.flat_map(|(moves, id)| multibody.link(id).map_or_else(Vec::new, |link| places(robot, moves, link)));
     let (mut q, mut v) = (0, 0);
     let joints = robot.joints.iter().zip(places).map(|(spec, joint)| {
         let (qpos, qvel) = (q..q + spec.kind.nq(), v..v + spec.kind.nv());

@@ -4,6 +4,7 @@ use copq_envs::RobotSpec;
 use copq_envs::robot::Inertial;
 use rapier3d_f64::prelude::{MultibodyIndex, MultibodyLink, Pose, Vector};
 
+use crate::touch::touches;
 use crate::weld::{Weld, inertia};
 use crate::world::World;
 
@@ -18,6 +19,8 @@ struct Rider {
 /// The bodies of a description, in their order.
 pub(crate) struct Fields {
     riders: Vec<Rider>,
+    /// The body of each geom; `None` is the world.
+    geoms: Vec<Option<usize>>,
 }
 
 impl Fields {
@@ -28,7 +31,7 @@ impl Fields {
             pose: weld.pose,
             inertial: body.inertial,
         });
-        Self { riders: riders.collect() }
+        Self { riders: riders.collect(), geoms: robot.geoms.iter().map(|geom| geom.body).collect() }
     }
 
     pub(crate) fn positions(&self, view: View<'_>, out: &mut [f64]) {
@@ -55,6 +58,20 @@ impl Fields {
             let (angular, linear) = view.twist(rider, whole);
             [angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]
         });
+    }
+
+    /// The forces are those of the last timestep, of length `dt`.
+    pub(crate) fn contact_forces(&self, view: View<'_>, dt: f64, out: &mut [f64]) {
+        out.fill(0.0);
+        let whole = self.centre_of_mass(view);
+        for touch in touches(view.world, dt) {
+            for (geom, force) in touch.geoms.iter().zip([touch.force, -touch.force]) {
+                let Some(body) = self.geoms[*geom] else { continue };
+                let torque = (touch.point - whole).cross(force);
+                let row = torque.to_array().into_iter().chain(force.to_array());
+                out[6 * body..6 * body + 6].iter_mut().zip(row).for_each(|(out, value)| *out += value);
+            }
+        }
     }
 
     pub(crate) fn centre_of_mass(&self, view: View<'_>) -> Vector {

@@ -77,7 +77,8 @@ fn first_axis(joint: &Joint) -> usize {
 }
 
 fn link(joints: &Joints<'_>, axes: &[usize], frame: Pose, turn: Rotation) -> Link {
-    let open = axes.iter().fold(JointAxesMask::empty(), |mask, axis| mask | JointAxesMask::from_bits_truncate(1 << axis));
+    let open =
+        axes.iter().fold(JointAxesMask::empty(), |mask, axis| mask | JointAxesMask::from_bits_truncate(1 << axis));
     // Only a hinge's anchor matters, and it comes last.
     let anchor = joints.last().map_or([0.0; 3], |(_, joint)| joint.anchor);
     let child = Pose::from_parts(Vector::from_array(anchor), turn);

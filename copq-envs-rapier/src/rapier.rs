@@ -21,7 +21,8 @@ const NAME: &str = "rapier 0.36.1";
 /// rapier 0.36.1 in double precision with multibody joints, as a [`Physics`].
 ///
 /// A snapshot is the whole world, contact memory included, some tens of kilobytes; it replays bit for bit, in another
-/// process of the same build too. Fields are of the state after the step; there is no [`Field::ContactForce`].
+/// process of the same build too. Fields are of the state after the step; contact forces those
+/// of its last timestep.
 pub struct Rapier {
     robot: String,
     dims: Dims,
@@ -157,7 +158,7 @@ impl Physics for Rapier {
             Field::Inertia => self.fields.inertias(view, out),
             Field::Velocity => self.fields.velocities(view, out),
             Field::ActuatorForce => self.motors.write(&self.coordinates, out),
-            Field::ContactForce => return Err(self.error("rapier does not tell the contact forces on each body")),
+            Field::ContactForce => self.fields.contact_forces(view, self.engine.timestep(), out),
         }
         Ok(())
     }
