@@ -5,7 +5,7 @@ use copq_envs::RobotSpec;
 use copq_envs::robot::JointKind;
 use rapier3d_f64::prelude::{MassProperties, MultibodyIndex, Pose, RigidBody, RigidBodyBuilder, RigidBodyHandle};
 
-use crate::collider::collider;
+use crate::collider::{collider, groups};
 use crate::coordinate::{Coordinate, coordinates};
 use crate::frame::pose;
 use crate::link::{Link, Moves, chain};
@@ -90,13 +90,11 @@ impl<'a> Builder<'a> {
     }
 
     fn add_colliders(&mut self) -> Result<()> {
-        for (index, geom) in self.robot.geoms.iter().enumerate() {
-            let weld = geom.body.map(|body| self.welds[body]);
-            let mut collider = collider(self.robot, index)?;
-            let World { bodies, colliders, .. } = &mut self.world;
-            if let Some(weld) = weld {
-                collider.set_position(weld.pose * *collider.position());
-            }
+        let World { bodies, colliders, .. } = &mut self.world;
+        for (index, groups) in groups(self.robot)?.into_iter().enumerate() {
+            let weld = self.robot.geoms[index].body.map(|body| self.welds[body]);
+            let frame = weld.map_or(Pose::IDENTITY, |weld| weld.pose);
+            let collider = collider(self.robot, index, frame, groups);
             match weld.and_then(|weld| weld.carrier) {
                 Some(carrier) => colliders.insert_with_parent(collider, self.bodies[carrier], bodies),
                 None => colliders.insert(collider),
