@@ -1,7 +1,9 @@
 //! Small robots for single questions.
 
 use copq_envs::RobotSpec;
-use copq_envs::robot::{Actuator, Body, Geom, Health, Inertial, Joint, Noise, Observation, Preset, Shape, Track, hopper};
+use copq_envs::robot::{
+    Actuator, Body, Geom, Health, Inertial, Joint, Noise, Observation, Preset, Shape, Track, hopper,
+};
 
 const UPRIGHT: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
