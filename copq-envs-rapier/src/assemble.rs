@@ -27,7 +27,7 @@ pub(crate) struct Assembly {
 impl Assembly {
     pub(crate) fn new(robot: &RobotSpec) -> Result<Self> {
         robot.check()?;
-        check_free(robot)?;
+        check_joints(robot)?;
         let mut builder = Builder::new(robot);
         (0..robot.bodies.len()).try_for_each(|body| builder.add_body(body))?;
         builder.add_colliders()?;
@@ -138,16 +138,20 @@ fn settle(index: MultibodyIndex, world: &mut World) {
     multibody.update_rigid_bodies(bodies, true);
 }
 
-/// A free joint moves a body of the world, and is its only joint.
-fn check_free(robot: &RobotSpec) -> Result<()> {
-    let wrong = robot.joints.iter().find(|joint| {
-        let alone = robot.joints_of(joint.body).count() == 1 && robot.bodies[joint.body].parent.is_none();
-        joint.kind == JointKind::Free && !alone
-    });
-    wrong.map_or(Ok(()), |joint| {
-        let wanted = "a free joint alone on a body without a parent";
-        Err(refused(robot, wanted, format!("{} on {}", joint.name, robot.bodies[joint.body].name)))
-    })
+/// A free joint moves a body of the world, and is its only joint; the others have an axis.
+fn check_joints(robot: &RobotSpec) -> Result<()> {
+    for joint in &robot.joints {
+        let body = &robot.bodies[joint.body];
+        let alone = robot.joints_of(joint.body).count() == 1 && body.parent.is_none();
+        let got = format!("{} on {}", joint.name, body.name);
+        if joint.kind == JointKind::Free && !alone {
+            return Err(refused(robot, "a free joint alone on a body without a parent", got));
+        }
+        if joint.axis.iter().all(|&length| length == 0.0) {
+            return Err(refused(robot, "an axis", got));
+        }
+    }
+    Ok(())
 }
 
 fn refused(robot: &RobotSpec, wanted: &str, got: impl ToString) -> Error {

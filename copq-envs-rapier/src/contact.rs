@@ -82,8 +82,12 @@ fn common_share(robot: &RobotSpec) -> f64 {
     let floors = robot.geoms.iter().filter(|geom| geom.body.is_none());
     let pairs = floors.flat_map(|floor| {
         let limbs = robot.geoms.iter().filter(|geom| geom.body.is_some());
-        limbs.map(|limb| (floor.softness.mean(&limb.softness), floor.friction[0].max(limb.friction[0])))
+        limbs.map(|limb| (floor.softness.mean(&limb.softness), friction(floor, limb)))
     });
     let (softness, friction) = pairs.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Softness::MUJOCO, 1.0));
     stuck_share(softness.impedance(1.0), friction)
+}
+
+fn friction(a: &Geom, b: &Geom) -> f64 {
+    if a.condim == 1 && b.condim == 1 { 0.0 } else { a.friction[0].max(b.friction[0]) }
 }

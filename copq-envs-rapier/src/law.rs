@@ -61,4 +61,20 @@ mod tests {
             assert!((spring.erp_inv_dt(dt) * dt - 1.0).abs() < 1e-12, "{spring:?}");
         }
     }
+
+    /// Against ten thousand small steps of the equation itself.
+    #[test]
+    fn relaxed_solves_the_constraints_own_motion() {
+        for (solref, share) in [([0.02, 1.0], 0.95), ([0.02, 1.0], 0.3), ([0.05, 0.2], 0.8)] {
+            let softness = Softness { solref, ..Softness::MUJOCO };
+            let ([damping, stiffness], d) = (softness.reference(), softness.impedance(-0.1));
+            let (mut x, mut v, dt) = (-0.1, -2.0, 0.01);
+            let exact = relaxed(&softness, share, x, v, dt);
+            for _ in 0..10_000 {
+                v += dt / 1e4 * share * (-damping * v - stiffness * d * x);
+                x += dt / 1e4 * v;
+            }
+            assert!((exact - v).abs() < 1e-3, "{exact} {v}");
+        }
+    }
 }

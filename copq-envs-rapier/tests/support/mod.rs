@@ -1,5 +1,5 @@
 //! What several of the tests need: golden data, robots, random actions.
-#![allow(dead_code)]
+#![allow(dead_code, unused_imports)]
 
 pub mod crane;
 pub mod parts;
