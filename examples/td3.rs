@@ -16,18 +16,23 @@ struct Cli {
     #[command(flatten)]
     args: Args,
 
-    /// Environment steps with uniformly random actions before learning begins. [default: 25000]
+    /// Environment steps with uniformly random actions before learning begins. [default: 1000]
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     start_steps: Option<u64>,
+
+    /// Explore by noise alone (TD3's way), not towards the upper bound of the critics (COP-OAC).
+    #[arg(long, conflicts_with = "resume")]
+    noise_only: bool,
 }
 
 fn main() -> anyhow::Result<()> {
-    let Cli { args, start_steps } = Cli::parse();
+    let Cli { args, start_steps, noise_only } = Cli::parse();
 
     // The settings: TD3's preset, the options over it, or with --resume what the run's folder holds.
     let preset = Config::td3();
     let start_steps = start_steps.unwrap_or(preset.start_steps);
-    let config = args.settings(Config { start_steps, ..preset })?;
+    let optimism = preset.optimism.filter(|_| !noise_only);
+    let config = args.settings(Config { start_steps, optimism, ..preset })?;
     let mut plan = args.plan(Plan::new("td3"))?;
     plan.run.discount = config.discount;
 

@@ -9,7 +9,7 @@ use crate::projection::{Cholesky, ScalarisedMin};
 use crate::temperature::Temperature;
 use crate::{
     Actor, Batch, Bound, Config, Critic, EnvSpec, Error, Explore, Famo, Gaussian, Multiplier, Net, Observer,
-    Projection, QView, Replay, Result, Rng, Sampled, Stream,
+    Optimistic, Projection, QView, Replay, Result, Rng, Sampled, Stream,
 };
 use work::{Names, Work, column_means, log_each};
 
@@ -69,7 +69,8 @@ impl Learner {
     ///
     /// * the Cholesky projection, or with [`ScalarisedMin`] if targets draw a subset of the critics: two critics say
     ///   too little of a covariance;
-    /// * Gaussian exploration, or a stochastic policy's own samples;
+    /// * exploration by Gaussian noise or a stochastic policy's own samples, towards the upper bound of its projection if
+    ///   [`Config::optimism`] says so;
     /// * the task's weights, or the multipliers of [`Config::constraint`], which is an error for a task without costs.
     ///
     /// Swap any of them with [`Learner::projection`], [`Learner::explore`] and [`Learner::multiplier`].
@@ -114,10 +115,7 @@ impl Learner {
         Ok(Self {
             replay: Replay::new(config.capacity, spec.observation, spec.action(), n)?,
             projection: if config.subset.is_some() { Box::new(ScalarisedMin) } else { Box::new(Cholesky) },
-            explore: match actor.noise() {
-                0 => Box::new(Gaussian { std: config.exploration_std as f32 }),
-                _ => Box::<Sampled>::default(),
-            },
+            explore: exploration(&config, actor.as_ref()),
             multiplier,
             temperature,
             streams: Streams {
@@ -286,5 +284,15 @@ impl Learner {
             temperature.update(mean_log_prob);
         }
         Ok(())
+    }
+}
+
+/// The exploration that a configuration describes.
+fn exploration(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
+    let std = config.exploration_std as f32;
+    match (config.optimism, actor.noise()) {
+        (Some(optimism), _) => Box::new(Optimistic::own(optimism, std)),
+        (None, 0) => Box::new(Gaussian { std }),
+        (None, _) => Box::<Sampled>::default(),
     }
 }
