@@ -7,8 +7,10 @@ mod collision;
 mod geom;
 mod hopper;
 mod joint;
+mod kinematics;
 mod mjcf;
 mod noise;
+mod pose;
 mod softness;
 mod solver;
 
@@ -17,7 +19,9 @@ pub use body::{Body, Inertial};
 pub use geom::{Geom, Shape};
 pub use hopper::hopper;
 pub use joint::{Joint, JointKind};
+pub use kinematics::Segment;
 pub use noise::Noise;
+pub use pose::Pose;
 pub use softness::Softness;
 pub use solver::{Algorithm, Integrator, Solver};
 
