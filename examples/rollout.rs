@@ -6,69 +6,61 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use copq::{Actor, Config, Env, Error, Net, Outcome, Result, Rng, Stream};
-use copq_envs::robot::Segment;
-use copq_envs::{Locomotion, Physics, RobotSpec};
-use copq_experiments::animation::{Animation, Capsule, Scene, part_colour};
+use copq_envs::{Locomotion, Physics, RobotSpec, robot::Segment};
+use copq_experiments::animation::{Animation, Capsule, Scene, limb_colour};
 use copq_experiments::{read_checkpoint, read_config};
 
-/// Plays episodes of a trained policy, without exploration, and writes them as an animated GIF in real time.
+/// Plays episodes of a trained policy without exploration; writes them as a GIF that runs in real time.
 ///
-/// Task, engine and networks are those of the run; its folder is only read, and may belong to a run that still goes on.
+/// Task, engine and policy are those of the run. Its folder is only read: the run may go on meanwhile.
 #[derive(Parser)]
 #[command(name = "rollout")]
 struct Cli {
-    /// Folder of a run, such as runs/td3-a-hopper-cholesky-s0: its config.toml and checkpoint.safetensors are used.
+    /// Folder of a run, such as runs/td3-a-hopper-cholesky-s0.
     run: PathBuf,
-
     /// Episodes to show, one after the other.
     #[arg(long, value_name = "N", default_value_t = 1)]
     episodes: usize,
-
-    /// Seed of the episodes. With the run's own, they are those that the run was evaluated on. [default: the run's]
+    /// Seed of the episodes; the run's own gives those that it was evaluated on. [default: the run's own]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-
     /// Most steps to play of an episode.
     #[arg(long, value_name = "N", default_value_t = 1000)]
     steps: usize,
-
     /// The GIF to write.
     #[arg(long, value_name = "FILE", default_value = "rollout.gif")]
     out: PathBuf,
-
-    /// Folder for every frame as a PNG as well.
+    /// Folder for the frames as PNG files, if you want them too.
     #[arg(long, value_name = "DIR")]
     png: Option<PathBuf>,
 }
 
 fn main() -> anyhow::Result<()> {
     let cli = Cli::parse();
-
-    // The run's task on its engine, and its policy.
     let run = read_config::<Config>(&cli.run)?;
+    let saved = read_checkpoint(&cli.run)?;
+
+    // The run's task on its engine, and the policy that it has learned.
     let task = copq_envs::task(&run.plan.task)?;
     let physics = engine(&run.plan.engine, &task.robot)?;
-    let mut env = Locomotion::new(task, physics)?;
-    let mut actor = copq_candle::actor(env.spec(), &run.settings.networks, &mut Rng::new(0, Stream::Init))?;
-    actor.load(read_checkpoint(&cli.run)?.child("trainer")?.child("agent")?.child("actor")?)?;
+    let mut world = Locomotion::new(task, physics)?;
+    let mut policy = copq_candle::actor(world.spec(), &run.settings.networks, &mut Rng::new(0, Stream::Init))?;
+    policy.load(saved.child("trainer")?.child("agent")?.child("actor")?)?;
 
-    // Its episodes.
     let mut seeds = Rng::new(cli.seed.unwrap_or(run.plan.run.seed), Stream::Evaluation);
     let mut animation = Animation::default();
     for episode in 1..=cli.episodes {
-        let end = play(&mut env, &mut actor, seeds.next_u64(), cli.steps, &mut animation)?;
-        let readings: Vec<_> = end.readings.iter().map(|(name, value)| format!("{name} {value}")).collect();
+        let readings = play(&mut world, &mut policy, seeds.next_u64(), cli.steps, &mut animation)?;
+        let readings: Vec<_> = readings.iter().map(|(name, value)| format!("{name} {value}")).collect();
         println!("episode {episode}: {}", readings.join(", "));
     }
-
-    // The picture.
     animation.write_gif(&cli.out)?;
     println!("{} frames in {}", animation.frames(), cli.out.display());
     Ok(cli.png.map_or(Ok(()), |folder| animation.write_png(&folder))?)
 }
 
-/// A robot and its task on an engine chosen at run time.
 type World = Locomotion<Box<dyn Physics>>;
+type Readings = Vec<(String, String)>;
 
 fn engine(name: &str, robot: &RobotSpec) -> Result<Box<dyn Physics>> {
     match name {
@@ -77,38 +69,44 @@ fn engine(name: &str, robot: &RobotSpec) -> Result<Box<dyn Physics>> {
     }
 }
 
-/// Plays one episode into the animation, its end for a second; returns the end.
-fn play(env: &mut World, actor: &mut dyn Actor, seed: u64, steps: usize, animation: &mut Animation) -> Result<Scene> {
-    let (spec, dt) = (env.spec().clone(), env.task().robot.dt());
+/// Plays an episode into the animation, its end for a second; its length and returns.
+fn play(
+    world: &mut World,
+    policy: &mut dyn Actor,
+    seed: u64,
+    steps: usize,
+    animation: &mut Animation,
+) -> Result<Readings> {
+    let (spec, dt) = (world.spec().clone(), world.task().robot.dt());
     let (mut obs, mut action) = (vec![0.0; spec.observation], vec![0.0; spec.action()]);
     let (mut reward, mut returns) = (vec![0.0; spec.objectives.len()], vec![0.0; spec.objectives.len()]);
-    env.reset(seed, &mut obs)?;
-    let mut scene = look(env, 0, &returns);
+    world.reset(seed, &mut obs)?;
+    let mut scene = look(world, 0, &returns);
     for step in 1..=steps {
         animation.push(scene, dt);
-        actor.sample(Net::Online, &obs, &[], &mut action, &mut [])?;
-        let outcome = env.step(&action, &mut obs, &mut reward)?;
+        policy.sample(Net::Online, &obs, &[], &mut action, &mut [])?;
+        let outcome = world.step(&action, &mut obs, &mut reward)?;
         returns.iter_mut().zip(&reward).for_each(|(sum, reward)| *sum += f64::from(*reward));
-        scene = look(env, step, &returns);
+        scene = look(world, step, &returns);
         if outcome != Outcome::Running {
             break;
         }
     }
     animation.push(scene.clone(), 1.0);
-    Ok(scene)
+    Ok(scene.readings)
 }
 
-/// The robot where it is now, with the step and the returns so far.
-fn look(env: &World, step: usize, returns: &[f64]) -> Scene {
-    let robot = &env.task().robot;
+/// The robot as it is now, with the steps and returns so far.
+fn look(world: &World, steps: usize, returns: &[f64]) -> Scene {
+    let robot = &world.task().robot;
     let mut qpos = vec![0.0; robot.nq()];
-    env.physics().qpos(&mut qpos);
+    world.physics().qpos(&mut qpos);
     let bodies = robot.body_poses(&qpos);
-    let limb = |Segment { body, ends, radius }| Capsule { ends, radius, colour: part_colour(body.unwrap_or_default()) };
-    let returns = env.spec().objectives.iter().zip(returns).map(|(name, sum)| (name.clone(), format!("{sum:.1}")));
-    Scene {
-        capsules: robot.segments(&bodies).into_iter().map(limb).collect(),
-        centre: robot.centre_of_mass(&bodies),
-        readings: [("step".into(), step.to_string())].into_iter().chain(returns).collect(),
-    }
+    let capsule = |Segment { limb, ends, radius }| Capsule { ends, radius, colour: limb_colour(limb) };
+    let capsules = robot.segments(&bodies).into_iter().map(capsule).collect();
+    // Adding 0 to a rounded number makes a 0 of -0.
+    let returns = returns.iter().map(|sum| format!("{:.1}", (10.0 * sum).round() / 10.0 + 0.0));
+    let mut readings: Readings = world.spec().objectives.iter().cloned().zip(returns).collect();
+    readings.insert(0, ("steps".into(), steps.to_string()));
+    Scene { capsules, centre: robot.centre_of_mass(&bodies), readings }
 }

@@ -80,8 +80,8 @@ fn segments_end_on_their_geoms_axes() {
     let row = rows(include_str!("data/kinematics.csv")).nth(1).unwrap();
     let bodies = robot.body_poses(&row[..robot.nq()]);
     let segments = robot.segments(&bodies);
-    assert_eq!(segments.len(), robot.geoms.len());
-    for (segment, geom) in segments.iter().zip(&robot.geoms) {
+    assert_eq!(segments.iter().map(|segment| segment.limb).collect::<Vec<_>>(), [0, 1, 1, 2]);
+    for (segment, geom) in segments.iter().zip(&robot.geoms[1..]) {
         let Pose { pos, .. } = robot.geom_pose(geom, &bodies);
         let [a, b] = segment.ends;
         assert!((0..3).all(|i| (a[i] + b[i] - 2.0 * pos[i]).abs() < 1e-14));
@@ -89,10 +89,10 @@ fn segments_end_on_their_geoms_axes() {
         let Shape::Capsule { half_length, .. } = geom.shape else { continue };
         assert!((length - 2.0 * half_length).abs() < 1e-14);
     }
-    // The floor is no segment, and each limb of the upright hopper begins where the one before it ends.
+    // The floor is no segment, and each part of the upright hopper begins where the one before it ends.
     let hopper = robot::hopper();
-    let limbs = hopper.segments(&hopper.body_poses(&hopper.initial_qpos));
-    let heights: Vec<_> = limbs.iter().map(|limb| limb.ends.map(|end| (1e9 * end[2]).round() / 1e9)).collect();
+    let parts = hopper.segments(&hopper.body_poses(&hopper.initial_qpos));
+    let heights: Vec<_> = parts.iter().map(|part| part.ends.map(|end| (1e9 * end[2]).round() / 1e9)).collect();
     assert_eq!(heights, [[1.45, 1.05], [1.05, 0.6], [0.6, 0.1], [0.1, 0.1]]);
 }
 

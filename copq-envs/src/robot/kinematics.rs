@@ -6,8 +6,8 @@ use super::{Geom, Joint, JointKind, Pose, RobotSpec, Shape};
 /// A capsule in the world: all points within `radius` of the line between its ends, a ball if they coincide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
-    /// Index of the body that carries it; `None` is the world.
-    pub body: Option<usize>,
+    /// Which limb it is part of: bodies from one branching to the next count as one, in the order of the bodies.
+    pub limb: usize,
     /// Centres of the two caps, in world axes (m).
     pub ends: [[f64; 3]; 2],
     /// Radius (m).
@@ -46,8 +46,9 @@ impl RobotSpec {
         moment.map(|sum| sum / self.total_mass())
     }
 
-    /// The capsules and balls, planes left out, given [`RobotSpec::body_poses`]: all that it takes to draw the robot.
+    /// The robot's capsules and balls, given [`RobotSpec::body_poses`]: all that it takes to draw it.
     pub fn segments(&self, bodies: &[Pose]) -> Vec<Segment> {
+        let limbs = self.limbs();
         let segment = |geom: &Geom| {
             let (radius, half_length) = match geom.shape {
                 Shape::Plane => return None,
@@ -56,9 +57,20 @@ impl RobotSpec {
             };
             let pose = self.geom_pose(geom, bodies);
             let ends = [half_length, -half_length].map(|z| pose.point([0.0, 0.0, z]));
-            Some(Segment { body: geom.body, ends, radius })
+            Some(Segment { limb: limbs[geom.body?], ends, radius })
         };
         self.geoms.iter().filter_map(segment).collect()
+    }
+
+    /// The limb of each body: an only child goes on with its parent's.
+    fn limbs(&self) -> Vec<usize> {
+        let children = |parent| self.bodies.iter().filter(|body| body.parent == Some(parent)).count();
+        let (mut limbs, mut next) = (Vec::<usize>::with_capacity(self.bodies.len()), 0..);
+        for body in &self.bodies {
+            let inherited = body.parent.filter(|&parent| children(parent) == 1).map(|parent| limbs[parent]);
+            limbs.extend(inherited.or_else(|| next.next()));
+        }
+        limbs
     }
 }
 

@@ -13,16 +13,15 @@ const COLOURS: usize = 256;
 
 /// The bytes of a GIF file.
 pub(super) fn encode(animation: &Animation) -> Result<Vec<u8>> {
-    let painter = Painter::new(animation)?;
-    let palette = palette(animation, &painter)?;
+    let mut painter = Painter::new(animation)?;
+    let palette = palette(animation, &mut painter);
     let mut bytes = Vec::new();
     let failed = |e: EncodingError| Error::other("encoding a GIF", e);
     let (width, height) = (WIDTH as u16, HEIGHT as u16);
     let mut encoder = Encoder::new(&mut bytes, width, height, &palette.color_map_rgb()).map_err(failed)?;
     encoder.set_repeat(Repeat::Infinite).map_err(failed)?;
     for (frame, delay) in animation.frames.iter().zip(animation.delays()) {
-        let pixels = painter.paint(&frame.scene)?;
-        let buffer = pixels.chunks_exact(3).map(|rgb| palette.index_of(&[rgb[0], rgb[1], rgb[2], 255]) as u8).collect();
+        let buffer = opaque(&painter.paint(&frame.scene)).map(|pixel| palette.index_of(&pixel) as u8).collect();
         let delay = u16::try_from(delay).unwrap_or(u16::MAX);
         encoder.write_frame(&Frame { width, height, delay, buffer, ..Frame::default() }).map_err(failed)?;
     }
@@ -31,12 +30,14 @@ pub(super) fn encode(animation: &Animation) -> Result<Vec<u8>> {
 }
 
 /// The colours of the first, the middle and the last frame.
-fn palette(animation: &Animation, painter: &Painter) -> Result<NeuQuant> {
+fn palette(animation: &Animation, painter: &mut Painter) -> NeuQuant {
     let last = animation.frames.len() - 1;
-    let mut pixels = Vec::new();
-    for index in [0, last / 2, last] {
-        let rgb = painter.paint(&animation.frames[index].scene)?;
-        pixels.extend(rgb.chunks_exact(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]));
-    }
-    Ok(NeuQuant::new(SAMPLE, COLOURS, &pixels))
+    let frames = [0, last / 2, last].map(|index| painter.paint(&animation.frames[index].scene));
+    let pixels: Vec<u8> = frames.iter().flat_map(|pixels| opaque(pixels)).flatten().collect();
+    NeuQuant::new(SAMPLE, COLOURS, &pixels)
+}
+
+/// Red, green and blue with an opacity of one.
+fn opaque(pixels: &[u8]) -> impl Iterator<Item = [u8; 4]> {
+    pixels.as_chunks::<3>().0.iter().map(|&[red, green, blue]| [red, green, blue, 255])
 }

@@ -54,8 +54,8 @@ struct Frame {
     scene: Scene,
 }
 
-/// A colour for the n-th part of a robot, from a small set that people with any colour vision can tell apart.
-pub fn part_colour(n: usize) -> [u8; 3] {
+/// A colour for a robot's n-th limb, from a small set that people with any colour vision can tell apart.
+pub fn limb_colour(n: usize) -> [u8; 3] {
     let colour = colour(n);
     [colour.0, colour.1, colour.2]
 }
@@ -85,9 +85,9 @@ impl Animation {
     /// Writes every frame as a picture of its own, `frame-00000.png` and so on; makes the folder.
     pub fn write_png(&self, folder: &Path) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
-        let painter = Painter::new(self)?;
+        let mut painter = Painter::new(self)?;
         for (index, frame) in self.frames.iter().enumerate() {
-            let bytes = encode_png(&painter.paint(&frame.scene)?, painter::WIDTH, painter::HEIGHT)?;
+            let bytes = encode_png(&painter.paint(&frame.scene), painter::WIDTH, painter::HEIGHT)?;
             files::replace(&folder.join(format!("frame-{index:05}.png")), &bytes)?;
         }
         Ok(())
