@@ -1,6 +1,10 @@
 //! Forward kinematics against MuJoCo 3.17.0.
 
-use copq_envs::robot::{self, Body, Geom, Inertial, Joint, JointKind, Pose, RobotSpec, Shape};
+mod support;
+
+use copq_envs::RobotSpec;
+use copq_envs::robot::{self, Body, Geom, Inertial, Joint, JointKind, Pose, Preset, Shape};
+use support::Table;
 
 const UPRIGHT: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
@@ -32,7 +36,7 @@ fn awkward() -> RobotSpec {
             geom(Some(3), Shape::Capsule { radius: 0.02, half_length: 0.15 }, [0.0; 3], [0.0, 0.6, 0.0, 0.8]),
         ],
         actuators: Vec::new(),
-        ..robot::hopper()
+        ..robot::hopper(Preset::GymV5)
     }
 }
 
@@ -42,11 +46,11 @@ fn body(parent: Option<usize>, pos: [f64; 3], quat: [f64; 4]) -> Body {
 }
 
 fn joint(body: usize, kind: JointKind, axis: [f64; 3], anchor: [f64; 3], reference: f64) -> Joint {
-    Joint { body, kind, axis, anchor, reference, ..robot::hopper().joints[0].clone() }
+    Joint { body, kind, axis, anchor, reference, ..robot::hopper(Preset::GymV5).joints[0].clone() }
 }
 
 fn geom(body: Option<usize>, shape: Shape, pos: [f64; 3], quat: [f64; 4]) -> Geom {
-    Geom { body, shape, pos, quat, ..robot::hopper().geoms[0].clone() }
+    Geom { body, shape, pos, quat, ..robot::hopper(Preset::GymV5).geoms[0].clone() }
 }
 
 fn rows(csv: &str) -> impl Iterator<Item = Vec<f64>> {
@@ -90,22 +94,43 @@ fn segments_end_on_their_geoms_axes() {
         assert!((length - 2.0 * half_length).abs() < 1e-14);
     }
     // The floor is no segment, and each part of the upright hopper begins where the one before it ends.
-    let hopper = robot::hopper();
+    let hopper = robot::hopper(Preset::GymV5);
     let parts = hopper.segments(&hopper.body_poses(&hopper.initial_qpos));
     let heights: Vec<_> = parts.iter().map(|part| part.ends.map(|end| (1e9 * end[2]).round() / 1e9)).collect();
     assert_eq!(heights, [[1.45, 1.05], [1.05, 0.6], [0.6, 0.1], [0.1, 0.1]]);
 }
 
+#[test]
+fn limbs_begin_where_a_body_has_several_children() {
+    for (robot, wanted) in [
+        (robot::hopper as fn(Preset) -> RobotSpec, vec![0; 4]),
+        (robot::walker2d, vec![0, 1, 1, 1, 2, 2, 2]),
+        (robot::halfcheetah, vec![0, 0, 1, 1, 1, 2, 2, 2]),
+    ] {
+        let robot = robot(Preset::GymV5);
+        let segments = robot.segments(&robot.body_poses(&robot.initial_qpos));
+        assert_eq!(segments.iter().map(|segment| segment.limb).collect::<Vec<_>>(), wanted, "{}", robot.name);
+    }
+}
+
 /// Recorded flights: qpos, and the whole robot's centre of mass as MuJoCo computes it.
 #[test]
-fn the_centre_of_mass_is_mujocos() {
-    for (robot, csv) in [(robot::hopper(), include_str!("data/hopper_com.csv"))] {
-        for row in rows(csv.split_once('\n').unwrap().1) {
-            let (qpos, wanted) = row.split_at(robot.nq());
-            let got = robot.centre_of_mass(&robot.body_poses(qpos));
-            for (got, wanted) in got.iter().zip(wanted) {
-                assert!((got - wanted).abs() < 1e-12, "{}: {got} against {wanted}", robot.name);
-            }
+fn centres_of_mass_are_mujocos() {
+    check_flight(robot::hopper, include_str!("data/flight_gym_hopper.csv"));
+    check_flight(robot::walker2d, include_str!("data/flight_gym_walker2d.csv"));
+    check_flight(robot::halfcheetah, include_str!("data/flight_gym_halfcheetah.csv"));
+    check_flight(robot::ant, include_str!("data/flight_gym_ant.csv"));
+    check_flight(robot::humanoid, include_str!("data/flight_gym_humanoid.csv"));
+}
+
+fn check_flight(robot: fn(Preset) -> RobotSpec, flight: &str) {
+    let (robot, flight) = (robot(Preset::GymV5), Table::parse(flight));
+    assert_eq!(flight.len(), 6);
+    for row in 0..flight.len() {
+        let centre = robot.centre_of_mass(&robot.body_poses(&flight.vector(row, "qpos")));
+        for (got, name) in centre.iter().zip(["comx", "comy", "comz"]) {
+            let wanted = flight.get(row, name).unwrap();
+            assert!((got - wanted).abs() < 1e-12, "{}: {got} against {wanted}", robot.name);
         }
     }
 }

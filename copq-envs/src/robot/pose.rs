@@ -28,7 +28,7 @@ impl Pose {
 
     /// The frame that lies at `pos`, turned by `quat`, in this one.
     pub fn at(&self, pos: [f64; 3], quat: [f64; 4]) -> Self {
-        Self { pos: self.point(pos), quat: unit(product(self.quat, quat)) }
+        Self { pos: self.point(pos), quat: normalised(product(self.quat, quat)) }
     }
 
     /// This frame moved along one of its own unit axes (m).
@@ -64,7 +64,7 @@ fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
 }
 
 /// The quaternion scaled to length 1; one of length 0 becomes no rotation, as in MuJoCo.
-pub(super) fn unit(quat: [f64; 4]) -> [f64; 4] {
+pub(super) fn normalised(quat: [f64; 4]) -> [f64; 4] {
     let norm = quat.iter().map(|x| x * x).sum::<f64>().sqrt();
     if norm > 0.0 { quat.map(|x| x / norm) } else { Pose::WORLD.quat }
 }
