@@ -109,11 +109,8 @@ pub fn read_checkpoint(path: &Path) -> Result<State> {
     let file = path.join("checkpoint.safetensors");
     if !file.is_file() {
         let what = format!("run folder '{}'", path.display());
-        return Err(Error::invalid(
-            what,
-            "a checkpoint in it, which runs write now and then and at their end",
-            "none yet",
-        ));
+        let wanted = "one with a checkpoint (runs write it every --checkpoint-every steps, on Ctrl-C and at their end)";
+        return Err(Error::invalid(what, wanted, "none yet"));
     }
     checkpoint::read(&file)
 }

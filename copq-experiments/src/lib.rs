@@ -29,7 +29,7 @@
 //! ```
 //!
 //! The files are described at [`RunFolder`]. [`compare`] draws several runs in one picture, as does the program
-//! `copq-plot`; [`Sheet`] reads the CSV files, [`checkpoint`] the checkpoints.
+//! `copq-plot`; [`Sheet`] reads the CSV files, [`checkpoint`] the checkpoints, and [`animation`] shows what has been learned.
 
 pub mod animation;
 mod args;

@@ -5,9 +5,9 @@ use tiny_skia::Transform;
 use super::Scene;
 
 /// Where the floor below the robot is, in parts of the picture's height.
-const FLOOR: f64 = 0.82;
+const FLOOR: f64 = 0.8;
 /// How many times the robot's own height or length fits between the floor and the picture's upper edge.
-const ROOM: f64 = 1.6;
+const ROOM: f64 = 1.5;
 /// How far to the right and upwards a metre of depth appears (m).
 const DEPTH: [f64; 2] = [0.3, 0.2];
 /// The floor's far edge, from the point that the camera follows (m).

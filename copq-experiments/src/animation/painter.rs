@@ -10,7 +10,7 @@ use super::{Animation, Capsule, Scene};
 /// Pixels from left to right.
 pub(super) const WIDTH: u32 = 640;
 /// Pixels from top to bottom.
-pub(super) const HEIGHT: u32 = 480;
+pub(super) const HEIGHT: u32 = 420;
 
 const SKY: [u8; 3] = [246, 248, 251];
 const TILES: [[u8; 3]; 2] = [[211, 218, 227], [197, 206, 217]];
@@ -20,8 +20,8 @@ const GREY: [u8; 3] = [112, 118, 128];
 const TILE: f64 = 0.5;
 /// Room to the left and right of the readings, in pixels.
 const EDGE: f32 = 24.0;
-/// How far before the robot the distances are written (m).
-const MARKS: f64 = -1.3;
+/// Where the distances are written, in parts of the way from below the robot to the picture's lower edge.
+const MARKS: f64 = 0.45;
 
 /// Draws the scenes of one animation, all from the same distance.
 pub(super) struct Painter {
@@ -65,7 +65,7 @@ impl Painter {
             }
         }
         for metre in (x + left).ceil() as i64..=(x + right) as i64 {
-            let at = self.camera.pixel([x, y, 0.0], [metre as f64, y + MARKS, 0.0]);
+            let at = self.camera.pixel([x, y, 0.0], [metre as f64, y + MARKS * near, 0.0]);
             self.pen.write(&mut self.sheet, &format!("{metre} m"), at, 13.0, GREY);
         }
     }
