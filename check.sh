@@ -19,6 +19,10 @@ for file in config.toml metrics.csv evaluations.csv timings.csv curve.svg curve.
     test -s "$smoke/run/$file" || { echo "the run folder has no $file" >&2; exit 1; }
 done
 
+# Its policy in pictures.
+run cargo run --locked --example rollout -- "$smoke/run" --out "$smoke/rollout.gif" --png "$smoke/frames"
+test -s "$smoke/rollout.gif" && test -s "$smoke/frames/frame-00000.png"
+
 # A crate outside the workspace writes its own projection and trains with it, in under 40 lines.
 test "$(wc -l < tests/foreign/src/main.rs)" -lt 40
 run cargo run --locked --manifest-path tests/foreign/Cargo.toml --target-dir target/foreign
