@@ -30,11 +30,19 @@ mod world;
 pub use rapier::Rapier;
 
 use copq::{Env, Result};
-use copq_envs::Locomotion;
+use copq_envs::task::Start;
+use copq_envs::{Locomotion, Options};
 
 /// The environment of this name (see [`copq_envs::tasks`]) on rapier; an unknown name is answered with the nearest ones.
+///
+/// Robots start inside their joint limits, as in the preset `Paper`: rapier would throw Gymnasium's ant into the air.
 pub fn make(name: &str) -> Result<Box<dyn Env>> {
-    let task = copq_envs::task(name)?;
+    make_with(name, &Options { start: Start::Paper, ..Options::default() })
+}
+
+/// The environment of this name with these options.
+pub fn make_with(name: &str, options: &Options) -> Result<Box<dyn Env>> {
+    let task = copq_envs::task_with(name, options)?;
     let physics = Rapier::new(&task.robot)?;
     Ok(Box::new(Locomotion::new(task, physics)?))
 }

@@ -2,6 +2,7 @@
 
 mod support;
 
+use copq_envs::robot::Preset;
 use copq_envs::{Physics, robot};
 use copq_envs_rapier::Rapier;
 use support::Table;
@@ -20,7 +21,7 @@ struct Worst {
 
 fn fly() -> Worst {
     let golden = Table::parse(include_str!("data/hopper_flight.csv"));
-    let spec = robot::hopper();
+    let spec = robot::hopper(Preset::GymV5);
     let mut physics = Rapier::new(&spec).unwrap();
     physics.reset_to(&golden.vector(0, "qpos"), &golden.vector(0, "qvel")).unwrap();
     let start = physics.centre_of_mass().unwrap();
@@ -60,7 +61,7 @@ fn the_hopper_flies_as_in_mujoco() {
 #[test]
 fn the_centre_of_mass_starts_where_mujoco_has_it() {
     let golden = Table::parse(include_str!("data/hopper_flight.csv"));
-    let mut physics = Rapier::new(&robot::hopper()).unwrap();
+    let mut physics = Rapier::new(&robot::hopper(Preset::GymV5)).unwrap();
     physics.reset_to(&golden.vector(0, "qpos"), &golden.vector(0, "qvel")).unwrap();
     let centre = physics.centre_of_mass().unwrap();
     for (got, name) in centre.iter().zip(["comx", "comy", "comz"]) {

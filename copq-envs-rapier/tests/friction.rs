@@ -1,5 +1,6 @@
 //! Ground friction: a planar robot must feel it (frames with rounding noise out of the plane lose all of it).
 
+use copq_envs::robot::Preset;
 use copq_envs::{Physics, RobotSpec, robot};
 use copq_envs_rapier::Rapier;
 
@@ -17,13 +18,13 @@ fn speed_after_sliding(spec: &RobotSpec) -> f64 {
 /// The foot (friction 2) sticks and the body tips over it. MuJoCo 3.17.0: 0.440 m/s; measured here: 0.477.
 #[test]
 fn the_floor_slows_a_sliding_hopper_as_in_mujoco() {
-    let speed = speed_after_sliding(&robot::hopper());
+    let speed = speed_after_sliding(&robot::hopper(Preset::GymV5));
     assert!((speed - 0.440).abs() < 0.06, "{speed}");
 }
 
 #[test]
 fn without_friction_it_slides_on() {
-    let mut spec = robot::hopper();
+    let mut spec = robot::hopper(Preset::GymV5);
     spec.geoms.iter_mut().for_each(|geom| geom.friction = [0.0; 3]);
     let speed = speed_after_sliding(&spec);
     assert!((speed - 1.0).abs() < 1e-3, "{speed}");
@@ -31,7 +32,7 @@ fn without_friction_it_slides_on() {
 
 /// Joint rates after the torso and the foot are pressed together in the air (rad/s).
 fn rates_after_parting(friction: f64, condim: u8) -> Vec<u64> {
-    let mut spec = robot::hopper();
+    let mut spec = robot::hopper(Preset::GymV5);
     for geom in &mut spec.geoms {
         (geom.condim, geom.friction[0]) = (condim, friction);
     }

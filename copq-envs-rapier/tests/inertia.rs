@@ -1,6 +1,6 @@
 //! Masses and the joint-space mass matrix, against MuJoCo's compiled model and against sums over the bodies.
 
-use copq_envs::robot::{self, JointKind};
+use copq_envs::robot::{self, JointKind, Preset};
 use copq_envs::{Physics, RobotSpec};
 use copq_envs_rapier::Rapier;
 use serde_json::Value;
@@ -13,7 +13,7 @@ fn model() -> Value {
 }
 
 fn mass_matrix(qpos: &[f64; 6]) -> Vec<f64> {
-    let mut physics = Rapier::new(&robot::hopper()).unwrap();
+    let mut physics = Rapier::new(&robot::hopper(Preset::GymV5)).unwrap();
     physics.reset_to(qpos, &[0.0; 6]).unwrap();
     physics.mass_matrix().unwrap()
 }
@@ -29,7 +29,7 @@ fn the_diagonal_is_mujocos() {
 
 #[test]
 fn the_whole_matrix_is_the_sum_over_bodies() {
-    let spec = robot::hopper();
+    let spec = robot::hopper(Preset::GymV5);
     let mut worst = 0.0_f64;
     for pose in &POSES {
         for (got, wanted) in mass_matrix(pose).iter().zip(composite(&spec, pose)) {

@@ -1,7 +1,7 @@
 //! What cannot be simulated is an error that says so, never a panic and never a silent reset.
 
 use copq::Error;
-use copq_envs::robot::{Geom, JointKind};
+use copq_envs::robot::{Geom, JointKind, Preset};
 use copq_envs::{Physics, robot};
 use copq_envs_rapier::{Rapier, make};
 
@@ -13,7 +13,7 @@ fn an_unknown_environment_is_answered_with_the_nearest() {
 
 #[test]
 fn a_state_that_blows_up_is_an_error() {
-    let mut physics = Rapier::new(&robot::hopper()).unwrap();
+    let mut physics = Rapier::new(&robot::hopper(Preset::GymV5)).unwrap();
     physics.reset_to(&[0.0, 1.25, 0.0, 0.0, 0.0, 0.0], &[0.0, 0.0, 1e200, 0.0, 0.0, -1e200]).unwrap();
     let error = (0..50).find_map(|_| physics.step(&[0.0; 3], 4).err()).unwrap();
     assert!(matches!(error, Error::Env { .. }) && error.to_string().contains("stopped being finite"), "{error}");
@@ -24,7 +24,7 @@ fn a_state_that_blows_up_is_an_error() {
 
 #[test]
 fn numbers_that_are_not_finite_are_refused() {
-    let mut physics = Rapier::new(&robot::hopper()).unwrap();
+    let mut physics = Rapier::new(&robot::hopper(Preset::GymV5)).unwrap();
     assert!(physics.reset_to(&[0.0, f64::NAN, 0.0, 0.0, 0.0, 0.0], &[0.0; 6]).is_err());
     physics.reset_to(&[0.0, 1.25, 0.0, 0.0, 0.0, 0.0], &[0.0; 6]).unwrap();
     assert!(physics.step(&[0.0, f64::INFINITY, 0.0], 1).is_err());
@@ -33,12 +33,12 @@ fn numbers_that_are_not_finite_are_refused() {
 
 #[test]
 fn joints_that_are_not_supported_yet_are_named() {
-    let mut tilted = robot::hopper();
+    let mut tilted = robot::hopper(Preset::GymV5);
     tilted.joints[3].axis = [0.6, -0.8, 0.0];
-    let mut free = robot::hopper();
+    let mut free = robot::hopper(Preset::GymV5);
     free.joints[0].kind = JointKind::Free;
     free.initial_qpos = vec![0.0; free.nq()];
-    let mut twice = robot::hopper();
+    let mut twice = robot::hopper(Preset::GymV5);
     twice.joints[4].body = 1;
     for (spec, body) in [(tilted, "thigh"), (free, "torso"), (twice, "thigh")] {
         let error = Rapier::new(&spec).unwrap_err().to_string();
@@ -48,7 +48,7 @@ fn joints_that_are_not_supported_yet_are_named() {
 
 #[test]
 fn more_geoms_than_collision_groups_are_refused() {
-    let mut spec = robot::hopper();
+    let mut spec = robot::hopper(Preset::GymV5);
     let floor: Geom = spec.geoms[0].clone();
     spec.geoms.resize(33, floor);
     assert!(Rapier::new(&spec).unwrap_err().to_string().contains("at most 32"));

@@ -5,6 +5,7 @@ mod support;
 use std::process::Command;
 
 use copq::{Env, Outcome, Rng, State};
+use copq_envs::robot::Preset;
 use copq_envs::{Physics, robot};
 use copq_envs_rapier::{Rapier, make};
 use support::Walk;
@@ -63,7 +64,7 @@ fn a_snapshot_of_a_snapshot_is_the_same() {
 
 /// On the ground with contacts under way, at the physics level.
 fn landed() -> Rapier {
-    let mut physics = Rapier::new(&robot::hopper()).unwrap();
+    let mut physics = Rapier::new(&robot::hopper(Preset::GymV5)).unwrap();
     physics.reset_to(&[0.0, 1.25, 0.01, -0.1, -0.2, 0.1], &[0.5, 0.0, 0.0, 0.0, 0.0, 0.0]).unwrap();
     physics.step(&[0.1, -0.2, 0.3], 100).unwrap();
     physics
@@ -102,9 +103,9 @@ fn another_process_goes_on() {
 fn child() {
     let Some(path) = std::env::var_os("COPQ_WORLD") else { return };
     let mut state = State::default();
-    Rapier::new(&robot::hopper()).unwrap().save(&mut state).unwrap();
+    Rapier::new(&robot::hopper(Preset::GymV5)).unwrap().save(&mut state).unwrap();
     state.put("world", std::fs::read(path).unwrap());
-    let mut physics = Rapier::new(&robot::hopper()).unwrap();
+    let mut physics = Rapier::new(&robot::hopper(Preset::GymV5)).unwrap();
     physics.load(&state).unwrap();
     println!("{}", digest(&mut physics));
 }
@@ -112,7 +113,7 @@ fn child() {
 #[test]
 fn a_foreign_or_broken_snapshot_is_refused() {
     let mut state = State::default();
-    let mut physics = Rapier::new(&robot::hopper()).unwrap();
+    let mut physics = Rapier::new(&robot::hopper(Preset::GymV5)).unwrap();
     assert!(physics.load(&state).is_err());
     physics.save(&mut state).unwrap();
     state.put("world", vec![1u8, 2, 3]);

@@ -4,7 +4,7 @@ use copq::error::check_len;
 use copq::{Env, EnvSpec, Error, Outcome, Result, Rng, State};
 
 use crate::task::Motion;
-use crate::{Dims, Physics, Task};
+use crate::{Dims, Physics, Readings, Task};
 
 /// The stream of reset noise; [`copq::Stream`] keeps the small numbers for the learner.
 const NOISE_STREAM: u64 = 0x0065_6e76;
@@ -33,11 +33,14 @@ pub struct Locomotion<P> {
     qpos: Vec<f64>,
     qvel: Vec<f64>,
     ctrl: Vec<f64>,
+    readings: Readings,
+    /// The tracked point's x and y.
+    place: [f64; 2],
 }
 
 impl<P: Physics> Locomotion<P> {
-    /// Puts a task on an engine that holds the task's robot.
-    pub fn new(task: Task, physics: P) -> Result<Self> {
+    /// Puts a task on an engine that holds the task's robot and tells what the task needs.
+    pub fn new(task: Task, mut physics: P) -> Result<Self> {
         task.robot.check()?;
         let dims = Dims { nq: task.robot.nq(), nv: task.robot.nv(), nu: task.robot.nu() };
         if physics.dims() != dims {
@@ -49,8 +52,11 @@ impl<P: Physics> Locomotion<P> {
         }
         let spec = describe(&task);
         spec.check()?;
+        let mut readings = Readings::new(task.fields(), &task.robot);
+        // An engine that does not tell a field says so now rather than in mid-run.
+        readings.read(&mut physics)?;
         let (qpos, qvel, ctrl) = (vec![0.0; dims.nq], vec![0.0; dims.nv], vec![0.0; dims.nu]);
-        Ok(Self { spec, task, physics, phase: Phase::Fresh, steps: 0, qpos, qvel, ctrl })
+        Ok(Self { spec, task, physics, phase: Phase::Fresh, steps: 0, qpos, qvel, ctrl, readings, place: [0.0; 2] })
     }
 
     /// The task.
@@ -63,17 +69,18 @@ impl<P: Physics> Locomotion<P> {
         &self.physics
     }
 
-    /// Sets the controls from an action; returns the sum of the squared, clamped actions.
-    fn act(&mut self, action: &[f32]) -> Result<f64> {
+    /// Sets the controls from an action; returns the sums of the squared, clamped actions and of the squared controls.
+    fn act(&mut self, action: &[f32]) -> Result<[f64; 2]> {
         if let Some(index) = action.iter().position(|value| !value.is_finite()) {
             return Err(self.error(format!("action[{index}] is {}", action[index])));
         }
-        let mut squares = 0.0;
+        let mut squares = [0.0; 2];
         for ((ctrl, actuator), unit) in self.ctrl.iter_mut().zip(&self.task.robot.actuators).zip(action) {
             let unit = f64::from(unit.clamp(-1.0, 1.0));
             let [low, high] = actuator.range;
             *ctrl = 0.5 * (low + high) + 0.5 * (high - low) * unit;
-            squares += unit * unit;
+            squares[0] += unit * unit;
+            squares[1] += *ctrl * *ctrl;
         }
         Ok(squares)
     }
@@ -82,10 +89,20 @@ impl<P: Physics> Locomotion<P> {
     fn read(&mut self) -> Result<()> {
         self.physics.qpos(&mut self.qpos);
         self.physics.qvel(&mut self.qvel);
-        if self.qpos.iter().chain(&self.qvel).all(|value| value.is_finite()) {
+        self.readings.read(&mut self.physics)?;
+        if self.qpos.iter().chain(&self.qvel).all(|value| value.is_finite()) && self.readings.is_finite() {
             return Ok(());
         }
         Err(self.error(format!("{}'s state is not finite after step {}", self.physics.name(), self.steps)))
+    }
+
+    /// Where the robot is, as its task counts.
+    fn place(&self) -> [f64; 2] {
+        self.task.robot.track.place(&self.task.robot, &self.qpos, &self.readings)
+    }
+
+    fn observe(&self, obs: &mut [f32]) {
+        self.task.robot.observation.write(&self.task.robot, &self.qpos, &self.qvel, &self.readings, obs);
     }
 
     fn outcome(&self, healthy: bool) -> Outcome {
@@ -127,10 +144,12 @@ impl<P: Physics> Env for Locomotion<P> {
             *value = start + position.draw(&mut rng);
         }
         self.qvel.iter_mut().for_each(|value| *value = velocity.draw(&mut rng));
+        self.task.robot.normalise(&mut self.qpos);
         self.physics.reset_to(&self.qpos, &self.qvel)?;
         self.read()?;
+        self.place = self.place();
         self.phase = Phase::Running;
-        self.task.observation.write(&self.qpos, &self.qvel, obs);
+        self.observe(obs);
         Ok(())
     }
 
@@ -139,20 +158,21 @@ impl<P: Physics> Env for Locomotion<P> {
         check_len("action", action.len(), self.spec.action())?;
         check_len("observation", obs.len(), self.spec.observation)?;
         check_len("reward", reward.len(), self.spec.objectives.len())?;
-        let control = self.act(action)?;
-        let before = self.qpos[0];
+        let [control, motor_control] = self.act(action)?;
         self.steps += 1;
         // Over until the step has succeeded: a failed engine must be reset.
         self.phase = Phase::Over;
         self.physics.step(&self.ctrl, self.task.robot.frame_skip)?;
         self.read()?;
-        let healthy = self.task.health.test(&self.qpos, &self.qvel);
-        let velocity = (self.qpos[0] - before) / self.task.robot.dt();
-        let motion = Motion { healthy, velocity, control };
+        let healthy = self.task.robot.health.test(&self.qpos, &self.qvel);
+        let before = self.place;
+        self.place = self.place();
+        let velocity = [0, 1].map(|axis| (self.place[axis] - before[axis]) / self.task.robot.dt());
+        let motion = Motion { healthy, velocity, control, motor_control, readings: &self.readings };
         for (reward, objective) in reward.iter_mut().zip(&self.task.objectives) {
             *reward = objective.reward(&motion) as f32;
         }
-        self.task.observation.write(&self.qpos, &self.qvel, obs);
+        self.observe(obs);
         let outcome = self.outcome(healthy);
         if outcome == Outcome::Running {
             self.phase = Phase::Running;
@@ -163,6 +183,7 @@ impl<P: Physics> Env for Locomotion<P> {
     fn save(&self, state: &mut State) -> Result<()> {
         state.put("phase", [self.phase as u64]);
         state.put("steps", [self.steps as u64]);
+        state.put("place", self.place);
         self.physics.save(state.child_mut("physics"))
     }
 
@@ -178,6 +199,7 @@ impl<P: Physics> Env for Locomotion<P> {
         self.physics.load(state.child("physics")?)?;
         self.steps = steps;
         self.read()?;
+        state.read("place", &mut self.place)?;
         self.phase = phase;
         Ok(())
     }
@@ -187,7 +209,7 @@ fn describe(task: &Task) -> EnvSpec {
     let nu = task.robot.nu();
     EnvSpec {
         name: task.name.clone(),
-        observation: task.observation.len(&task.robot),
+        observation: task.robot.observation.len(&task.robot),
         action_low: vec![-1.0; nu],
         action_high: vec![1.0; nu],
         objectives: task.objectives.iter().map(|objective| objective.name.clone()).collect(),

@@ -1,6 +1,8 @@
 //! The seam between robots and engines: what an engine must be able to do.
 
-use copq::{Result, State};
+use copq::{Error, Result, State};
+
+use crate::Field;
 
 /// The sizes of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +44,15 @@ pub trait Physics: Send {
 
     /// Goes back to what [`Physics::save`] wrote, which must come from the same model and engine.
     fn load(&mut self, state: &State) -> Result<()>;
+
+    /// Writes a quantity ([`Field::len`] numbers) as the engine's last evaluation of its model left it: some engines
+    /// evaluate after a step, MuJoCo does so before, so that its fields are up to one physics step older than qpos.
+    ///
+    /// What an engine computes only here costs nothing to those who do not ask.
+    fn read(&mut self, field: Field, out: &mut [f64]) -> Result<()> {
+        let _ = out;
+        Err(Error::Env { env: self.name().into(), what: format!("this engine does not tell {field:?}") })
+    }
 
     /// The whole robot's centre of mass in world axes (m), if the engine tells.
     fn centre_of_mass(&self) -> Option<[f64; 3]> {

@@ -28,10 +28,15 @@ impl RobotSpec {
     }
 
     fn check_bodies(&self) -> Result<()> {
+        // The bodies on the way from the world to the last one: those that may still get children.
+        let mut path: Vec<usize> = Vec::new();
         for (index, body) in self.bodies.iter().enumerate() {
-            if body.parent.is_some_and(|parent| parent >= index) {
-                return Err(self.wrong(&body.name, "a parent listed before it", "a later parent"));
+            while path.last().copied() != body.parent {
+                if path.pop().is_none() {
+                    return Err(self.wrong(&body.name, "bodies listed depth first", "a parent that is later or done"));
+                }
             }
+            path.push(index);
             if !(body.inertial.mass > 0.0 && body.inertial.moments.iter().all(|&moment| moment > 0.0)) {
                 return Err(self.wrong(&body.name, "positive mass and moments", format!("{:?}", body.inertial)));
             }

@@ -4,14 +4,22 @@ use super::{Geom, RobotSpec};
 
 impl RobotSpec {
     /// Whether geoms `a` and `b` (indices) may touch: the bits of one's type and the other's affinity meet, and their
-    /// bodies are neither the same nor parent and child. The world counts as nobody's parent here.
+    /// bodies are neither the same nor parent and child, bodies without joints counting as one with their parents. The
+    /// world counts as nobody's parent here.
     pub fn collide(&self, a: usize, b: usize) -> bool {
         let (a, b) = (&self.geoms[a], &self.geoms[b]);
-        bits_meet(a, b) && a.body != b.body && !self.is_parent(a, b) && !self.is_parent(b, a)
+        let bodies = [a, b].map(|geom| self.welded(geom.body));
+        bits_meet(a, b) && bodies[0] != bodies[1] && !self.is_parent(bodies) && !self.is_parent([bodies[1], bodies[0]])
     }
 
-    fn is_parent(&self, parent: &Geom, child: &Geom) -> bool {
-        parent.body.is_some() && child.body.is_some_and(|body| self.bodies[body].parent == parent.body)
+    fn is_parent(&self, [parent, child]: [Option<usize>; 2]) -> bool {
+        parent.is_some() && child.is_some_and(|child| self.welded(self.bodies[child].parent) == parent)
+    }
+
+    /// The body, or if it has no joints the next one above that has; `None` is the world.
+    fn welded(&self, body: Option<usize>) -> Option<usize> {
+        let fixed = body.filter(|&body| self.joints_of(body).next().is_none());
+        fixed.map_or(body, |fixed| self.welded(self.bodies[fixed].parent))
     }
 }
 

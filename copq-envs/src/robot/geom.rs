@@ -1,6 +1,6 @@
 //! A shape that collides.
 
-use super::Softness;
+use super::{Capsule, Softness};
 
 /// The form of a [`Geom`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,4 +46,28 @@ pub struct Geom {
     pub margin: f64,
     /// How soft its contacts are.
     pub softness: Softness,
+}
+
+impl Geom {
+    /// A shape at the body's origin, with MuJoCo's defaults: it may touch anything.
+    pub fn new(name: &str, body: Option<usize>, shape: Shape) -> Self {
+        Self {
+            name: name.into(),
+            body,
+            shape,
+            pos: [0.0; 3],
+            quat: [1.0, 0.0, 0.0, 0.0],
+            friction: [1.0, 0.005, 0.0001],
+            condim: 3,
+            contype: 1,
+            conaffinity: 1,
+            margin: 0.0,
+            softness: Softness::MUJOCO,
+        }
+    }
+
+    /// A capsule, with MuJoCo's defaults.
+    pub fn capsule(name: &str, body: usize, capsule: Capsule) -> Self {
+        Self { pos: capsule.centre, quat: capsule.quat, ..Self::new(name, Some(body), capsule.shape()) }
+    }
 }

@@ -52,3 +52,27 @@ pub struct Joint {
     /// How soft the limits are.
     pub softness: Softness,
 }
+
+impl Joint {
+    /// All six freedoms.
+    pub fn free(name: &str, body: usize) -> Self {
+        Self::new(name, body, JointKind::Free, [0.0, 0.0, 1.0])
+    }
+
+    /// A translation along a unit axis.
+    pub fn slide(name: &str, body: usize, axis: [f64; 3]) -> Self {
+        Self::new(name, body, JointKind::Slide, axis)
+    }
+
+    /// A rotation about a unit axis through the body's origin.
+    pub fn hinge(name: &str, body: usize, axis: [f64; 3]) -> Self {
+        Self::new(name, body, JointKind::Hinge, axis)
+    }
+
+    /// Without limits, spring, damping or armature.
+    fn new(name: &str, body: usize, kind: JointKind, axis: [f64; 3]) -> Self {
+        let (anchor, softness) = ([0.0; 3], Softness::MUJOCO);
+        let (reference, range, damping, armature, stiffness) = (0.0, None, 0.0, 0.0, 0.0);
+        Self { name: name.into(), body, kind, axis, anchor, reference, range, damping, armature, stiffness, softness }
+    }
+}

@@ -2,31 +2,58 @@
 
 mod actuator;
 mod body;
+mod capsule;
 mod check;
 mod collision;
 mod geom;
-mod hopper;
+mod health;
 mod joint;
+mod mjcf;
 mod noise;
+mod observation;
+mod part;
+mod planar;
+mod preset;
 mod softness;
+mod solver;
+mod track;
+
+mod ant;
+mod halfcheetah;
+mod hopper;
+mod humanoid;
+mod walker2d;
 
 pub use actuator::Actuator;
+pub use ant::ant;
 pub use body::{Body, Inertial};
+pub use capsule::Capsule;
 pub use geom::{Geom, Shape};
+pub use halfcheetah::halfcheetah;
+pub use health::Health;
 pub use hopper::hopper;
+pub use humanoid::humanoid;
 pub use joint::{Joint, JointKind};
 pub use noise::Noise;
+pub use observation::{Observation, Senses};
+pub use part::Part;
+pub use preset::Preset;
 pub use softness::Softness;
+pub use solver::{Algorithm, Integrator, Solver};
+pub use track::Track;
+pub use walker2d::walker2d;
 
-/// A robot and the world it lives in.
+/// A robot, the world it lives in, and the conventions of its environments: where it starts, when it counts as healthy,
+/// what is seen of it and where it is.
 ///
 /// Conventions are MuJoCo's: SI units and radians, z up, quaternions as (w, x, y, z), body frames relative to the parent,
-/// the world as parent of everything that has none. Bodies come parents first, joints in the order of qpos.
+/// the world as parent of everything that has none. Bodies come depth first (a body, then all below it, then the next), joints
+/// in the order of qpos.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotSpec {
     /// A short name such as `hopper`.
     pub name: String,
-    /// The rigid bodies, each after its parent.
+    /// The rigid bodies, depth first.
     pub bodies: Vec<Body>,
     /// The joints, in the order of qpos and of their bodies; a body with several joints applies them in order.
     pub joints: Vec<Joint>,
@@ -38,12 +65,22 @@ pub struct RobotSpec {
     pub gravity: [f64; 3],
     /// Length of a physics step (s).
     pub timestep: f64,
+    /// How an engine advances time.
+    pub integrator: Integrator,
+    /// How it solves for the forces of contacts and limits.
+    pub solver: Solver,
     /// Physics steps in one environment step.
     pub frame_skip: usize,
     /// The position at the start of an episode, before noise (length nq).
     pub initial_qpos: Vec<f64>,
     /// Noise added to every element of qpos and of qvel at a reset.
     pub reset_noise: [Noise; 2],
+    /// When an episode goes on.
+    pub health: Health,
+    /// The point whose motion is the robot's velocity.
+    pub track: Track,
+    /// What an agent sees.
+    pub observation: Observation,
 }
 
 impl RobotSpec {
@@ -75,5 +112,26 @@ impl RobotSpec {
     /// The joints of one body, in order, with their indices.
     pub fn joints_of(&self, body: usize) -> impl Iterator<Item = (usize, &Joint)> {
         self.joints.iter().enumerate().filter(move |(_, joint)| joint.body == body)
+    }
+
+    /// Scales the quaternions in a position to length 1 (zeros stay).
+    pub fn normalise(&self, qpos: &mut [f64]) {
+        let mut rest = qpos;
+        for joint in &self.joints {
+            let (own, later) = rest.split_at_mut(joint.kind.nq());
+            if joint.kind == JointKind::Free {
+                let norm = own[3..].iter().map(|x| x * x).sum::<f64>().sqrt();
+                own[3..].iter_mut().filter(|_| norm > 0.0).for_each(|x| *x /= norm);
+            }
+            rest = later;
+        }
+    }
+
+    /// The position in which this robot's bodies stand as the other's do at its start; the two have the same joints, but may
+    /// count from other references.
+    pub fn pose_of(&self, other: &Self) -> Vec<f64> {
+        let shift = |(own, other): (&Joint, &Joint)| vec![own.reference - other.reference; own.kind.nq()];
+        let shifts = self.joints.iter().zip(&other.joints).flat_map(shift);
+        other.initial_qpos.iter().zip(shifts).map(|(position, shift)| position + shift).collect()
     }
 }

@@ -1,24 +1,36 @@
-//! Benchmark A: Gymnasium's robots with a reward vector of safety, velocity and control (paper section 5.1, Table 1).
+//! Benchmark A: standard MuJoCo robots with a reward vector of safety, velocity and control (paper section 5.1, Table 1).
 
-use super::{Health, Objective, Observation, Signal, Task};
-use crate::robot;
+use super::{ControlCost, FailingStep, Objective, Options, Signal};
 
-/// The hopper: safety 1 while healthy, forward velocity, -sum of squared actions; weights (1, 1, 1).
-pub(super) fn hopper() -> Task {
-    Task {
-        name: "a/hopper".into(),
-        robot: robot::hopper(),
-        objectives: safety_velocity_control(1.0, [1.0, 1.0, 1.0]),
-        health: Health::Planar { height: [0.7, f64::INFINITY], pitch: [-0.2, 0.2], bound: 100.0 },
-        observation: Observation { skip: 1, clip: 10.0 },
-        horizon: 1000,
-    }
+/// A row of the paper's Table 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    /// The safety reward of a healthy step; 0 for a robot that has no safety objective.
+    pub bonus: f64,
+    /// Weights of safety, velocity and control.
+    pub weights: [f32; 3],
 }
 
-fn safety_velocity_control(bonus: f64, weights: [f32; 3]) -> Vec<Objective> {
-    vec![
-        Objective::new("safety", weights[0], bonus, Signal::Healthy),
-        Objective::new("velocity", weights[1], 1.0, Signal::Velocity),
-        Objective::new("control", weights[2], -1.0, Signal::Control),
-    ]
+impl Row {
+    /// Safety, forward velocity, and minus the squared controls (equation C.1).
+    pub(super) fn objectives(&self, options: &Options) -> Vec<Objective> {
+        let [safety, velocity, control] = self.weights;
+        let healthy = match options.failing_step {
+            FailingStep::Nothing => Signal::Healthy,
+            FailingStep::Bonus => Signal::Alive,
+        };
+        let squares = match options.control {
+            ControlCost::Benchmark | ControlCost::Actions => Signal::Control,
+            ControlCost::Motors => Signal::MotorControl,
+        };
+        let mut objectives = vec![
+            Objective::new("safety", safety, &[(self.bonus, healthy)]),
+            Objective::new("velocity", velocity, &[(1.0, Signal::Velocity)]),
+            Objective::new("control", control, &[(-1.0, squares)]),
+        ];
+        if self.bonus == 0.0 {
+            objectives.remove(0);
+        }
+        objectives
+    }
 }

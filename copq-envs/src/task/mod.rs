@@ -1,17 +1,19 @@
-//! A task: a robot, what counts as healthy, what is observed, and the rewards in order of priority.
+//! A task: a robot, and the rewards in order of priority.
 
 mod benchmark_a;
-mod health;
-mod observation;
+mod benchmark_b;
+mod gymnasium;
+mod listing;
+mod options;
 mod registry;
 mod reward;
 
-pub use health::Health;
-pub use observation::Observation;
-pub use registry::{task, tasks};
+pub use listing::list_tasks;
+pub use options::{ControlCost, Cost, FailingStep, Options, Start};
+pub use registry::{task, task_with, tasks};
 pub use reward::{Motion, Objective, Signal};
 
-use crate::RobotSpec;
+use crate::{Field, RobotSpec};
 
 /// Everything about an environment but the engine.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,10 +24,15 @@ pub struct Task {
     pub robot: RobotSpec,
     /// The rewards, highest priority first.
     pub objectives: Vec<Objective>,
-    /// When an episode terminates.
-    pub health: Health,
-    /// What the agent sees.
-    pub observation: Observation,
     /// Steps after which an episode is truncated.
     pub horizon: usize,
+}
+
+impl Task {
+    /// The fields that an engine must tell beside qpos and qvel, some perhaps twice.
+    pub fn fields(&self) -> Vec<Field> {
+        let signals = self.objectives.iter().flat_map(|objective| &objective.terms).map(|(_, signal)| *signal);
+        let rewards = signals.filter_map(Signal::field);
+        self.robot.observation.fields().chain(self.robot.track.field()).chain(rewards).collect()
+    }
 }

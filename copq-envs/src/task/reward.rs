@@ -1,14 +1,39 @@
 //! Rewards as sums of a few signals, so that a task is data and not code.
 
+use crate::{Field, Readings};
+
 /// A quantity of one environment step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Signal {
     /// 1 if the robot is healthy after the step, else 0.
     Healthy,
+    /// 1 on every step, also on the one that ends unhealthy.
+    Alive,
     /// Signed forward velocity (m/s): the change of x over the step divided by its length.
     Velocity,
+    /// Size of the forward velocity (m/s).
+    ForwardSpeed,
+    /// Speed in the x-y plane (m/s); of a planar robot, the size of its forward velocity.
+    Speed,
     /// Sum of the squared actions, each clamped to [-1, 1].
     Control,
+    /// Sum of the squared controls: the clamped actions in the motors' own units.
+    MotorControl,
+    /// Sum of the squared contact forces and torques (N^2, N^2 m^2) of all bodies, each number clipped to [-clip, clip], the
+    /// sum to `cap`; either may be infinite.
+    Contact {
+        /// Bound of every number.
+        clip: f64,
+        /// Bound of the sum.
+        cap: f64,
+    },
+}
+
+impl Signal {
+    /// The field it is computed from, if any.
+    pub fn field(self) -> Option<Field> {
+        matches!(self, Self::Contact { .. }).then_some(Field::ContactForce)
+    }
 }
 
 /// One component of the reward vector.
@@ -16,41 +41,79 @@ pub enum Signal {
 pub struct Objective {
     /// Its name, such as `safety`.
     pub name: String,
-    /// Its weight in the task's total return (paper Table 1), not normalised.
+    /// Its weight in the task's total return, not normalised; 0 for a cost, whose weight is a multiplier's to find.
     pub weight: f32,
     /// The reward is the sum of factor x signal.
     pub terms: Vec<(f64, Signal)>,
+    /// For a cost: what its undiscounted sum over an episode shall not exceed.
+    pub limit: Option<f64>,
 }
 
-/// The values of all signals in one step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
+/// What one step was like.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion<'a> {
     /// Whether the robot is healthy after the step.
     pub healthy: bool,
-    /// Forward velocity (m/s).
-    pub velocity: f64,
+    /// Velocity along x and y (m/s).
+    pub velocity: [f64; 2],
     /// Sum of the squared, clamped actions.
     pub control: f64,
+    /// Sum of the squared controls.
+    pub motor_control: f64,
+    /// What the engine told after the step.
+    pub readings: &'a Readings,
 }
 
 impl Objective {
-    /// An objective of one term.
-    pub fn new(name: &str, weight: f32, factor: f64, signal: Signal) -> Self {
-        Self { name: name.into(), weight, terms: vec![(factor, signal)] }
+    /// An objective without a limit.
+    pub fn new(name: &str, weight: f32, terms: &[(f64, Signal)]) -> Self {
+        Self { name: name.into(), weight, terms: terms.to_vec(), limit: None }
     }
 
     /// The reward for a step, unweighted.
-    pub fn reward(&self, motion: &Motion) -> f64 {
+    pub fn reward(&self, motion: &Motion<'_>) -> f64 {
         self.terms.iter().map(|(factor, signal)| factor * motion.value(*signal)).sum()
+    }
+
+    /// The limit in the units of a discounted value: d = D (1 - gamma^T) / ((1 - gamma) T), the value of a constant cost
+    /// whose sum over T steps is the limit D (as in CVPO and CAL). With gamma = 1 it is D.
+    pub fn discounted_limit(&self, gamma: f64, horizon: usize) -> Option<f64> {
+        let steps = horizon as f64;
+        let factor = if gamma == 1.0 { 1.0 } else { (1.0 - gamma.powf(steps)) / ((1.0 - gamma) * steps) };
+        self.limit.map(|limit| limit * factor)
     }
 }
 
-impl Motion {
+impl Motion<'_> {
     fn value(&self, signal: Signal) -> f64 {
         match signal {
             Signal::Healthy => f64::from(u8::from(self.healthy)),
-            Signal::Velocity => self.velocity,
+            Signal::Alive => 1.0,
+            Signal::Velocity => self.velocity[0],
+            Signal::ForwardSpeed => self.velocity[0].abs(),
+            Signal::Speed => self.velocity[0].hypot(self.velocity[1]),
             Signal::Control => self.control,
+            Signal::MotorControl => self.motor_control,
+            Signal::Contact { clip, cap } => {
+                let forces = self.readings.get(Field::ContactForce).iter();
+                forces.map(|force| force.clamp(-clip, clip).powi(2)).sum::<f64>().min(cap)
+            }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Benchmark B's thresholds as the paper states them, one tenth of the episode's to three digits.
+    #[test]
+    fn limits_are_discounted_as_in_cvpo() {
+        for (limit, wanted) in [(740.2, 74.0168), (2341.5, 234.1399), (2622.2, 262.2087), (1411.9, 141.1839)] {
+            let cost = Objective { limit: Some(limit), ..Objective::new("cost", 0.0, &[(1.0, Signal::Speed)]) };
+            assert!((cost.discounted_limit(0.99, 1000).unwrap() - wanted).abs() < 5e-5);
+            assert_eq!(cost.discounted_limit(1.0, 1000), Some(limit));
+        }
+        assert_eq!(Objective::new("reward", 1.0, &[]).discounted_limit(0.99, 1000), None);
     }
 }

@@ -7,22 +7,33 @@ pub enum Health {
     Always,
     /// For robots in the x-z plane, qpos = (x, z, pitch, joints): all bounds are open intervals.
     Planar {
-        /// Height of the torso qpos\[1\] (m).
+        /// Height of the torso (m).
         height: [f64; 2],
         /// Pitch of the torso qpos\[2\] (rad).
         pitch: [f64; 2],
         /// Every element of qpos\[2..\] and qvel must be smaller than this in size; infinite for no test.
         bound: f64,
+        /// What is added to qpos\[1\] to get the height (m).
+        lift: f64,
+    },
+    /// For robots with a free root: the height qpos\[2\] (m) lies in an interval.
+    Height {
+        /// The interval.
+        range: [f64; 2],
+        /// Whether its ends are unhealthy.
+        open: bool,
     },
 }
 
 impl Health {
-    /// Whether this state is healthy. A planar test needs at least three entries in `qpos`.
+    /// Whether this state is healthy. It needs at least three entries in `qpos`.
     pub fn test(&self, qpos: &[f64], qvel: &[f64]) -> bool {
         match self {
             Self::Always => true,
-            Self::Planar { height, pitch, bound } => {
-                inside(qpos[1], height)
+            Self::Height { range, open: true } => inside(qpos[2], range),
+            Self::Height { range: [low, high], open: false } => (*low..=*high).contains(&qpos[2]),
+            Self::Planar { height, pitch, bound, lift } => {
+                inside(qpos[1] + lift, height)
                     && inside(qpos[2], pitch)
                     && qpos[2..].iter().chain(qvel).all(|value| value.abs() < *bound)
             }
@@ -40,12 +51,22 @@ mod tests {
 
     #[test]
     fn bounds_are_open_and_x_is_free() {
-        let health = Health::Planar { height: [0.7, f64::INFINITY], pitch: [-0.2, 0.2], bound: 100.0 };
+        let health = Health::Planar { height: [0.7, f64::INFINITY], pitch: [-0.2, 0.2], bound: 100.0, lift: 0.0 };
         assert!(health.test(&[1e6, 0.71, 0.19, 0.0], &[99.0]));
         assert!(!health.test(&[0.0, 0.7, 0.0, 0.0], &[0.0]));
         assert!(!health.test(&[0.0, 1.0, -0.2, 0.0], &[0.0]));
         assert!(!health.test(&[0.0, 1.0, 0.0, -100.0], &[0.0]));
         assert!(!health.test(&[0.0, 1.0, 0.0, 0.0], &[100.0]));
         assert!(!health.test(&[0.0, 1.0, 0.0, f64::NAN], &[0.0]));
+    }
+
+    #[test]
+    fn heights_of_free_robots() {
+        let closed = Health::Height { range: [0.2, 1.0], open: false };
+        let open = Health::Height { range: [0.2, 1.0], open: true };
+        for (z, wanted) in [(0.2, [true, false]), (0.5, [true, true]), (1.0, [true, false]), (1.1, [false; 2])] {
+            assert_eq!([&closed, &open].map(|health| health.test(&[9.0, 9.0, z], &[])), wanted);
+        }
+        assert!(!closed.test(&[0.0, 0.0, f64::NAN], &[]));
     }
 }

@@ -1,0 +1,148 @@
+//! A robot as MJCF, the text that MuJoCo compiles.
+//!
+//! Every number is written so that it parses back to the same bits.
+
+use std::fmt::Display;
+
+use super::{Actuator, Algorithm, Geom, Integrator, Joint, JointKind, RobotSpec, Shape};
+
+/// First version, as `mj_version` counts, in which a contact begins at the sum of two margins and not at the larger.
+const MARGINS_ADD: i32 = 350;
+/// First version of the 3 series: it has flags for explicit damping and a limit to line searches.
+const THREE: i32 = 300;
+
+impl RobotSpec {
+    /// The robot and its world as MJCF for this version of MuJoCo, as `mj_version` counts: 222 is 2.2.2, 3017000 is 3.17.0.
+    ///
+    /// Versions that take the larger of two margins get margins with the same sums for the floor, and for the rest where
+    /// a robot's margins are all equal. Versions without explicit damping get none: see [`RobotSpec::applied_damping`].
+    pub fn mjcf(&self, version: i32) -> String {
+        let mut text = format!("<mujoco model=\"{}\">\n", escaped(&self.name));
+        text += "<compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n";
+        text += &self.option(version);
+        text += "<worldbody>\n";
+        self.geoms_of(None).for_each(|geom| text += &self.geom(geom, version));
+        self.roots().for_each(|body| self.body(body, version, &mut text));
+        text += "</worldbody>\n<actuator>\n";
+        self.actuators.iter().for_each(|actuator| text += &self.motor(actuator));
+        text + "</actuator>\n</mujoco>\n"
+    }
+
+    /// Damping of each freedom (nv) for which [`RobotSpec::mjcf`] left the force `-damping * qvel` to the engine, to be
+    /// applied before every physics step; `None` if MuJoCo does it all.
+    pub fn applied_damping(&self, version: i32) -> Option<Vec<f64>> {
+        let damping = self.joints.iter().flat_map(|joint| vec![joint.damping; joint.kind.nv()]);
+        self.lacks_explicit_damping(version).then(|| damping.collect())
+    }
+
+    fn lacks_explicit_damping(&self, version: i32) -> bool {
+        self.integrator == Integrator::EulerExplicitDamping && version < THREE
+    }
+
+    fn option(&self, version: i32) -> String {
+        let integrator = if self.integrator == Integrator::Rk4 { "RK4" } else { "Euler" };
+        let solver = match self.solver.algorithm {
+            Algorithm::Newton => "Newton",
+            Algorithm::Pgs => "PGS",
+        };
+        let (gravity, timestep, iterations) = (list(&self.gravity), self.timestep, self.solver.iterations);
+        let mut text = format!(
+            "<option timestep=\"{timestep}\" gravity=\"{gravity}\" integrator=\"{integrator}\" solver=\"{solver}\" \
+             iterations=\"{iterations}\""
+        );
+        if version >= THREE {
+            text += &format!(" ls_iterations=\"{}\"", self.solver.ls_iterations);
+        }
+        if version >= THREE && self.integrator == Integrator::EulerExplicitDamping {
+            return text + "><flag eulerdamp=\"disable\"/></option>\n";
+        }
+        text + "/>\n"
+    }
+
+    fn roots(&self) -> impl Iterator<Item = usize> {
+        (0..self.bodies.len()).filter(|&body| self.bodies[body].parent.is_none())
+    }
+
+    fn geoms_of(&self, body: Option<usize>) -> impl Iterator<Item = &Geom> {
+        self.geoms.iter().filter(move |geom| geom.body == body)
+    }
+
+    fn body(&self, index: usize, version: i32, text: &mut String) {
+        let (body, inertial) = (&self.bodies[index], &self.bodies[index].inertial);
+        let (pos, quat) = (list(&body.pos), list(&body.quat));
+        *text += &format!("<body name=\"{}\" pos=\"{pos}\" quat=\"{quat}\">\n", escaped(&body.name));
+        let (mass, com, moments, quat) = (inertial.mass, inertial.com, inertial.moments, inertial.quat);
+        let (com, moments, quat) = (list(&com), list(&moments), list(&quat));
+        *text += &format!("<inertial mass=\"{mass}\" pos=\"{com}\" diaginertia=\"{moments}\" quat=\"{quat}\"/>\n");
+        self.joints_of(index).for_each(|(_, joint)| *text += &self.joint(joint, version));
+        self.geoms_of(Some(index)).for_each(|geom| *text += &self.geom(geom, version));
+        let children = (index + 1..self.bodies.len()).filter(|&child| self.bodies[child].parent == Some(index));
+        children.for_each(|child| self.body(child, version, text));
+        *text += "</body>\n";
+    }
+
+    fn joint(&self, joint: &Joint, version: i32) -> String {
+        let kind = match joint.kind {
+            JointKind::Free => "free",
+            JointKind::Slide => "slide",
+            JointKind::Hinge => "hinge",
+        };
+        let (name, armature, stiffness) = (escaped(&joint.name), joint.armature, joint.stiffness);
+        let damping = if self.lacks_explicit_damping(version) { 0.0 } else { joint.damping };
+        let mut text = format!(
+            "<joint name=\"{name}\" type=\"{kind}\" damping=\"{damping}\" armature=\"{armature}\" stiffness=\"{stiffness}\""
+        );
+        if joint.kind != JointKind::Free {
+            let (axis, anchor, reference) = (list(&joint.axis), list(&joint.anchor), joint.reference);
+            text += &format!(" axis=\"{axis}\" pos=\"{anchor}\" ref=\"{reference}\" springref=\"{reference}\"");
+        }
+        text += &match joint.range {
+            Some(range) => format!(" limited=\"true\" range=\"{}\"", list(&range)),
+            None => " limited=\"false\"".into(),
+        };
+        let (solref, solimp) = (list(&joint.softness.solref), list(&joint.softness.solimp));
+        text + &format!(" solreflimit=\"{solref}\" solimplimit=\"{solimp}\"/>\n")
+    }
+
+    fn geom(&self, geom: &Geom, version: i32) -> String {
+        let (shape, size) = match geom.shape {
+            // MuJoCo takes a size of 0 for infinite; the third number is for drawing only.
+            Shape::Plane => ("plane", "0 0 1".into()),
+            Shape::Capsule { radius, half_length } => ("capsule", list(&[radius, half_length])),
+            Shape::Sphere { radius } => ("sphere", radius.to_string()),
+        };
+        let (name, pos, quat) = (escaped(&geom.name), list(&geom.pos), list(&geom.quat));
+        let (friction, margin) = (list(&geom.friction), self.margin(geom, version));
+        let (condim, contype, conaffinity) = (geom.condim, geom.contype, geom.conaffinity);
+        let (solref, solimp) = (list(&geom.softness.solref), list(&geom.softness.solimp));
+        format!(
+            "<geom name=\"{name}\" type=\"{shape}\" size=\"{size}\" pos=\"{pos}\" quat=\"{quat}\" friction=\"{friction}\" \
+             condim=\"{condim}\" contype=\"{contype}\" conaffinity=\"{conaffinity}\" margin=\"{margin}\" \
+             solref=\"{solref}\" solimp=\"{solimp}\"/>\n"
+        )
+    }
+
+    /// Where the larger of two margins counts, the floor's is given to the robot's geoms.
+    fn margin(&self, geom: &Geom, version: i32) -> f64 {
+        let floor = self.geoms_of(None).map(|floor| floor.margin).fold(0.0, f64::max);
+        match geom.body {
+            _ if version >= MARGINS_ADD => geom.margin,
+            Some(_) => geom.margin + floor,
+            None => 0.0,
+        }
+    }
+
+    fn motor(&self, actuator: &Actuator) -> String {
+        let (joint, gear, range) = (escaped(&self.joints[actuator.joint].name), actuator.gear, list(&actuator.range));
+        format!("<motor joint=\"{joint}\" gear=\"{gear}\" ctrllimited=\"true\" ctrlrange=\"{range}\"/>\n")
+    }
+}
+
+/// Numbers with spaces between; Rust's shortest form that parses back to the same bits.
+fn list<T: Display>(values: &[T]) -> String {
+    values.iter().map(T::to_string).collect::<Vec<_>>().join(" ")
+}
+
+fn escaped(name: &str) -> String {
+    name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+}

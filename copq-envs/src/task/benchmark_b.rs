@@ -1,0 +1,40 @@
+//! Benchmark B: go forward, but not too fast (the velocity tasks of Safety-Gymnasium in Brax's form; paper appendix C).
+
+use super::{ControlCost, Cost, FailingStep, Objective, Options, Signal};
+
+/// A row of the paper's Table C.1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    /// What being healthy, a forward velocity of 1 m/s and a sum of squared controls of 1 contribute to the reward.
+    pub weights: [f64; 3],
+    /// What an episode's cost shall not exceed.
+    pub limit: f64,
+}
+
+impl Row {
+    /// The cost, which comes first, and a scalar reward.
+    pub(super) fn objectives(&self, options: &Options) -> Vec<Objective> {
+        let speed = match options.cost {
+            Cost::Speed => Signal::Speed,
+            Cost::ForwardSpeed => Signal::ForwardSpeed,
+            Cost::Velocity => Signal::Velocity,
+        };
+        let limit = Some(options.limit.unwrap_or(self.limit));
+        let cost = Objective { limit, ..Objective::new("cost", 0.0, &[(1.0, speed)]) };
+        vec![cost, scalar(self.weights, &[], options)]
+    }
+}
+
+/// A reward of being healthy, velocity and minus control, with these factors, and of further terms.
+pub(super) fn scalar([healthy, velocity, control]: [f64; 3], more: &[(f64, Signal)], options: &Options) -> Objective {
+    let bonus = match options.failing_step {
+        FailingStep::Nothing => Signal::Healthy,
+        FailingStep::Bonus => Signal::Alive,
+    };
+    let squares = match options.control {
+        ControlCost::Benchmark | ControlCost::Motors => Signal::MotorControl,
+        ControlCost::Actions => Signal::Control,
+    };
+    let terms = [(healthy, bonus), (velocity, Signal::Velocity), (-control, squares)];
+    Objective::new("reward", 1.0, &[&terms, more].concat())
+}
