@@ -30,14 +30,16 @@ mod world;
 pub use rapier::Rapier;
 
 use copq::{Env, Result};
+use copq_envs::robot::Senses;
 use copq_envs::task::Start;
 use copq_envs::{Locomotion, Options};
 
 /// The environment of this name (see [`copq_envs::tasks`]) on rapier; an unknown name is answered with the nearest ones.
 ///
-/// Robots start inside their joint limits, as in the preset `Paper`: rapier would throw Gymnasium's ant into the air.
+/// The ant starts with its ankles inside their limits, as in the preset `Paper`, and the humanoid shows positions and
+/// velocities only (45 numbers): rapier does not tell contact forces, which Gymnasium's humanoid has among its 348.
 pub fn make(name: &str) -> Result<Box<dyn Env>> {
-    make_with(name, &Options { start: Start::Paper, ..Options::default() })
+    make_with(name, &Options { start: Start::Paper, senses: Senses::Joints, ..Options::default() })
 }
 
 /// The environment of this name with these options.

@@ -3,20 +3,12 @@
 use copq::error::check_len;
 use copq::{Env, EnvSpec, Error, Outcome, Result, Rng, State};
 
+use crate::phase::Phase;
 use crate::task::Motion;
 use crate::{Dims, Physics, Readings, Task};
 
 /// The stream of reset noise; [`copq::Stream`] keeps the small numbers for the learner.
 const NOISE_STREAM: u64 = 0x0065_6e76;
-
-/// Where an episode stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u64)]
-enum Phase {
-    Fresh = 0,
-    Running = 1,
-    Over = 2,
-}
 
 /// A [`Task`] on an engine, as a [`copq::Env`].
 ///
@@ -50,11 +42,11 @@ impl<P: Physics> Locomotion<P> {
                 format!("{:?}", physics.dims()),
             ));
         }
-        let spec = describe(&task);
+        let spec = task.env_spec();
         spec.check()?;
         let mut readings = Readings::new(task.fields(), &task.robot);
         // An engine that does not tell a field says so now rather than in mid-run.
-        readings.read(&mut physics)?;
+        readings.read(&mut physics).map_err(|source| Error::other(needs(&task), source))?;
         let (qpos, qvel, ctrl) = (vec![0.0; dims.nq], vec![0.0; dims.nv], vec![0.0; dims.nu]);
         Ok(Self { spec, task, physics, phase: Phase::Fresh, steps: 0, qpos, qvel, ctrl, readings, place: [0.0; 2] })
     }
@@ -188,12 +180,7 @@ impl<P: Physics> Env for Locomotion<P> {
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
-        let phase = match state.get_one::<u64>("phase")? {
-            0 => Phase::Fresh,
-            1 => Phase::Running,
-            2 => Phase::Over,
-            other => return Err(Error::invalid("saved phase of an episode", "0, 1 or 2", other)),
-        };
+        let phase = Phase::from_number(state.get_one("phase")?)?;
         let steps = state.get_one::<u64>("steps")? as usize;
         self.phase = Phase::Over;
         self.physics.load(state.child("physics")?)?;
@@ -205,15 +192,10 @@ impl<P: Physics> Env for Locomotion<P> {
     }
 }
 
-fn describe(task: &Task) -> EnvSpec {
-    let nu = task.robot.nu();
-    EnvSpec {
-        name: task.name.clone(),
-        observation: task.robot.observation.len(&task.robot),
-        action_low: vec![-1.0; nu],
-        action_high: vec![1.0; nu],
-        objectives: task.objectives.iter().map(|objective| objective.name.clone()).collect(),
-        weights: task.objectives.iter().map(|objective| objective.weight).collect(),
-        horizon: task.horizon,
-    }
+fn needs(task: &Task) -> String {
+    format!(
+        "{} reads {:?} from its engine (the options `senses` and `preset` choose what it reads)",
+        task.name,
+        task.fields()
+    )
 }

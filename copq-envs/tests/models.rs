@@ -97,8 +97,8 @@ fn one_joint(joint: &Joint, wanted: &Value, what: &str) {
     same(&joint.softness.solimp, &wanted["solimp"], what);
 }
 
-/// A pair's friction, softness and dimension are mixed from both geoms', so each must be right. Brax's hopper has a margin in
-/// its file that Brax does not use.
+/// A pair's friction, softness and dimension are mixed from both geoms', so each must be right. Brax's hopper has a
+/// margin in its file that Brax does not use.
 #[test]
 fn geoms() {
     each(|robot, model, preset| {

@@ -25,8 +25,8 @@ const FUSED: Inertial = Inertial {
     quat: [0.5000000000000007, 0.5000000000000007, -0.5000000000000007, 0.5000000000000007],
 };
 
-/// The ant: 0.91 kg, qpos = (position, quaternion, then hip and ankle of each leg), eight motors of 150 N m, those of the
-/// last leg first.
+/// The ant: 0.91 kg, qpos = (position, quaternion, then hip and ankle of each leg), eight motors of 150 N m, those of
+/// the last leg first.
 ///
 /// Gymnasium's starts with its ankles outside their limits, as its own environment does; Brax's starts on bent legs.
 pub fn ant(preset: Preset) -> RobotSpec {

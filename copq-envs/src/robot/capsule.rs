@@ -30,8 +30,8 @@ impl Capsule {
         Shape::Capsule { radius: self.radius, half_length: self.half_length }
     }
 
-    /// Mass and inertia when filled (density in kg/m^3): a cylinder between two half balls, each with its centre of mass
-    /// 3 r / 8 beyond the cylinder's end.
+    /// Mass and inertia when filled (density in kg/m^3): a cylinder between two half balls, each with its centre of
+    /// mass 3 r / 8 beyond the cylinder's end.
     pub fn solid(&self, density: f64) -> Inertial {
         let (r, length) = (self.radius, 2.0 * self.half_length);
         let mass = density * (PI * (r * r * length + 4.0 * r * r * r / 3.0));

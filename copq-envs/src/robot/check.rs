@@ -2,7 +2,7 @@
 
 use copq::{Error, Result};
 
-use super::RobotSpec;
+use super::{Health, RobotSpec, Track};
 
 impl RobotSpec {
     /// An error that names the first contradiction in the description.
@@ -11,7 +11,8 @@ impl RobotSpec {
         self.check_bodies()?;
         self.check_joints()?;
         self.check_geoms()?;
-        self.check_actuators()
+        self.check_actuators()?;
+        self.check_conventions()
     }
 
     fn check_steps(&self) -> Result<()> {
@@ -68,6 +69,30 @@ impl RobotSpec {
             if self.joints.get(actuator.joint).is_none_or(|joint| joint.kind.nv() != 1) {
                 return Err(self.wrong(&format!("actuator {index}"), "a slide or hinge joint", actuator.joint));
             }
+        }
+        Ok(())
+    }
+
+    /// Health, track and observation look at entries of qpos, which must be there.
+    fn check_conventions(&self) -> Result<()> {
+        let nq = self.nq();
+        if self.health != Health::Always && nq < 3 {
+            return Err(self.wrong("health", "at least 3 entries in qpos", nq));
+        }
+        if let Track::Body(body) = self.track
+            && body >= self.bodies.len()
+        {
+            return Err(self.wrong("track", "a body of the robot", body));
+        }
+        if self.track == Track::Xy && nq < 2 {
+            return Err(self.wrong("track", "at least 2 entries in qpos", nq));
+        }
+        if self.observation.skip >= nq {
+            return Err(self.wrong(
+                "observation",
+                format!("to skip fewer than {nq} entries of qpos"),
+                self.observation.skip,
+            ));
         }
         Ok(())
     }

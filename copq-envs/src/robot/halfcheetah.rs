@@ -45,8 +45,8 @@ const LIMBS: [Limb; 6] = [
     Limb { name: "ffoot",  parent: 5, pos: [0.13, -0.18],  centre: [0.045, -0.07], angle: -0.6,  half_length: 0.07,  range: [-0.5, 0.5],     stiffness: 60.0,  damping: 1.5, gear: 30.0 },
 ];
 
-/// The half-cheetah: 14 kg, qpos = (x, z - 0.7 m, pitch, back thigh, shin, foot, front thigh, shin, foot), six motors of 30
-/// to 120 N m. It has no unhealthy state.
+/// The half-cheetah: 14 kg, qpos = (x, z - 0.7 m, pitch, back thigh, shin, foot, front thigh, shin, foot), six motors
+/// of 30 to 120 N m. It has no unhealthy state.
 pub fn halfcheetah(preset: Preset) -> RobotSpec {
     match preset {
         Preset::GymV5 => gym(),

@@ -25,7 +25,8 @@ struct Limb {
     centre: [f64; 3],
     quat: [f64; 4],
     friction: f64,
-    /// Mass (kg), then moments of inertia across and along the capsule (kg m^2).
+    /// Mass (kg), then moments of inertia across and along the capsule (kg m^2): `Capsule::solid` but for last digits,
+    /// kept so that published runs repeat bit for bit.
     inertia: [f64; 3],
 }
 
@@ -72,7 +73,7 @@ fn gym() -> RobotSpec {
 /// Brax counts z from the reference pose and rounds the joints' limits.
 fn paper() -> RobotSpec {
     RobotSpec {
-        joints: joints(0.0, -2.61799, 0.785398),
+        joints: joints(0.0, -planar::BRAX_150, planar::BRAX_45),
         initial_qpos: vec![0.0; 6],
         health: Health::Planar { height: [0.7, f64::INFINITY], pitch: [-0.2, 0.2], bound: 100.0, lift: HEIGHT },
         observation: Observation { clip: 10.0, lift: HEIGHT, ..Observation::planar() },

@@ -12,10 +12,12 @@ const MARGINS_ADD: i32 = 350;
 const THREE: i32 = 300;
 
 impl RobotSpec {
-    /// The robot and its world as MJCF for this version of MuJoCo, as `mj_version` counts: 222 is 2.2.2, 3017000 is 3.17.0.
+    /// The robot and its world as MJCF for this version of MuJoCo, as `mj_version` counts: 222 is 2.2.2, 3017000 is
+    /// 3.17.0.
     ///
-    /// Versions that take the larger of two margins get margins with the same sums for the floor, and for the rest where
-    /// a robot's margins are all equal. Versions without explicit damping get none: see [`RobotSpec::applied_damping`].
+    /// Versions that take the larger of two margins get margins with the same sums for the floor, and for the rest
+    /// where a robot's margins are all equal. Versions without explicit damping get none: see
+    /// [`RobotSpec::applied_damping`].
     pub fn mjcf(&self, version: i32) -> String {
         let mut text = format!("<mujoco model=\"{}\">\n", escaped(&self.name));
         text += "<compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n";

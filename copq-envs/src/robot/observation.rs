@@ -23,8 +23,8 @@ pub struct Observation {
 /// How much of a robot's observation the agent gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Senses {
-    /// What benchmarks A and B use: positions and velocities (ant: 27), and for the humanoid inertia, velocities and forces
-    /// of its bodies (348 in `GymV5`, 244 in `Paper`).
+    /// What benchmarks A and B use: positions and velocities (ant: 27), and for the humanoid inertia, velocities and
+    /// forces of its bodies (348 in `GymV5`, 244 in `Paper`).
     #[default]
     Standard,
     /// Positions and velocities only (humanoid: 45, as CAL's); every engine tells these.

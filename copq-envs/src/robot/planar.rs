@@ -2,8 +2,14 @@
 
 use super::{Joint, Softness};
 
-/// The root joints, x, z and pitch, of body 0. Both slides act along lines through `anchor_z` (m, in the body frame, which
-/// changes nothing); qpos of z is `height` at the reference pose.
+/// 150 degrees (rad) as Brax rounds them.
+pub(super) const BRAX_150: f64 = 2.61799;
+/// 45 degrees (rad) as Brax rounds them.
+#[expect(clippy::approx_constant, reason = "the rounding is the fact")]
+pub(super) const BRAX_45: f64 = 0.785398;
+
+/// The root joints, x, z and pitch, of body 0. qpos of z is `height` (m) at the reference pose; the slides' axes pass
+/// that far below the body, which changes nothing.
 pub(super) fn root(height: f64, softness: Softness) -> Vec<Joint> {
     let anchor = [0.0, 0.0, -height];
     vec![

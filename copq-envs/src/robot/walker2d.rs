@@ -70,7 +70,7 @@ fn paper() -> RobotSpec {
     let mut robot = gym().braxed(&["torso_geom", "foot_geom", "foot_left_geom"]);
     robot.geoms.iter_mut().filter(|geom| geom.name == "foot_geom").for_each(|foot| foot.friction[0] = 0.9);
     RobotSpec {
-        joints: joints(0.0, -2.61799, 0.785398),
+        joints: joints(0.0, -planar::BRAX_150, planar::BRAX_45),
         initial_qpos: vec![0.0; 9],
         health: Health::Planar { height: [0.8, 2.0], pitch: [-1.0, 1.0], bound: f64::INFINITY, lift: HEIGHT },
         observation: Observation { clip: 10.0, lift: HEIGHT, ..Observation::planar() },

@@ -6,8 +6,8 @@ use copq::Result;
 
 use super::{Objective, Options, task_with, tasks};
 
-/// A line for every task with these options: name, lengths of observation and action, and the objectives in order of priority,
-/// each with its weight, or for a cost with the limit of an episode's sum.
+/// A line for every task with these options: name, lengths of observation and action, and the objectives in order of
+/// priority, each with its weight, or for a cost with the limit of an episode's sum.
 pub fn list_tasks(options: &Options) -> Result<String> {
     let mut text = format!("{:<16}{:>6}{:>8}  objectives, highest priority first\n", "task", "sees", "motors");
     for name in tasks() {

@@ -13,6 +13,8 @@ pub use options::{ControlCost, Cost, FailingStep, Options, Start};
 pub use registry::{task, task_with, tasks};
 pub use reward::{Motion, Objective, Signal};
 
+use copq::EnvSpec;
+
 use crate::{Field, RobotSpec};
 
 /// Everything about an environment but the engine.
@@ -34,5 +36,19 @@ impl Task {
         let signals = self.objectives.iter().flat_map(|objective| &objective.terms).map(|(_, signal)| *signal);
         let rewards = signals.filter_map(Signal::field);
         self.robot.observation.fields().chain(self.robot.track.field()).chain(rewards).collect()
+    }
+
+    /// The task as learners see it: actions are in [-1, 1].
+    pub fn env_spec(&self) -> EnvSpec {
+        let nu = self.robot.nu();
+        EnvSpec {
+            name: self.name.clone(),
+            observation: self.robot.observation.len(&self.robot),
+            action_low: vec![-1.0; nu],
+            action_high: vec![1.0; nu],
+            objectives: self.objectives.iter().map(|objective| objective.name.clone()).collect(),
+            weights: self.objectives.iter().map(|objective| objective.weight).collect(),
+            horizon: self.horizon,
+        }
     }
 }

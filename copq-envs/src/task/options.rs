@@ -8,8 +8,9 @@ use crate::robot::{Preset, Senses};
 
 /// Choices where the benchmarks leave room or Gymnasium and Brax differ. The default is what this crate recommends.
 ///
-/// A [`Task`](super::Task) is plain data, so what is not here can be changed there: `robot.track` (the humanoid's velocity is
-/// its centre of mass's; `Track::Body(0)` makes it the torso's), `robot.reset_noise`, `robot.health`, `horizon`.
+/// A [`Task`](super::Task) is plain data, so what is not here can be changed there: `robot.track` (the humanoid's
+/// velocity is its centre of mass's; `Track::Body(0)` makes it the torso's), `robot.reset_noise`, `robot.health`,
+/// `horizon`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Whose robots.
@@ -35,8 +36,8 @@ pub enum Start {
     /// The preset's own.
     #[default]
     Preset,
-    /// That of [`Preset::Paper`], on the robot of any preset: it differs for the ant, which Gymnasium starts with its ankles
-    /// outside their limits. Engines whose limits cannot bear that take this one.
+    /// That of [`Preset::Paper`], on the robot of any preset: it differs for the ant, which Gymnasium starts with its
+    /// ankles outside their limits. Engines whose limits cannot bear that take this one.
     Paper,
 }
 
@@ -50,7 +51,8 @@ pub enum FailingStep {
     Bonus,
 }
 
-/// What the control cost sums the squares of. They differ for the humanoid only, whose controls are 0.4 times its actions.
+/// What the control cost sums the squares of. They differ for the humanoid only, whose controls are 0.4 times its
+/// actions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ControlCost {
     /// Actions in benchmark A (paper equation C.1), controls in benchmark B and in Gymnasium's own reward.

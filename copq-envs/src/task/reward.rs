@@ -19,8 +19,8 @@ pub enum Signal {
     Control,
     /// Sum of the squared controls: the clamped actions in the motors' own units.
     MotorControl,
-    /// Sum of the squared contact forces and torques (N^2, N^2 m^2) of all bodies, each number clipped to [-clip, clip], the
-    /// sum to `cap`; either may be infinite.
+    /// Sum of the squared contact forces and torques (N^2, N^2 m^2) of all bodies, each number clipped to [-clip,
+    /// clip], the sum to `cap`; either may be infinite.
     Contact {
         /// Bound of every number.
         clip: f64,
@@ -75,8 +75,8 @@ impl Objective {
         self.terms.iter().map(|(factor, signal)| factor * motion.value(*signal)).sum()
     }
 
-    /// The limit in the units of a discounted value: d = D (1 - gamma^T) / ((1 - gamma) T), the value of a constant cost
-    /// whose sum over T steps is the limit D (as in CVPO and CAL). With gamma = 1 it is D.
+    /// The limit in the units of a discounted value: d = D (1 - gamma^T) / ((1 - gamma) T), the value of a constant
+    /// cost whose sum over T steps is the limit D (as in CVPO and CAL). With gamma = 1 it is D.
     pub fn discounted_limit(&self, gamma: f64, horizon: usize) -> Option<f64> {
         let steps = horizon as f64;
         let factor = if gamma == 1.0 { 1.0 } else { (1.0 - gamma.powf(steps)) / ((1.0 - gamma) * steps) };

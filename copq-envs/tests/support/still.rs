@@ -1,7 +1,7 @@
 //! An engine that does next to nothing.
 
-use copq::{Result, State};
-use copq_envs::{Dims, Physics};
+use copq::{Error, Result, State};
+use copq_envs::{Dims, Field, Physics, RobotSpec};
 
 pub const HOPPER: Dims = Dims { nq: 6, nv: 6, nu: 3 };
 
@@ -15,11 +15,26 @@ pub struct Still {
     pub ctrl: Vec<f64>,
     /// Steps until the state becomes this much lower (m), NaN for a broken engine.
     pub fall: Option<(usize, f64)>,
+    /// The fields that it tells, all of them 0.
+    pub tells: Vec<Field>,
+    /// The fields that it was asked for.
+    pub asked: Vec<Field>,
 }
 
 impl Still {
     pub fn new() -> Self {
-        Self { dims: HOPPER, qpos: vec![0.0; 6], qvel: vec![0.0; 6], ctrl: vec![0.0; 3], fall: None }
+        Self::with(HOPPER)
+    }
+
+    /// For any robot; it tells where bodies are.
+    pub fn of(robot: &RobotSpec) -> Self {
+        let dims = Dims { nq: robot.nq(), nv: robot.nv(), nu: robot.nu() };
+        Self { tells: vec![Field::BodyPosition, Field::BodyCentre], ..Self::with(dims) }
+    }
+
+    fn with(dims: Dims) -> Self {
+        let (qpos, qvel, ctrl) = (vec![0.0; dims.nq], vec![0.0; dims.nv], vec![0.0; dims.nu]);
+        Self { dims, qpos, qvel, ctrl, fall: None, tells: Vec::new(), asked: Vec::new() }
     }
 
     pub fn falling(after: usize, by: f64) -> Self {
@@ -59,6 +74,15 @@ impl Physics for Still {
 
     fn qvel(&self, out: &mut [f64]) {
         out.copy_from_slice(&self.qvel);
+    }
+
+    fn read(&mut self, field: Field, out: &mut [f64]) -> Result<()> {
+        self.asked.push(field);
+        if self.tells.contains(&field) {
+            out.fill(0.0);
+            return Ok(());
+        }
+        Err(Error::Env { env: "still".into(), what: format!("this engine does not tell {field:?}") })
     }
 
     fn save(&self, state: &mut State) -> Result<()> {

@@ -1,23 +1,12 @@
-//! The humanoid: a torso on a waist of two bodies, two legs and two arms.
-//!
-//! Facts of Gymnasium's humanoid v5 as MuJoCo 3.17.0 compiles them (without its tendons, which exert no force), and of
-//! Brax's. Left and right differ in a few numbers there too.
+//! The humanoid's trunk, legs and arms.
 
-use crate::Field;
-
-use super::capsule::{solid_ball, unit};
-use super::{
-    Actuator, Algorithm, Body, Capsule, Geom, Health, Inertial, Integrator, Joint, Noise, Observation, Part, Preset,
-    RobotSpec, Shape, Solver, Track,
-};
+use crate::robot::capsule::{solid_ball, unit};
+use crate::robot::{Body, Capsule, Geom, Inertial, Joint, RobotSpec, Shape};
 
 /// Density of everything (kg/m^3).
 const DENSITY: f64 = 1000.0;
 /// How waist and pelvis lean: (1, 0, -0.002, 0) normalised.
 const LEANING: [f64; 4] = [0.9999980000060001, 0.0, -0.0019999960000120004, 0.0];
-const GEARS: [f64; 17] =
-    [100.0, 100.0, 100.0, 100.0, 100.0, 300.0, 200.0, 100.0, 100.0, 300.0, 200.0, 25.0, 25.0, 25.0, 25.0, 25.0, 25.0];
-
 /// Chest, head and upper waist together.
 const TORSO: Inertial = Inertial {
     mass: 8.907462370478262,
@@ -47,80 +36,8 @@ const LEFT_ARM: Inertial = Inertial {
     quat: [0.8804762392171499, 0.36470519963100095, 0.2798481423331215, 0.1159168959592952],
 };
 
-/// The humanoid: 42.12 kg, qpos = (position, quaternion, waist z y x, right hip x z y, right knee, left leg, right shoulder 1 2,
-/// right elbow, left arm), 17 motors of 25 to 300 N m with controls in [-0.4, 0.4], those of the waist as y z x.
-pub fn humanoid(preset: Preset) -> RobotSpec {
-    match preset {
-        Preset::GymV5 => gym(),
-        Preset::Paper => paper(),
-    }
-}
-
-fn gym() -> RobotSpec {
-    let mut robot = RobotSpec {
-        solver: Solver { algorithm: Algorithm::Pgs, iterations: 50, ls_iterations: 50 },
-        reset_noise: [Noise::Uniform(0.01); 2],
-        health: Health::Height { range: [1.0, 2.0], open: true },
-        observation: Observation {
-            parts: vec![
-                Part::field(Field::Inertia),
-                Part::field(Field::Velocity),
-                Part::Field { field: Field::ActuatorForce, skip: 6, clip: f64::INFINITY },
-                Part::field(Field::ContactForce),
-            ],
-            ..Observation::free()
-        },
-        ..build(false)
-    };
-    robot.geoms.iter_mut().for_each(|geom| geom.margin = 0.001);
-    robot.geoms.iter_mut().filter(|geom| geom.body.is_some()).for_each(|geom| geom.condim = 1);
-    robot
-}
-
-/// Brax welds the feet to the shins, and solves for contacts in a single iteration.
-fn paper() -> RobotSpec {
-    RobotSpec {
-        solver: Solver { algorithm: Algorithm::Newton, iterations: 1, ls_iterations: 4 },
-        reset_noise: [Noise::Uniform(0.005); 2],
-        health: Health::Height { range: [1.0, 2.0], open: false },
-        observation: Observation {
-            parts: vec![Part::LinkInertia, Part::LinkVelocity, Part::field(Field::ActuatorForce)],
-            ..Observation::free()
-        },
-        ..build(true).braxed(&["right_foot", "left_foot"])
-    }
-}
-
-/// What the presets share; the rest is MuJoCo's default.
-fn build(fused: bool) -> RobotSpec {
-    let motors = [2, 1, 3].into_iter().chain(4..18).zip(GEARS);
-    let mut robot = RobotSpec {
-        name: "humanoid".into(),
-        bodies: Vec::new(),
-        joints: Vec::new(),
-        geoms: vec![Geom { friction: [1.0, 0.1, 0.1], ..Geom::new("floor", None, Shape::Plane) }],
-        actuators: motors.map(|(joint, gear)| Actuator { joint, gear, range: [-0.4, 0.4] }).collect(),
-        gravity: [0.0, 0.0, -9.81],
-        timestep: 0.003,
-        integrator: Integrator::Rk4,
-        solver: Solver::MUJOCO,
-        frame_skip: 5,
-        initial_qpos: [&[0.0, 0.0, 1.4, 1.0][..], &[0.0; 20]].concat(),
-        reset_noise: [Noise::Uniform(0.0); 2],
-        health: Health::Always,
-        track: Track::Centre,
-        observation: Observation::free(),
-    };
-    let pelvis = robot.trunk();
-    robot.leg(pelvis, &RIGHT, fused);
-    robot.leg(pelvis, &LEFT, fused);
-    robot.arm(&RIGHT);
-    robot.arm(&LEFT);
-    robot
-}
-
 /// Where the two sides differ.
-struct Side {
+pub(super) struct Side {
     name: &'static str,
     /// The sign of y.
     y: f64,
@@ -131,14 +48,26 @@ struct Side {
     lower_arm: Inertial,
 }
 
-#[rustfmt::skip]
-const RIGHT: Side = Side { name: "right", y: -1.0, hip_armature: 0.008, knee_stiffness: 0.0, shoulder: [-85.0, 60.0], lower_arm: RIGHT_ARM };
-#[rustfmt::skip]
-const LEFT: Side = Side { name: "left", y: 1.0, hip_armature: 0.01, knee_stiffness: 1.0, shoulder: [-60.0, 85.0], lower_arm: LEFT_ARM };
+pub(super) const RIGHT: Side = Side {
+    name: "right",
+    y: -1.0,
+    hip_armature: 0.008,
+    knee_stiffness: 0.0,
+    shoulder: [-85.0, 60.0],
+    lower_arm: RIGHT_ARM,
+};
+pub(super) const LEFT: Side = Side {
+    name: "left",
+    y: 1.0,
+    hip_armature: 0.01,
+    knee_stiffness: 1.0,
+    shoulder: [-60.0, 85.0],
+    lower_arm: LEFT_ARM,
+};
 
 impl RobotSpec {
     /// Torso, waist and pelvis; returns the pelvis.
-    fn trunk(&mut self) -> usize {
+    pub(super) fn trunk(&mut self) -> usize {
         self.bodies.push(Body::new("torso", None, [0.0, 0.0, 1.4], TORSO));
         self.joints.push(Joint::free("root", 0));
         self.geoms.push(Geom::capsule("torso1", 0, lying([0.0; 3], 0.07, 0.07)));
@@ -160,7 +89,7 @@ impl RobotSpec {
     }
 
     /// Thigh, shin and foot.
-    fn leg(&mut self, pelvis: usize, side: &Side, fused: bool) {
+    pub(super) fn leg(&mut self, pelvis: usize, side: &Side, fused: bool) {
         let (name, y) = (side.name, side.y);
         let bone = Capsule::between([0.0; 3], [0.0, -0.01 * y, -0.34], 0.06);
         let thigh = self.limb(&format!("{name}_thigh"), pelvis, [0.0, 0.1 * y, -0.04], bone);
@@ -188,7 +117,7 @@ impl RobotSpec {
     }
 
     /// Upper arm, lower arm and hand.
-    fn arm(&mut self, side: &Side) {
+    pub(super) fn arm(&mut self, side: &Side) {
         let (name, y) = (side.name, side.y);
         let bone = Capsule::between([0.0; 3], [0.16, 0.16 * y, -0.16], 0.04);
         let upper = self.limb(&format!("{name}_upper_arm"), 0, [0.0, 0.17 * y, 0.06], bone);
