@@ -1,0 +1,245 @@
+//! The engine: one robot in one MuJoCo simulation.
+
+use std::cell::{Cell, RefCell};
+use std::fmt;
+
+use copq::error::check_len;
+use copq::{Error, Result, State};
+use copq_envs::{Dims, Field, Physics, RobotSpec};
+
+use crate::simulation::{Array, Call, Simulation};
+
+/// C MuJoCo as a [`Physics`].
+///
+/// A step costs what MuJoCo's own calls cost and allocates nothing; contact forces are computed when someone reads them. A
+/// state that MuJoCo would silently reset (not finite, or beyond 1e10) is an error, and so is everything else that it warns
+/// of; after an error the simulation must be reset. A snapshot is MuJoCo's integration state and the fields one can read: a
+/// few kilobytes that replay bit for bit.
+pub struct Mujoco {
+    robot: String,
+    name: String,
+    dims: Dims,
+    masses: Vec<f64>,
+    /// Damping that MuJoCo does not apply itself, by freedom.
+    damping: Option<Vec<f64>>,
+    /// Tells models apart whose robots have the same name.
+    fingerprint: u64,
+    // Cells, because a snapshot may have to compute contact forces first.
+    simulation: RefCell<Box<dyn Simulation>>,
+    /// Whether cfrc_ext is older than the state.
+    forces_are_old: Cell<bool>,
+    /// An error left the data in no state to go on from.
+    broken: bool,
+}
+
+impl Mujoco {
+    /// Compiles a robot for this version of MuJoCo with `open`, which takes MJCF.
+    pub(crate) fn new(robot: &RobotSpec, version: i32, open: fn(&str) -> Result<Box<dyn Simulation>>) -> Result<Self> {
+        robot.check()?;
+        let mjcf = robot.mjcf(version);
+        let dims = Dims { nq: robot.nq(), nv: robot.nv(), nu: robot.nu() };
+        let mut engine = Self {
+            robot: robot.name.clone(),
+            name: format!("MuJoCo {}", crate::version::dotted(version)),
+            dims,
+            masses: robot.bodies.iter().map(|body| body.inertial.mass).collect(),
+            damping: robot.applied_damping(version),
+            fingerprint: fingerprint(mjcf.as_bytes()),
+            simulation: RefCell::new(open(&mjcf)?),
+            forces_are_old: Cell::new(false),
+            broken: false,
+        };
+        engine.reset_to(&robot.initial_qpos, &vec![0.0; dims.nv])?;
+        Ok(engine)
+    }
+
+    /// The timesteps of a step, then whatever MuJoCo has to complain of.
+    fn advance(&mut self, ctrl: &[f64], substeps: usize) -> Result<(), String> {
+        let simulation = self.simulation.get_mut();
+        simulation.array_mut(Array::Ctrl).copy_from_slice(ctrl);
+        match &self.damping {
+            None => simulation.call(Call::Step, substeps)?,
+            Some(damping) => (0..substeps).try_for_each(|_| {
+                damp(&mut **simulation, damping);
+                simulation.call(Call::Step, 1)
+            })?,
+        }
+        complaint(&**simulation).map_or(Ok(()), Err)
+    }
+
+    /// Resets the data, takes a state and evaluates the model there.
+    fn place(simulation: &mut dyn Simulation, qpos: &[f64], qvel: &[f64]) -> Result<(), String> {
+        simulation.call(Call::Reset, 1)?;
+        simulation.array_mut(Array::Qpos).copy_from_slice(qpos);
+        simulation.array_mut(Array::Qvel).copy_from_slice(qvel);
+        simulation.call(Call::Forward, 1)?;
+        complaint(simulation).map_or(Ok(()), Err)
+    }
+
+    /// A second simulation, evaluated where this one is now: a step leaves the data's fields behind the state.
+    fn evaluated(&self) -> Result<Box<dyn Simulation>, String> {
+        let simulation = self.simulation.borrow();
+        let mut fork = simulation.fork()?;
+        Self::place(&mut *fork, simulation.array(Array::Qpos), simulation.array(Array::Qvel))?;
+        Ok(fork)
+    }
+
+    fn update_contact_forces(&self) -> Result<()> {
+        if self.forces_are_old.replace(false) {
+            let done = self.simulation.borrow_mut().call(Call::ContactForce, 1);
+            done.map_err(|what| self.error(what))?;
+        }
+        Ok(())
+    }
+
+    fn error(&self, what: impl Into<String>) -> Error {
+        Error::Env { env: format!("{} on {}", self.robot, self.name), what: what.into() }
+    }
+
+    /// The error of a simulation that cannot go on.
+    fn failure(&mut self, what: String) -> Error {
+        self.broken = true;
+        self.error(format!("{what}; reset first"))
+    }
+
+    fn check_saved(&self, state: &State) -> Result<()> {
+        for (key, wanted) in [("engine", &self.name), ("robot", &self.robot)] {
+            let got = state.get::<u8>(key)?;
+            if got != wanted.as_bytes() {
+                return Err(Error::invalid(format!("{key} of a saved state"), wanted, String::from_utf8_lossy(got)));
+            }
+        }
+        if state.get_one::<u64>("model")? != self.fingerprint {
+            return Err(Error::invalid("model of a saved state", format!("this {}", self.robot), "another preset's"));
+        }
+        Ok(())
+    }
+}
+
+impl Physics for Mujoco {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn dims(&self) -> Dims {
+        self.dims
+    }
+
+    fn reset_to(&mut self, qpos: &[f64], qvel: &[f64]) -> Result<()> {
+        check_len("qpos", qpos.len(), self.dims.nq)?;
+        check_len("qvel", qvel.len(), self.dims.nv)?;
+        if !qpos.iter().chain(qvel).all(|value| value.is_finite()) {
+            return Err(self.error(format!("reset to a state that is not finite: {qpos:?}, {qvel:?}")));
+        }
+        Self::place(&mut **self.simulation.get_mut(), qpos, qvel).map_err(|what| self.failure(what))?;
+        // As in Gymnasium, contact forces are 0 until the first step.
+        self.forces_are_old.set(false);
+        self.broken = false;
+        Ok(())
+    }
+
+    fn step(&mut self, ctrl: &[f64], substeps: usize) -> Result<()> {
+        check_len("ctrl", ctrl.len(), self.dims.nu)?;
+        if self.broken {
+            return Err(self.error("step after an error; reset first"));
+        }
+        if !ctrl.iter().all(|value| value.is_finite()) {
+            return Err(self.error(format!("a control is not finite: {ctrl:?}")));
+        }
+        self.forces_are_old.set(true);
+        self.advance(ctrl, substeps).map_err(|what| self.failure(what))
+    }
+
+    fn qpos(&self, out: &mut [f64]) {
+        out.copy_from_slice(self.simulation.borrow().array(Array::Qpos));
+    }
+
+    fn qvel(&self, out: &mut [f64]) {
+        out.copy_from_slice(self.simulation.borrow().array(Array::Qvel));
+    }
+
+    fn read(&mut self, field: Field, out: &mut [f64]) -> Result<()> {
+        if field == Field::ContactForce {
+            self.update_contact_forces()?;
+        }
+        let (array, world) = match field {
+            Field::BodyPosition => (Array::Xpos, 3),
+            Field::BodyCentre => (Array::Xipos, 3),
+            Field::Inertia => (Array::Cinert, 10),
+            Field::Velocity => (Array::Cvel, 6),
+            Field::ActuatorForce => (Array::QfrcActuator, 0),
+            Field::ContactForce => (Array::CfrcExt, 6),
+        };
+        let values = &self.simulation.get_mut().array(array)[world..];
+        check_len(&format!("{field:?}"), out.len(), values.len())?;
+        out.copy_from_slice(values);
+        Ok(())
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        self.update_contact_forces()?;
+        state.put("engine", self.name.as_bytes());
+        state.put("robot", self.robot.as_bytes());
+        state.put("model", [self.fingerprint]);
+        state.put("broken", [u64::from(self.broken)]);
+        let simulation = self.simulation.borrow();
+        Array::SAVED.iter().for_each(|(array, name)| state.put(name, simulation.array(*array)));
+        Ok(())
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.check_saved(state)?;
+        self.broken = true;
+        let simulation = self.simulation.get_mut();
+        let reset = simulation.call(Call::Reset, 1);
+        Array::SAVED.iter().try_for_each(|(array, name)| state.read(name, simulation.array_mut(*array)))?;
+        reset.map_err(|what| self.failure(what))?;
+        self.forces_are_old.set(false);
+        self.broken = state.get_one::<u64>("broken")? != 0;
+        Ok(())
+    }
+
+    fn centre_of_mass(&self) -> Option<[f64; 3]> {
+        let simulation = self.evaluated().ok()?;
+        let mut sum = [0.0; 3];
+        for (mass, centre) in self.masses.iter().zip(simulation.array(Array::Xipos)[3..].chunks(3)) {
+            sum.iter_mut().zip(centre).for_each(|(sum, centre)| *sum += mass * centre);
+        }
+        Some(sum.map(|moment| moment / self.masses.iter().sum::<f64>()))
+    }
+
+    fn mass_matrix(&self) -> Option<Vec<f64>> {
+        Some(self.evaluated().ok()?.mass_matrix())
+    }
+}
+
+impl fmt::Debug for Mujoco {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Mujoco")
+            .field("name", &self.name)
+            .field("robot", &self.robot)
+            .field("dims", &self.dims)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Applies damping at the velocity of this moment.
+fn damp(simulation: &mut dyn Simulation, damping: &[f64]) {
+    for (freedom, damping) in damping.iter().enumerate() {
+        let velocity = simulation.array(Array::Qvel)[freedom];
+        simulation.array_mut(Array::Applied)[freedom] = -damping * velocity;
+    }
+}
+
+/// What is wrong with a simulation. MuJoCo resets states that it calls bad, and goes on; the warning is what it leaves.
+fn complaint(simulation: &dyn Simulation) -> Option<String> {
+    let state = simulation.array(Array::Qpos).iter().chain(simulation.array(Array::Qvel));
+    let finite = state.copied().all(f64::is_finite);
+    simulation.warning().or_else(|| (!finite).then(|| "the state stopped being finite".into()))
+}
+
+/// The FNV-1a hash, which is the same everywhere and always.
+fn fingerprint(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+}
