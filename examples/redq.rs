@@ -3,7 +3,8 @@
 //! `cargo run --release --example redq` trains the hopper on rapier; `--help` explains the rest.
 
 use clap::Parser;
-use copq::{Config, Env, Learner, Optimistic, Rng, Stream, Trainer, projection};
+use copq::{Config, Learner, Optimistic, Rng, Stream, Trainer, projection};
+use copq_examples::make_env;
 use copq_experiments::{Args, Plan, Run};
 
 /// Critics of the ensemble; every target is made by two of them, drawn at random.
@@ -54,11 +55,4 @@ fn main() -> anyhow::Result<()> {
     let trainer = Trainer::new(env, Box::new(learner), plan.run.seed)?;
     println!("{}", Run::new(trainer, make_env(&plan)?, folder, plan.run)?.train()?);
     Ok(())
-}
-
-fn make_env(plan: &Plan) -> copq::Result<Box<dyn Env>> {
-    match plan.engine.as_str() {
-        "rapier" => copq_envs_rapier::make(&plan.task),
-        engine => Err(copq::Error::unknown("engine", engine, &["rapier"])),
-    }
 }

@@ -5,8 +5,9 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use copq::{Actor, Config, Env, Error, Net, Outcome, Result, Rng, Stream};
-use copq_envs::{Locomotion, Physics, robot::Segment};
+use copq::{Actor, Config, Env, Net, Outcome, Result, Rng, Stream};
+use copq_envs::robot::Segment;
+use copq_examples::{World, make_world};
 use copq_experiments::animation::{Animation, Capsule, Scene, limb_colour};
 use copq_experiments::{read_checkpoint, read_config};
 
@@ -40,12 +41,7 @@ fn main() -> anyhow::Result<()> {
     let run = read_config::<Config>(&cli.run)?;
 
     // The run's task on its engine, and the policy that it has learned.
-    let task = copq_envs::task(&run.plan.task)?;
-    let physics: Box<dyn Physics> = match run.plan.engine.as_str() {
-        "rapier" => Box::new(copq_envs_rapier::Rapier::new(&task.robot)?),
-        engine => return Err(Error::unknown("engine", engine, &["rapier"]).into()),
-    };
-    let mut world = Locomotion::new(task, physics)?;
+    let mut world = make_world(&run.plan)?;
     let mut policy = copq_candle::actor(world.spec(), &run.settings.networks, &mut Rng::new(0, Stream::Init))?;
     policy.load(read_checkpoint(&cli.run)?.child("trainer")?.child("agent")?.child("actor")?)?;
 
@@ -60,9 +56,6 @@ fn main() -> anyhow::Result<()> {
     println!("{} frames in {}", film.frames(), cli.out.display());
     Ok(cli.png.map_or(Ok(()), |folder| film.write_png(&folder))?)
 }
-
-/// A robot and its task, on an engine chosen at run time.
-type World = Locomotion<Box<dyn Physics>>;
 
 /// Plays an episode into the film, its end for a second; returns the end.
 fn play(world: &mut World, policy: &mut dyn Actor, seed: u64, steps: usize, film: &mut Animation) -> Result<Scene> {

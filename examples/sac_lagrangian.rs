@@ -4,7 +4,8 @@
 
 use clap::Parser;
 use copq::projection::Conservative;
-use copq::{Config, Critic, Env, Learner, Rng, Stream, Trainer, projection};
+use copq::{Config, Critic, Learner, Rng, Stream, Trainer, projection};
+use copq_examples::make_env;
 use copq_experiments::{Args, Plan, Run};
 
 /// Trains SAC with a learned Lagrange multiplier that holds the task's cost below its limit.
@@ -69,11 +70,4 @@ fn main() -> anyhow::Result<()> {
     let trainer = Trainer::new(env, Box::new(learner), seed)?;
     println!("{}", Run::new(trainer, make_env(&plan)?, folder, plan.run)?.train()?);
     Ok(())
-}
-
-fn make_env(plan: &Plan) -> copq::Result<Box<dyn Env>> {
-    match plan.engine.as_str() {
-        "rapier" => copq_envs_rapier::make(&plan.task),
-        engine => Err(copq::Error::unknown("engine", engine, &["rapier"])),
-    }
 }

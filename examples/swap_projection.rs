@@ -20,7 +20,7 @@ fn main() -> Result<()> {
 /// The mean return of every objective after training.
 fn train(projection: Box<dyn Projection>, steps: u64) -> Result<Vec<f64>> {
     let env = copq_envs_rapier::make(TASK)?;
-    let config = Config { start_steps: steps / 4, ..Config::td3() };
+    let config = Config { start_steps: (steps / 4).min(1_000), ..Config::td3() };
     let discount = config.discount;
 
     // The one thing besides the projection itself that a projection decides: how many critics it wants.

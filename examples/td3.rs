@@ -3,7 +3,8 @@
 //! `cargo run --release --example td3` trains the hopper on rapier; `--help` explains the rest.
 
 use clap::Parser;
-use copq::{Config, Env, Learner, Projection, Rng, Stream, Trainer, projection};
+use copq::{Config, Learner, Projection, Rng, Stream, Trainer, projection};
+use copq_examples::make_env;
 use copq_experiments::{Args, Plan, Run};
 
 /// Trains TD3 with vector-valued critics, whose disagreement a projection turns into one cautious bound (COP-Q).
@@ -20,18 +21,18 @@ struct Cli {
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     start_steps: Option<u64>,
 
-    /// Explore by noise alone (TD3's way), not towards the upper bound of the critics (COP-OAC).
+    /// Explore with Gaussian noise alone (TD3), not towards the upper bound of the critics (COP-OAC).
     #[arg(long, conflicts_with = "resume")]
-    noise_only: bool,
+    gaussian: bool,
 }
 
 fn main() -> anyhow::Result<()> {
-    let Cli { args, start_steps, noise_only } = Cli::parse();
+    let Cli { args, start_steps, gaussian } = Cli::parse();
 
     // The settings: TD3's preset, the options over it, or with --resume what the run's folder holds.
     let preset = Config::td3();
     let start_steps = start_steps.unwrap_or(preset.start_steps);
-    let optimism = preset.optimism.filter(|_| !noise_only);
+    let optimism = preset.optimism.filter(|_| !gaussian);
     let config = args.settings(Config { start_steps, optimism, ..preset })?;
     let mut plan = args.plan(Plan::new("td3"))?;
     plan.run.discount = config.discount;
@@ -56,11 +57,4 @@ fn main() -> anyhow::Result<()> {
     let trainer = Trainer::new(env, Box::new(learner), plan.run.seed)?;
     println!("{}", Run::new(trainer, make_env(&plan)?, folder, plan.run)?.train()?);
     Ok(())
-}
-
-fn make_env(plan: &Plan) -> copq::Result<Box<dyn Env>> {
-    match plan.engine.as_str() {
-        "rapier" => copq_envs_rapier::make(&plan.task),
-        engine => Err(copq::Error::unknown("engine", engine, &["rapier"])),
-    }
 }
