@@ -3,7 +3,7 @@
 //! `cargo run --release --example td3` trains the hopper on rapier; `--help` explains the rest.
 
 use clap::Parser;
-use copq::{Config, Learner, Projection, Rng, Stream, Trainer, projection};
+use copq::{Config, Critic, Learner, Projection, Rng, Stream, Trainer, projection};
 use copq_examples::make_env;
 use copq_experiments::{Args, Plan, Run};
 
@@ -41,15 +41,20 @@ fn main() -> anyhow::Result<()> {
     let env = make_env(&plan)?;
     let spec = env.spec().clone();
 
-    // The networks: as many critics as the projection wants, N values each, and a deterministic actor.
+    // The networks: as many critics as the projection wants, N values each, and a deterministic actor. Independent
+    // double-Q alone has separate networks for each objective.
     let projection = projection::by_name(&plan.projection)?;
     let mut rng = Rng::new(plan.run.seed, Stream::Init);
-    let critics = projection.critics(spec.objectives.len());
-    let critic = copq_candle::critic(&spec, critics, &config.networks, &mut rng)?.threads(plan.threads)?;
+    let (objectives, critics) = (spec.objectives.len(), projection.critics(spec.objectives.len()));
+    let critic: Box<dyn Critic> = if projection.name() == "independent-min" {
+        Box::new(copq_candle::separate_critics(&spec, &vec![critics; objectives], &config.networks, &mut rng)?)
+    } else {
+        Box::new(copq_candle::critic(&spec, critics, &config.networks, &mut rng)?.threads(plan.threads)?)
+    };
     let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?;
 
     // The learner. Swapping the projection is this one line.
-    let learner = Learner::new(config.clone(), &spec, Box::new(critic), Box::new(actor), plan.run.seed)?;
+    let learner = Learner::new(config.clone(), &spec, critic, Box::new(actor), plan.run.seed)?;
     let learner = learner.projection(projection);
 
     // Train, and leave everything in a folder.

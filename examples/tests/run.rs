@@ -33,7 +33,9 @@ fn train(name: &str, arguments: &[&str], start: &str, halves: [&str; 2]) -> Stri
 
 #[test]
 fn td3() {
-    assert!(train("td3", &[], "150", ["200", "240"]).contains("critic_loss/safety"));
+    for arguments in [&[][..], &["--projection", "independent-min"]] {
+        assert!(train("td3", arguments, "150", ["180", "200"]).contains("critic_loss/safety"));
+    }
 }
 
 #[test]
