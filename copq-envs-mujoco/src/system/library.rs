@@ -39,7 +39,9 @@ fn shim() -> Option<&'static Shim> {
 
 fn open() -> Result<Library> {
     let shim = shim().ok_or_else(|| {
-        missing(format!("this program was built without MuJoCo's headers; {INSTALL}, or set COPQ_MUJOCO_DIR, and build again"))
+        missing(format!(
+            "this program was built without MuJoCo's headers; {INSTALL}, or set COPQ_MUJOCO_DIR, and build again"
+        ))
     })?;
     let mut failures = Vec::new();
     for file in candidates(shim.header) {
