@@ -7,7 +7,10 @@ use copq::error::check_len;
 use copq::{Error, Result, State};
 use copq_envs::{Dims, Field, Physics, RobotSpec};
 
+use crate::advance::{advance, place};
+use crate::identity::Identity;
 use crate::simulation::{Array, Call, Simulation};
+use crate::version::dotted;
 
 /// C MuJoCo as a [`Physics`].
 ///
@@ -16,14 +19,11 @@ use crate::simulation::{Array, Call, Simulation};
 /// of; after an error the simulation must be reset. A snapshot is MuJoCo's integration state and the fields one can read: a
 /// few kilobytes that replay bit for bit.
 pub struct Mujoco {
-    robot: String,
-    name: String,
+    identity: Identity,
     dims: Dims,
     masses: Vec<f64>,
     /// Damping that MuJoCo does not apply itself, by freedom.
     damping: Option<Vec<f64>>,
-    /// Tells models apart whose robots have the same name.
-    fingerprint: u64,
     // Cells, because a snapshot may have to compute contact forces first.
     simulation: RefCell<Box<dyn Simulation>>,
     /// Whether cfrc_ext is older than the state.
@@ -39,12 +39,10 @@ impl Mujoco {
         let mjcf = robot.mjcf(version);
         let dims = Dims { nq: robot.nq(), nv: robot.nv(), nu: robot.nu() };
         let mut engine = Self {
-            robot: robot.name.clone(),
-            name: format!("MuJoCo {}", crate::version::dotted(version)),
+            identity: Identity::new(format!("MuJoCo {}", dotted(version)), robot, &mjcf),
             dims,
             masses: robot.bodies.iter().map(|body| body.inertial.mass).collect(),
             damping: robot.applied_damping(version),
-            fingerprint: fingerprint(mjcf.as_bytes()),
             simulation: RefCell::new(open(&mjcf)?),
             forces_are_old: Cell::new(false),
             broken: false,
@@ -53,34 +51,11 @@ impl Mujoco {
         Ok(engine)
     }
 
-    /// The timesteps of a step, then whatever MuJoCo has to complain of.
-    fn advance(&mut self, ctrl: &[f64], substeps: usize) -> Result<(), String> {
-        let simulation = self.simulation.get_mut();
-        simulation.array_mut(Array::Ctrl).copy_from_slice(ctrl);
-        match &self.damping {
-            None => simulation.call(Call::Step, substeps)?,
-            Some(damping) => (0..substeps).try_for_each(|_| {
-                damp(&mut **simulation, damping);
-                simulation.call(Call::Step, 1)
-            })?,
-        }
-        complaint(&**simulation).map_or(Ok(()), Err)
-    }
-
-    /// Resets the data, takes a state and evaluates the model there.
-    fn place(simulation: &mut dyn Simulation, qpos: &[f64], qvel: &[f64]) -> Result<(), String> {
-        simulation.call(Call::Reset, 1)?;
-        simulation.array_mut(Array::Qpos).copy_from_slice(qpos);
-        simulation.array_mut(Array::Qvel).copy_from_slice(qvel);
-        simulation.call(Call::Forward, 1)?;
-        complaint(simulation).map_or(Ok(()), Err)
-    }
-
     /// A second simulation, evaluated where this one is now: a step leaves the data's fields behind the state.
     fn evaluated(&self) -> Result<Box<dyn Simulation>, String> {
         let simulation = self.simulation.borrow();
         let mut fork = simulation.fork()?;
-        Self::place(&mut *fork, simulation.array(Array::Qpos), simulation.array(Array::Qvel))?;
+        place(&mut *fork, simulation.array(Array::Qpos), simulation.array(Array::Qvel))?;
         Ok(fork)
     }
 
@@ -93,7 +68,7 @@ impl Mujoco {
     }
 
     fn error(&self, what: impl Into<String>) -> Error {
-        Error::Env { env: format!("{} on {}", self.robot, self.name), what: what.into() }
+        Error::Env { env: format!("{} on {}", self.identity.robot, self.identity.engine), what: what.into() }
     }
 
     /// The error of a simulation that cannot go on.
@@ -101,24 +76,11 @@ impl Mujoco {
         self.broken = true;
         self.error(format!("{what}; reset first"))
     }
-
-    fn check_saved(&self, state: &State) -> Result<()> {
-        for (key, wanted) in [("engine", &self.name), ("robot", &self.robot)] {
-            let got = state.get::<u8>(key)?;
-            if got != wanted.as_bytes() {
-                return Err(Error::invalid(format!("{key} of a saved state"), wanted, String::from_utf8_lossy(got)));
-            }
-        }
-        if state.get_one::<u64>("model")? != self.fingerprint {
-            return Err(Error::invalid("model of a saved state", format!("this {}", self.robot), "another preset's"));
-        }
-        Ok(())
-    }
 }
 
 impl Physics for Mujoco {
     fn name(&self) -> &str {
-        &self.name
+        &self.identity.engine
     }
 
     fn dims(&self) -> Dims {
@@ -131,7 +93,7 @@ impl Physics for Mujoco {
         if !qpos.iter().chain(qvel).all(|value| value.is_finite()) {
             return Err(self.error(format!("reset to a state that is not finite: {qpos:?}, {qvel:?}")));
         }
-        Self::place(&mut **self.simulation.get_mut(), qpos, qvel).map_err(|what| self.failure(what))?;
+        place(&mut **self.simulation.get_mut(), qpos, qvel).map_err(|what| self.failure(what))?;
         // As in Gymnasium, contact forces are 0 until the first step.
         self.forces_are_old.set(false);
         self.broken = false;
@@ -147,7 +109,8 @@ impl Physics for Mujoco {
             return Err(self.error(format!("a control is not finite: {ctrl:?}")));
         }
         self.forces_are_old.set(true);
-        self.advance(ctrl, substeps).map_err(|what| self.failure(what))
+        let simulation = &mut **self.simulation.get_mut();
+        advance(simulation, self.damping.as_deref(), ctrl, substeps).map_err(|what| self.failure(what))
     }
 
     fn qpos(&self, out: &mut [f64]) {
@@ -171,16 +134,14 @@ impl Physics for Mujoco {
             Field::ContactForce => (Array::CfrcExt, 6),
         };
         let values = &self.simulation.get_mut().array(array)[world..];
-        check_len(&format!("{field:?}"), out.len(), values.len())?;
+        check_len("buffer of a field", out.len(), values.len())?;
         out.copy_from_slice(values);
         Ok(())
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
         self.update_contact_forces()?;
-        state.put("engine", self.name.as_bytes());
-        state.put("robot", self.robot.as_bytes());
-        state.put("model", [self.fingerprint]);
+        self.identity.save(state);
         state.put("broken", [u64::from(self.broken)]);
         let simulation = self.simulation.borrow();
         Array::SAVED.iter().for_each(|(array, name)| state.put(name, simulation.array(*array)));
@@ -188,14 +149,15 @@ impl Physics for Mujoco {
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
-        self.check_saved(state)?;
+        self.identity.check(state)?;
+        let broken = state.get_one::<u64>("broken")? != 0;
         self.broken = true;
         let simulation = self.simulation.get_mut();
         let reset = simulation.call(Call::Reset, 1);
         Array::SAVED.iter().try_for_each(|(array, name)| state.read(name, simulation.array_mut(*array)))?;
         reset.map_err(|what| self.failure(what))?;
         self.forces_are_old.set(false);
-        self.broken = state.get_one::<u64>("broken")? != 0;
+        self.broken = broken;
         Ok(())
     }
 
@@ -215,31 +177,7 @@ impl Physics for Mujoco {
 
 impl fmt::Debug for Mujoco {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter
-            .debug_struct("Mujoco")
-            .field("name", &self.name)
-            .field("robot", &self.robot)
-            .field("dims", &self.dims)
-            .finish_non_exhaustive()
+        let Self { identity, dims, .. } = self;
+        formatter.debug_struct("Mujoco").field("identity", identity).field("dims", dims).finish_non_exhaustive()
     }
-}
-
-/// Applies damping at the velocity of this moment.
-fn damp(simulation: &mut dyn Simulation, damping: &[f64]) {
-    for (freedom, damping) in damping.iter().enumerate() {
-        let velocity = simulation.array(Array::Qvel)[freedom];
-        simulation.array_mut(Array::Applied)[freedom] = -damping * velocity;
-    }
-}
-
-/// What is wrong with a simulation. MuJoCo resets states that it calls bad, and goes on; the warning is what it leaves.
-fn complaint(simulation: &dyn Simulation) -> Option<String> {
-    let state = simulation.array(Array::Qpos).iter().chain(simulation.array(Array::Qvel));
-    let finite = state.copied().all(f64::is_finite);
-    simulation.warning().or_else(|| (!finite).then(|| "the state stopped being finite".into()))
-}
-
-/// The FNV-1a hash, which is the same everywhere and always.
-fn fingerprint(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
 }

@@ -1,6 +1,8 @@
 //! Calls into MuJoCo that come back with an error where MuJoCo would end the process.
 
-use std::ffi::{CStr, c_char, c_int, c_void};
+use std::ffi::{c_char, c_int, c_void};
+
+use crate::words::words;
 
 /// A MuJoCo function of a model and its data, such as `mj_step`.
 pub(crate) type Function = unsafe extern "C" fn(model: *const c_void, data: *mut c_void);
@@ -8,10 +10,8 @@ pub(crate) type Function = unsafe extern "C" fn(model: *const c_void, data: *mut
 unsafe extern "C" {
     fn copq_guard(call: Function, model: *const c_void, data: *mut c_void, times: c_int) -> *const c_char;
     /// What MuJoCo's `mju_user_error` must be for [`call`] to work.
-    #[cfg(feature = "mujoco-rs")]
     pub(crate) fn copq_error(text: *const c_char);
     /// What `mju_user_warning` must be for MuJoCo to write no MUJOCO_LOG.TXT.
-    #[cfg(feature = "mujoco-rs")]
     pub(crate) fn copq_warning(text: *const c_char);
 }
 
@@ -29,14 +29,5 @@ pub(crate) unsafe fn call(
     // SAFETY: the caller's promise; the guard jumps over MuJoCo's own frames only, none of them Rust's.
     let message = unsafe { copq_guard(function, model, data, times) };
     // SAFETY: the guard returns null or a string of this thread that lasts until the next call.
-    if message.is_null() { Ok(()) } else { Err(unsafe { text(message) }) }
-}
-
-/// A C string of MuJoCo's as Rust's.
-///
-/// # Safety
-/// `text` points to a string that ends in 0.
-pub(crate) unsafe fn text(text: *const c_char) -> String {
-    // SAFETY: the caller's promise.
-    unsafe { CStr::from_ptr(text) }.to_string_lossy().trim_end().to_owned()
+    if message.is_null() { Ok(()) } else { Err(unsafe { words(message) }) }
 }

@@ -24,13 +24,21 @@ assert!(reward[0] > 0.9);
 //! An environment is tied to no thread, and many run at once, each with its own data.
 
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
-mod engine;
+mod advance;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
+mod engine;
+#[cfg(feature = "mujoco-rs")]
 mod guard;
+#[cfg(all(test, any(feature = "mujoco-rs", feature = "system")))]
+mod guard_tests;
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+mod identity;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod simulation;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod version;
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+mod words;
 
 #[cfg(feature = "mujoco-rs")]
 pub mod mujoco_rs;

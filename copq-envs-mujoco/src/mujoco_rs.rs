@@ -10,10 +10,11 @@ use ::mujoco_rs::wrappers::{MjData, MjModel};
 use copq::{Env, Error, Result};
 use copq_envs::{Locomotion, Options, RobotSpec};
 
+use crate::Mujoco;
 use crate::guard::{self, Function, copq_error, copq_warning};
 use crate::simulation::{Array, Call, Simulation};
 use crate::version::check_version;
-use crate::Mujoco;
+use crate::words::words;
 
 /// The environment of this name (see [`copq_envs::tasks`]); an unknown name is answered with the nearest ones.
 pub fn make(name: &str) -> Result<Box<dyn Env>> {
@@ -117,7 +118,7 @@ impl Simulation for Linked {
     fn warning(&self) -> Option<String> {
         let (index, warning) = self.0.warning().iter().enumerate().find(|(_, warning)| warning.number > 0)?;
         // SAFETY: returns a string of this thread.
-        Some(unsafe { guard::text(mujoco_c::mju_warningText(index as i32, warning.lastinfo as usize)) })
+        Some(unsafe { words(mujoco_c::mju_warningText(index as i32, warning.lastinfo as usize)) })
     }
 
     fn mass_matrix(&self) -> Vec<f64> {
@@ -131,5 +132,17 @@ impl Simulation for Linked {
     fn fork(&self) -> Result<Box<dyn Simulation>, String> {
         let data = MjData::try_new(self.0.model_clone()).map_err(|error| error.to_string())?;
         Ok(Box::new(Self(data)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::open;
+    use crate::guard_tests::{a_broken_model_is_an_error, an_internal_error_comes_back};
+
+    #[test]
+    fn internal_errors_come_back() {
+        an_internal_error_comes_back(open, "memory=\"20K\"");
+        a_broken_model_is_an_error(open);
     }
 }

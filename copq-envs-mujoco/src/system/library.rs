@@ -8,8 +8,8 @@ use std::sync::OnceLock;
 use copq::{Error, Result};
 
 use super::shim::{Shim, copq_mujoco};
-use crate::guard;
 use crate::version::{check_version, dotted};
+use crate::words::words;
 
 /// Names the library's file, at run time.
 const FILE: &str = "COPQ_MUJOCO_LIBRARY";
@@ -39,7 +39,9 @@ fn shim() -> Option<&'static Shim> {
 
 fn open() -> Result<Library> {
     let shim = shim().ok_or_else(|| {
-        missing(format!("this program was built without MuJoCo's headers; {INSTALL}, or set COPQ_MUJOCO_DIR, and build again"))
+        missing(format!(
+            "this program was built without MuJoCo's headers; {INSTALL}, or set COPQ_MUJOCO_DIR, and build again"
+        ))
     })?;
     let mut failures = Vec::new();
     for file in candidates(shim.header) {
@@ -79,5 +81,5 @@ fn try_open(shim: &Shim, file: &str) -> std::result::Result<i32, String> {
     // SAFETY: a string and a number that outlive the call; opening a library runs its constructors, and MuJoCo's are harmless.
     let failure = unsafe { (shim.open)(path.as_ptr(), ptr::from_mut(&mut version)) };
     // SAFETY: null, or the loader's message, which lasts until it is called again.
-    if failure.is_null() { Ok(version) } else { Err(unsafe { guard::text(failure) }) }
+    if failure.is_null() { Ok(version) } else { Err(unsafe { words(failure) }) }
 }

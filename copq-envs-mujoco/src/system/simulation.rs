@@ -9,8 +9,8 @@ use copq::{Error, Result};
 
 use super::library::library;
 use super::shim::{Data, Model, Shim};
-use crate::guard;
 use crate::simulation::{Array, Call, Simulation};
+use crate::words::words;
 
 /// Compiles a model; one at a time, for old versions keep the last one in a global.
 pub(super) fn open(mjcf: &str) -> Result<Box<dyn Simulation>> {
@@ -24,7 +24,7 @@ pub(super) fn open(mjcf: &str) -> Result<Box<dyn Simulation>> {
     let model = unsafe { (shim.load)(text, length, error.as_mut_ptr(), error.len() as c_int) };
     let Some(model) = NonNull::new(model) else {
         // SAFETY: the shim has written a string there.
-        return Err(Error::other("compiling a robot's MJCF", unsafe { guard::text(error.as_ptr()) }));
+        return Err(Error::other("compiling a robot's MJCF", unsafe { words(error.as_ptr()) }));
     };
     let simulation = Opened::new(shim, Arc::new(Compiled { shim, model }));
     Ok(Box::new(simulation.map_err(|what| Error::other("making MuJoCo's data", what))?))
@@ -103,14 +103,14 @@ impl Simulation for Opened {
         // SAFETY: model and data belong together, and `Call` counts as the shim does.
         let message = unsafe { (self.shim.run)(call as c_int, self.model(), self.data.as_ptr(), times) };
         // SAFETY: null, or a string that lasts until this thread's next call.
-        if message.is_null() { Ok(()) } else { Err(unsafe { guard::text(message) }) }
+        if message.is_null() { Ok(()) } else { Err(unsafe { words(message) }) }
     }
 
     fn warning(&self) -> Option<String> {
         // SAFETY: valid data; null or a string that lasts until this thread's next call.
         unsafe {
             let warning = (self.shim.warning)(self.data.as_ptr());
-            (!warning.is_null()).then(|| guard::text(warning))
+            (!warning.is_null()).then(|| words(warning))
         }
     }
 
@@ -128,5 +128,22 @@ impl Simulation for Opened {
 
     fn fork(&self) -> std::result::Result<Box<dyn Simulation>, String> {
         Ok(Box::new(Self::new(self.shim, Arc::clone(&self.model))?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::open;
+    use crate::guard_tests::{a_broken_model_is_an_error, an_internal_error_comes_back};
+
+    #[test]
+    fn internal_errors_come_back() {
+        // Later versions size stack and constraints together.
+        let old = "nstack=\"20000\" njmax=\"5000\" nconmax=\"1000\"";
+        an_internal_error_comes_back(
+            open,
+            if super::library().unwrap().shim.header < 300 { old } else { "memory=\"20K\"" },
+        );
+        a_broken_model_is_an_error(open);
     }
 }

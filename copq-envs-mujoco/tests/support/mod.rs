@@ -4,16 +4,18 @@
 #[path = "../../../copq-envs/tests/support/table.rs"]
 mod table;
 
+mod engines;
+mod start;
+
 use std::path::PathBuf;
 
 use copq::{Env, Outcome, State};
 use copq_envs::robot::{Preset, Senses};
 use copq_envs::{Field, Locomotion, Options, Physics, RobotSpec, Task, task_with};
 use copq_envs_mujoco::Mujoco;
+pub use engines::Make;
 pub use start::Start;
 pub use table::Table;
-
-mod start;
 
 pub const ROBOTS: [&str; 5] = ["hopper", "walker2d", "halfcheetah", "ant", "humanoid"];
 
@@ -35,13 +37,17 @@ pub const BENCHMARKS: [(&str, &str); 14] = [
     ("gym", "humanoid"),
 ];
 
-/// Makes an engine for a robot.
-pub type Make = fn(&RobotSpec) -> copq::Result<Mujoco>;
-
 /// A recorded run: `<robot>_rollout`, `<robot>_onestep`, `paper_<robot>_rollout`. `COPQ_GOLDEN` names a folder with longer ones.
 pub fn golden(name: &str) -> Table {
-    let own = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data");
-    let folder = std::env::var_os("COPQ_GOLDEN").map_or_else(own, PathBuf::from);
+    std::env::var_os("COPQ_GOLDEN").map_or_else(|| own_data(name), |folder| read(PathBuf::from(folder), name))
+}
+
+/// One of this crate's own tables.
+pub fn own_data(name: &str) -> Table {
+    read(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data"), name)
+}
+
+fn read(folder: PathBuf, name: &str) -> Table {
     Table::parse(&std::fs::read_to_string(folder.join(format!("{name}.csv"))).unwrap())
 }
 
@@ -50,62 +56,75 @@ pub fn task(name: &str, preset: Preset) -> Task {
     task_with(name, &Options { preset, senses, ..Options::default() }).unwrap()
 }
 
-/// What a replay found, by row: the largest difference in qpos and qvel.
-pub type Errors = Vec<f64>;
-
+/// The largest difference between two lists.
 pub fn largest(got: &[f64], wanted: &[f64]) -> f64 {
     assert_eq!(got.len(), wanted.len());
     got.iter().zip(wanted).map(|(got, wanted)| (got - wanted).abs()).fold(0.0, f64::max)
 }
 
-fn state_error(physics: &Mujoco, table: &Table, row: usize, [qpos, qvel]: [&str; 2]) -> f64 {
-    let dims = physics.dims();
-    let (mut q, mut v) = (vec![0.0; dims.nq], vec![0.0; dims.nv]);
-    physics.qpos(&mut q);
-    physics.qvel(&mut v);
-    largest(&q, &table.vector(row, qpos)).max(largest(&v, &table.vector(row, qvel)))
+pub fn qpos(physics: &Mujoco) -> Vec<f64> {
+    let mut qpos = vec![0.0; physics.dims().nq];
+    physics.qpos(&mut qpos);
+    qpos
+}
+
+pub fn qvel(physics: &Mujoco) -> Vec<f64> {
+    let mut qvel = vec![0.0; physics.dims().nv];
+    physics.qvel(&mut qvel);
+    qvel
+}
+
+/// How far the engine is from the state in a row's columns of these names.
+pub fn state_error(physics: &Mujoco, table: &Table, row: usize, columns: [&str; 2]) -> f64 {
+    let [wanted_qpos, wanted_qvel] = columns.map(|name| table.vector(row, name));
+    largest(&qpos(physics), &wanted_qpos).max(largest(&qvel(physics), &wanted_qvel))
 }
 
 /// The controls of a row's actions.
 fn controls(robot: &RobotSpec, table: &Table, row: usize) -> Vec<f64> {
     let motors = table.vector(row, "u").into_iter().zip(&robot.actuators);
-    motors.map(|(u, motor)| motor.range[1] * u).collect()
+    motors.map(|(u, motor)| motor.range[1] * f64::from(u as f32)).collect()
 }
 
-/// Replays a run on the engine alone, from its first row on; `look` sees every row.
-pub fn rollout(make: Make, robot: &RobotSpec, table: &Table, mut look: impl FnMut(&mut Mujoco, usize)) -> Errors {
+/// Replays a run on the engine alone, from the given state; what `look` sees in every row from the start on.
+pub fn rollout<T>(
+    make: Make,
+    robot: &RobotSpec,
+    table: &Table,
+    [qpos, qvel]: [&[f64]; 2],
+    mut look: impl FnMut(&mut Mujoco, usize) -> T,
+) -> Vec<T> {
     let mut physics = make(robot).unwrap();
-    physics.reset_to(&table.vector(0, "qpos"), &table.vector(0, "qvel")).unwrap();
-    look(&mut physics, 0);
-    let steps = (1..table.len()).map(|row| {
+    physics.reset_to(qpos, qvel).unwrap();
+    let mut seen = vec![look(&mut physics, 0)];
+    for row in 1..table.len() {
         physics.step(&controls(robot, table, row), robot.frame_skip).unwrap();
-        look(&mut physics, row);
-        state_error(&physics, table, row, ["qpos", "qvel"])
-    });
-    steps.collect()
+        seen.push(look(&mut physics, row));
+    }
+    seen
 }
 
-/// Takes every recorded step by itself, from its own state.
-pub fn one_steps(make: Make, robot: &RobotSpec, table: &Table, mut look: impl FnMut(&mut Mujoco, usize)) -> Errors {
+/// Takes every recorded step by itself, from its own state; what `look` sees after each.
+pub fn one_steps<T>(
+    make: Make,
+    robot: &RobotSpec,
+    table: &Table,
+    mut look: impl FnMut(&mut Mujoco, usize) -> T,
+) -> Vec<T> {
     let mut physics = make(robot).unwrap();
     let steps = (0..table.len()).map(|row| {
         physics.reset_to(&table.vector(row, "qpos"), &table.vector(row, "qvel")).unwrap();
         physics.step(&controls(robot, table, row), robot.frame_skip).unwrap();
-        look(&mut physics, row);
-        state_error(&physics, table, row, ["nqpos", "nqvel"])
+        look(&mut physics, row)
     });
     steps.collect()
 }
 
 /// Gymnasium's observation in double precision, from what the engine tells.
 pub fn observation(physics: &mut Mujoco, task: &Task) -> Vec<f64> {
-    let (robot, dims) = (&task.robot, physics.dims());
-    let (mut qpos, mut qvel) = (vec![0.0; dims.nq], vec![0.0; dims.nv]);
-    physics.qpos(&mut qpos);
-    physics.qvel(&mut qvel);
-    let clip = robot.observation.clip;
-    let mut seen = qpos.split_off(robot.observation.skip);
-    seen.extend(qvel.iter().map(|velocity| velocity.clamp(-clip, clip)));
+    let (robot, clip) = (&task.robot, task.robot.observation.clip);
+    let mut seen = qpos(physics).split_off(robot.observation.skip);
+    seen.extend(qvel(physics).iter().map(|velocity| velocity.clamp(-clip, clip)));
     for field in robot.observation.fields() {
         let mut values = vec![0.0; field.len(robot)];
         physics.read(field, &mut values).unwrap();
@@ -116,6 +135,18 @@ pub fn observation(physics: &mut Mujoco, task: &Task) -> Vec<f64> {
         }
     }
     seen
+}
+
+/// The largest error of every row of a recorded rollout.
+pub fn rollout_errors(make: Make, robot: &RobotSpec, table: &Table) -> Vec<f64> {
+    let start = [table.vector(0, "qpos"), table.vector(0, "qvel")];
+    let start = [&start[0][..], &start[1][..]];
+    rollout(make, robot, table, start, |physics, row| state_error(physics, table, row, ["qpos", "qvel"]))
+}
+
+/// The largest error of every recorded single step.
+pub fn one_step_errors(make: Make, robot: &RobotSpec, table: &Table) -> Vec<f64> {
+    one_steps(make, robot, table, |physics, row| state_error(physics, table, row, ["nqpos", "nqvel"]))
 }
 
 /// An environment on a recorded run.
