@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Everything that must hold before a change lands, cheapest first. Needs a Rust toolchain and crates.io, nothing else.
+# Everything that must hold before a change lands, cheapest first. Needs a Rust toolchain and
+# crates.io; for MuJoCo's part also python3 with pip, or an installed MuJoCo: what is skipped is said at the end.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -23,7 +24,25 @@ done
 run cargo run --locked --example rollout -- "$smoke/run" --out "$smoke/rollout.gif" --png "$smoke/frames"
 test -s "$smoke/rollout.gif" && test -s "$smoke/frames/frame-00000.png"
 
+# MuJoCo 3.17.0, which a script fetches, and the MuJoCo that is installed: rollouts of reference, then a training run.
+skipped=()
+if run scripts/fetch-mujoco.sh; then
+    run cargo clippy --workspace --all-targets --features copq-examples/mujoco --locked -- -D warnings
+    run cargo test -p copq-envs-mujoco --features mujoco-rs --locked
+    run cargo run --locked --features copq-examples/mujoco --example td3 -- --engine mujoco --preset paper \
+        --steps 400 --start-steps 300 --eval-every 400 --eval-episodes 2 --out "$smoke/mujoco"
+else
+    skipped+=("mujoco-rs: MuJoCo 3.17.0 could not be fetched")
+fi
+if test -e /usr/include/mujoco/mujoco.h; then
+    run cargo clippy -p copq-envs-mujoco --all-targets --features system --locked -- -D warnings
+    run cargo test -p copq-envs-mujoco --features system --locked
+else
+    skipped+=("system: no MuJoCo is installed (Debian: apt-get install libmujoco-dev)")
+fi
+
 # A crate outside the workspace writes its own projection and trains with it, in under 40 lines.
 test "$(wc -l < tests/foreign/src/main.rs)" -lt 40
 run cargo run --locked --manifest-path tests/foreign/Cargo.toml --target-dir target/foreign
 printf '\nall checks passed\n'
+for what in "${skipped[@]}"; do printf 'SKIPPED %s\n' "$what"; done

@@ -39,7 +39,7 @@ fn make_physics(engine: &str, robot: &RobotSpec) -> Result<Box<dyn Physics>> {
         "system" => Ok(Box::new(copq_envs_mujoco::system::physics(robot)?)),
         "mujoco" | "system" => {
             let wanted =
-                format!("a build with it: cargo run --release -p copq-examples --features {engine} --example ...");
+                format!("a build with it: cargo run --release --features copq-examples/{engine} --example ...");
             Err(Error::invalid(format!("engine {engine}"), wanted, "one without"))
         }
         _ => Err(Error::unknown("engine", engine, &ENGINES)),
