@@ -29,6 +29,7 @@ skipped=()
 if run scripts/fetch-mujoco.sh; then
     run cargo clippy --workspace --all-targets --features copq-examples/mujoco --locked -- -D warnings
     run cargo test -p copq-envs-mujoco --features mujoco-rs --locked
+    run cargo test --features copq-tests/mujoco-rs --test engines --locked
     run cargo run --locked --features copq-examples/mujoco --example td3 -- --engine mujoco --preset paper \
         --steps 400 --start-steps 300 --eval-every 400 --eval-episodes 2 --out "$smoke/mujoco"
 else
@@ -37,6 +38,7 @@ fi
 if test -e /usr/include/mujoco/mujoco.h; then
     run cargo clippy -p copq-envs-mujoco --all-targets --features system --locked -- -D warnings
     run cargo test -p copq-envs-mujoco --features system --locked
+    run cargo test --features copq-tests/system --test engines --locked
 else
     skipped+=("system: no MuJoCo is installed (Debian: apt-get install libmujoco-dev)")
 fi
