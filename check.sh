@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Everything that must hold before a change lands, cheapest first. Needs a Rust toolchain and crates.io, nothing else.
+# Everything that must hold before a change lands, cheapest first. Needs Rust, a C compiler, python3 with pip, crates.io and PyPI.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -8,8 +8,19 @@ run() { printf '\n== %s\n' "$*"; "$@"; }
 run cargo fmt --all --check
 run cargo clippy --workspace --all-targets --locked -- -D warnings
 RUSTDOCFLAGS="-D warnings" run cargo doc --workspace --no-deps --locked
+run scripts/fetch-mujoco.sh
+run cargo clippy -p copq-envs-mujoco -p copq-tests --features mujoco-rs,system --all-targets --locked -- -D warnings
 run cargo package --workspace --no-verify --allow-dirty --quiet --locked
-run cargo test --workspace --locked
+run cargo test --workspace --features copq-envs-mujoco/mujoco-rs,copq-tests/mujoco-rs --locked
+
+# The other way to MuJoCo, against whatever is installed: by itself, for one process should hold one MuJoCo.
+if exports=$(scripts/system-mujoco.sh); then
+    eval "$exports"
+    run cargo test -p copq-envs-mujoco --features system --locked
+    run cargo test -p copq-tests --features system --test engines --locked
+else
+    printf '\n!! SKIPPED: feature `system` of copq-envs-mujoco, for there is no MuJoCo to test it on\n'
+fi
 
 # The README's training command, cut short: a real robot, real networks, every file of a run folder.
 smoke=$(mktemp -d)
