@@ -3,22 +3,12 @@
 #
 #     eval "$(scripts/system-mujoco.sh)"
 #
-# What is installed is used as it is; else Debian's libmujoco-dev is installed, or without root unpacked into third_party.
-# Everything else that it says goes to stderr. It fails where there is no MuJoCo to be had.
+# What is installed is used as it is; else Debian's libmujoco-dev is unpacked into third_party, which needs no root and changes
+# nothing else. All other words go to stderr. It fails where there is no MuJoCo to be had.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 has_headers() { echo '#include <mujoco/mujoco.h>' | "${CC:-cc}" -E - > /dev/null 2>&1; }
-
-as_root() {
-    if test "$(id -u)" = 0; then "$@"; else sudo -n "$@"; fi
-}
-
-install() {
-    as_root true 2> /dev/null || return 1
-    as_root apt-get install -qq -y --no-install-recommends libmujoco-dev > /dev/null ||
-        { as_root apt-get update -qq && as_root apt-get install -qq -y --no-install-recommends libmujoco-dev > /dev/null; }
-}
 
 # The packages and what they need beyond a C++ runtime, unpacked side by side.
 unpack() {
@@ -41,12 +31,10 @@ unpack() {
 if test -n "${COPQ_MUJOCO_DIR:-}" || has_headers; then
     echo "MuJoCo's headers are there" >&2
 elif ! command -v apt-get > /dev/null; then
-    echo "no MuJoCo on this machine and no apt-get to install Debian's libmujoco-dev" >&2
+    echo "no MuJoCo on this machine, and no apt-get to download Debian's libmujoco-dev" >&2
     exit 1
-elif install >&2; then
-    echo "installed libmujoco-dev" >&2
 else
     mkdir -p third_party
-    unpack || { echo "libmujoco-dev could neither be installed nor downloaded" >&2; exit 1; }
+    unpack || { echo "libmujoco-dev could not be downloaded; perhaps apt-get update helps" >&2; exit 1; }
     echo "unpacked libmujoco-dev into third_party" >&2
 fi

@@ -32,6 +32,13 @@ pub(crate) fn deterministic(noise: &[f32], log_prob: &[f32]) -> Result<()> {
     Ok(())
 }
 
+/// An error unless a stochastic policy was given noise and room for log-probabilities, or neither.
+pub(crate) fn stochastic(noise: &[f32], log_prob: &[f32], rows: usize, action: usize) -> Result<()> {
+    let (wanted_noise, wanted_log_prob) = if noise.is_empty() { (0, 0) } else { (rows * action, rows) };
+    check_len("noise", noise.len(), wanted_noise)?;
+    check_len("log-probabilities", log_prob.len(), wanted_log_prob)
+}
+
 /// An error unless the averaging rate is in [0, 1].
 pub(crate) fn tau(tau: f32) -> Result<()> {
     if (0.0..=1.0).contains(&tau) { Ok(()) } else { Err(Error::invalid("tau", "a number in [0, 1]", tau)) }

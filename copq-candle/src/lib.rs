@@ -10,6 +10,7 @@
 //!     action_high: vec![1.0; 3],
 //!     objectives: vec!["safety".into(), "velocity".into(), "control".into()],
 //!     weights: vec![1.0; 3],
+//!     limits: vec![],
 //!     horizon: 1000,
 //! };
 //! let mut rng = Rng::new(0, Stream::Init);
@@ -35,10 +36,11 @@ mod init;
 mod learned;
 pub mod plain;
 mod shape;
+mod squash;
 mod weights;
 
 pub use candle_core::Device;
-use copq::{EnvSpec, Networks, Result, Rng};
+use copq::{EnvSpec, Networks, Result, Rng, Separate};
 
 /// K critics for an environment, in the fast implementation, with fresh weights from `rng` ([`copq::Stream::Init`]).
 pub fn critic(spec: &EnvSpec, critics: usize, networks: &Networks, rng: &mut Rng) -> Result<fused::Critics> {
@@ -48,4 +50,17 @@ pub fn critic(spec: &EnvSpec, critics: usize, networks: &Networks, rng: &mut Rng
 /// A deterministic actor for an environment, in the fast implementation, with fresh weights from `rng`.
 pub fn actor(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<fused::Deterministic> {
     fused::Deterministic::new(spec, networks, rng)
+}
+
+/// A squashed Gaussian actor (SAC) for an environment, in the fast implementation, with fresh weights from `rng`.
+pub fn gaussian_actor(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<fused::Gaussian> {
+    fused::Gaussian::new(spec, networks, rng)
+}
+
+/// Separate scalar critics for each objective, `counts[i]` of them for objective i, in the fast implementation: such as
+/// 4 for the cost and 2 for the reward (CAL), or pairs (independent double-Q).
+pub fn separate_critics(spec: &EnvSpec, counts: &[usize], networks: &Networks, rng: &mut Rng) -> Result<Separate> {
+    let scalar =
+        EnvSpec { objectives: vec!["value".to_owned()], weights: vec![1.0], limits: Vec::new(), ..spec.clone() };
+    Separate::new(Box::new(critic(&scalar, counts.iter().sum(), networks, rng)?), counts)
 }

@@ -44,6 +44,11 @@ impl Shape {
         Self::new(spec.observation, &networks.hidden, spec.action())
     }
 
+    /// A squashed Gaussian actor's: observation in, a mean and a log std an action component out.
+    pub fn gaussian(spec: &EnvSpec, networks: &Networks) -> Self {
+        Self::new(spec.observation, &networks.hidden, 2 * spec.action())
+    }
+
     fn new(input: usize, hidden: &[usize], output: usize) -> Self {
         let (mut input, mut start) = (input, 0);
         let mut layers = Vec::with_capacity(hidden.len() + 1);

@@ -108,3 +108,21 @@ fn warm_updates() {
         assert_eq!(ours, gemms, "{case:?}");
     }
 }
+
+#[test]
+fn warm_gaussian_updates() {
+    for case in [Case::new(1, 1, &[64, 64], 1), Case::new(1, 1, &[256, 256], 256), Case::new(1, 1, &[7, 9, 4], 37)] {
+        let mut actor = copq_candle::gaussian_actor(&case.spec(), &case.networks(), &mut init(1)).unwrap();
+        let (obs, noise, mut action, mut log_prob) = (case.obs(1), case.noise(1), case.act(1), vec![0.0; case.rows]);
+        let mut update = || {
+            actor.sample(Net::Online, &obs, &noise, &mut action, &mut log_prob).unwrap();
+            actor.improve(&obs, &noise, &mut given_action(&noise)).unwrap();
+            actor.noise_grad(&obs, &noise, &noise, &mut action).unwrap();
+            actor.track(0.005).unwrap();
+        };
+        update();
+        let ours = allocations(&mut update);
+        let layers = layers(case.observation, &case.hidden, 2 * case.action);
+        assert_eq!(ours, 3 * forward(case.rows, &layers) + backward(case.rows, &layers), "{case:?}");
+    }
+}

@@ -1,12 +1,11 @@
 //! C MuJoCo as a physics engine for copq's robots.
 //!
-//! Two engines behind one type, [`Mujoco`], because no binding spans all versions of MuJoCo's structs:
+//! Two engines behind one type, `Mujoco`, because no binding spans all versions of MuJoCo's structs:
 //!
 //! * feature `mujoco-rs`: module `mujoco_rs`, MuJoCo 3.17.0, bit for bit Gymnasium's v5 robots. For results to report.
 //! * feature `system`: module `system`, the MuJoCo that is installed, from 2.2.2 (Debian's) on.
 //!
-//! Without features the crate builds with nothing installed, and can do nothing. The README tells how to get MuJoCo, and
-//! `cargo run -p copq-envs-mujoco --bin mujoco-doctor` what is missing.
+//! Without features the crate builds with nothing installed, and can do nothing. The README tells how to get MuJoCo.
 #![cfg_attr(
     feature = "mujoco-rs",
     doc = r#"

@@ -39,6 +39,10 @@ pub trait Actor: Send {
     /// One optimiser step that lowers L: forward, `grad` fills dL/daction and dL/dlog_prob, backward, step.
     fn improve(&mut self, obs: &[f32], noise: &[f32], grad: ActionGrad<'_>) -> Result<()>;
 
+    /// Writes d(grad_action . action)/dnoise of the online policy, `rows x noise()`: which way of the noise moves the
+    /// actions along `grad_action`. There is nothing to write for a deterministic policy.
+    fn noise_grad(&mut self, obs: &[f32], noise: &[f32], grad_action: &[f32], out: &mut [f32]) -> Result<()>;
+
     /// Polyak averaging: target <- (1 - tau) target + tau online.
     fn track(&mut self, tau: f32) -> Result<()>;
 

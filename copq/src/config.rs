@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, FamoConfig, Result};
+use crate::error::check_not_negative;
+use crate::{Constraint, Entropy, Error, FamoConfig, LagrangianConfig, Result};
 
 /// Network shapes and step sizes, for the backend that builds the networks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,8 +49,47 @@ pub struct Smoothing {
     pub clip: f64,
 }
 
-/// What a [`Learner`](crate::Learner) does in an update; the strategies it does it with (projection, exploration,
-/// multiplier) are given to the learner itself.
+/// Exploration towards what the critics may promise: the policy's mean moves up the gradient of their upper bound
+/// (OAC, paper eq. 15 and App. D.1).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Optimism {
+    /// Length of the upper bound's step, the root of chi2_N(p).
+    pub beta: f64,
+    /// How far the mean moves, in standard deviations of the policy: sqrt(2 delta), delta the KL bound.
+    pub shift: f64,
+}
+
+impl Default for Optimism {
+    /// 4.66, and 6.86 for a KL bound of 23.53 (paper Table D.2).
+    fn default() -> Self {
+        Self { beta: 4.66, shift: 6.86 }
+    }
+}
+
+impl Optimism {
+    /// An error for lengths that are not.
+    pub fn check(&self) -> Result<()> {
+        check_not_negative("optimism.beta", self.beta)?;
+        check_not_negative("optimism.shift", self.shift)
+    }
+}
+
+/// What a [`Learner`](crate::Learner) does in an update; the strategies it does it with (projection, exploration) are
+/// given to the learner itself. N objectives, in priority order:
+///
+/// | method | preset | critics | projection | actor |
+/// |---|---|---|---|---|
+/// | COP-Q | [`Config::td3`] | N + 1 | [`Cholesky`](crate::projection::Cholesky) | deterministic |
+/// | TD3 | [`Config::td3`] | 2, for N = 1 | any | deterministic |
+/// | REDQ | [`Config::td3`]`.redq()` | 10 | [`ScalarisedMin`](crate::projection::ScalarisedMin) | deterministic |
+/// | SAC | [`Config::sac`] | 2, for N = 1 | any | stochastic |
+/// | SAC-Lagrangian | [`Config::sac_lagrangian`] | [`Separate`](crate::Separate), 1 cost and 2 reward | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
+/// | SACLag-UCB | [`Config::sac_lagrangian`] | [`Separate`](crate::Separate), 2 and 2 | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
+/// | CAL | [`Config::cal`] | [`Separate`](crate::Separate), 4 and 2 | [`Conservative::cal`](crate::projection::Conservative::cal) | stochastic |
+/// | COP-Q on CAL | [`Config::cop_cal`] | 3 | [`Cholesky`](crate::projection::Cholesky) | stochastic |
+///
+/// Each takes [`Optimistic`](crate::Optimistic) exploration: that is OAC. COP-Q's preset has it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
@@ -69,36 +109,117 @@ pub struct Config {
     pub actor_delay: u64,
     /// Critic updates for each Polyak step of the targets.
     pub target_period: u64,
-    /// kappa, the length of the pessimistic step: the bound is mean - kappa C R u.
+    /// kappa, the length of the pessimistic step in targets and cost estimates: the bound is mean - kappa C R u.
     pub pessimism: f64,
+    /// kappa of the actor's objective; 0 makes it the critics' mean.
+    pub actor_pessimism: f64,
+    /// Critics that make a target, drawn anew for every update (REDQ); all unless given.
+    pub subset: Option<usize>,
+    /// Whether every critic of a cost learns from its own target network (CAL), not from the bound that all share.
+    pub own_cost_targets: bool,
     /// Noise on target actions, if any.
     pub smoothing: Option<Smoothing>,
+    /// The entropy bonus of a stochastic policy, if any.
+    pub entropy: Option<Entropy>,
+    /// How the limits of costs are held, if they are.
+    pub constraint: Option<Constraint>,
     /// Balancing of the objectives' losses, if any.
     pub famo: Option<FamoConfig>,
     /// Standard deviation of the default Gaussian exploration, in units of half the action range.
     pub exploration_std: f64,
+    /// Exploration towards the upper bound of the learner's own projection; the policy and its noise alone without.
+    pub optimism: Option<Optimism>,
     /// Network shapes and step sizes.
     pub networks: Networks,
 }
 
 impl Config {
-    /// COP-Q on TD3: the constants of the paper's Table D.3 and D.1. Targets follow at every update; the warm-up,
-    /// which the paper leaves open, is TD3's 25,000 steps.
+    /// COP-Q on TD3: the constants of the paper's Tables D.1 to D.3, optimistic exploration included. Targets follow at
+    /// every update. The warm-up, whose length the paper leaves open, is 1,000 steps: a hopper that acts at random falls
+    /// after 20, and 25,000 steps of that (TD3's other choice) held it back for long; DESIGN.md has the figures.
     pub fn td3() -> Self {
         Self {
             discount: 0.99,
             tau: 0.005,
             batch: 256,
             capacity: 1_000_000,
-            start_steps: 25_000,
+            start_steps: 1_000,
             updates_per_step: 1,
             actor_delay: 2,
             target_period: 1,
             pessimism: 1.0,
+            actor_pessimism: 1.0,
+            subset: None,
+            own_cost_targets: false,
+            entropy: None,
+            constraint: None,
             smoothing: Some(Smoothing { std: 0.2, clip: 0.5 }),
             famo: Some(FamoConfig::default()),
             exploration_std: 0.1,
+            optimism: Some(Optimism::default()),
             networks: Networks::default(),
+        }
+    }
+
+    /// Randomised ensembled double-Q (REDQ): 20 updates an environment step, the 20th with the actor's; each target
+    /// from 2 critics drawn at random by [`ScalarisedMin`](crate::projection::ScalarisedMin), the actor on the mean of
+    /// all. Meant for 10 critics, exploration by noise alone (Chen et al. 2021; paper sec. 5.1 and App. D).
+    pub fn redq(self) -> Self {
+        Self {
+            capacity: 100_000,
+            updates_per_step: 20,
+            actor_delay: 20,
+            actor_pessimism: 0.0,
+            subset: Some(2),
+            optimism: None,
+            ..self
+        }
+    }
+
+    /// SAC with a learned temperature: the constants of the paper's Table D.3, a warm-up of 10,000 steps. With one
+    /// objective and 2 critics every projection is SAC's clipped double-Q.
+    pub fn sac() -> Self {
+        Self {
+            start_steps: 10_000,
+            target_period: 2,
+            smoothing: None,
+            entropy: Some(Entropy::default()),
+            famo: None,
+            optimism: None,
+            ..Self::td3()
+        }
+    }
+
+    /// SAC with a Lagrange multiplier for each cost. [`IndependentMin`](crate::projection::IndependentMin) on 2 separate
+    /// critics an objective makes it SACLag-UCB; on 2 for the reward and 1 for the cost, SAC-Lagrangian.
+    pub fn sac_lagrangian() -> Self {
+        let plain = LagrangianConfig { augmentation: 0.0, ..Default::default() };
+        Self { constraint: Some(Constraint::Lagrangian(plain)), ..Self::sac() }
+    }
+
+    /// COP-Q on CAL (paper sec. 5 and Table D.3): SAC under the augmented Lagrangian, for the Cholesky projection on
+    /// 3 critics of cost and reward, the cost first.
+    pub fn cop_cal() -> Self {
+        Self { constraint: Some(Constraint::Lagrangian(LagrangianConfig::default())), ..Self::sac() }
+    }
+
+    /// CAL as the paper compares it: [`Config::cop_cal`]'s constants, but every cost critic learns from itself. Meant for
+    /// [`Conservative::cal`](crate::projection::Conservative::cal) on 4 critics of the cost and 2 of the reward.
+    pub fn cal() -> Self {
+        Self { own_cost_targets: true, ..Self::cop_cal() }
+    }
+
+    /// CAL with the constants of its authors' code (Wu et al. 2024): batches of 12, 10 updates a step, the actor at each.
+    pub fn cal_original() -> Self {
+        let lagrangian = LagrangianConfig { multiplier: std::f64::consts::LN_2, lr: 3e-4, augmentation: 10.0 };
+        Self {
+            batch: 12,
+            start_steps: 5_000,
+            updates_per_step: 10,
+            actor_delay: 1,
+            entropy: Some(Entropy { lr: 3e-4, ..Default::default() }),
+            constraint: Some(Constraint::Lagrangian(lagrangian)),
+            ..Self::cal()
         }
     }
 
@@ -117,11 +238,18 @@ impl Config {
                 return Err(Error::invalid(name, "at least 1", 0));
             }
         }
-        not_negative("pessimism", self.pessimism)?;
-        not_negative("exploration_std", self.exploration_std)?;
+        if self.subset == Some(0) {
+            return Err(Error::invalid("subset", "at least 1 critic", 0));
+        }
+        check_not_negative("pessimism", self.pessimism)?;
+        check_not_negative("actor_pessimism", self.actor_pessimism)?;
+        check_not_negative("exploration_std", self.exploration_std)?;
+        if let Some(optimism) = self.optimism {
+            optimism.check()?;
+        }
         if let Some(smoothing) = self.smoothing {
-            not_negative("smoothing.std", smoothing.std)?;
-            not_negative("smoothing.clip", smoothing.clip)?;
+            check_not_negative("smoothing.std", smoothing.std)?;
+            check_not_negative("smoothing.clip", smoothing.clip)?;
         }
         self.networks.check()
     }
@@ -129,12 +257,4 @@ impl Config {
 
 fn fraction(name: &str, value: f64) -> Result<()> {
     if (0.0..=1.0).contains(&value) { Ok(()) } else { Err(Error::invalid(name, "a number from 0 to 1", value)) }
-}
-
-fn not_negative(name: &str, value: f64) -> Result<()> {
-    if value.is_finite() && value >= 0.0 {
-        Ok(())
-    } else {
-        Err(Error::invalid(name, "a finite number, at least 0", value))
-    }
 }

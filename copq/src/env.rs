@@ -28,6 +28,9 @@ pub struct EnvSpec {
     pub objectives: Vec<String>,
     /// The task's scalarisation weights w, one an objective, not normalised (paper Table 1).
     pub weights: Vec<f32>,
+    /// Which objectives are costs: the limit of each one's undiscounted sum over an episode, `None` for a reward. Empty
+    /// if the task has no costs.
+    pub limits: Vec<Option<f32>>,
     /// Steps after which an episode is truncated.
     pub horizon: usize,
 }
@@ -36,6 +39,11 @@ impl EnvSpec {
     /// Length of an action.
     pub fn action(&self) -> usize {
         self.action_low.len()
+    }
+
+    /// The limit of an objective that is a cost.
+    pub fn limit(&self, objective: usize) -> Option<f32> {
+        self.limits.get(objective).copied().flatten()
     }
 
     /// Maps an action from [-1, 1], the units of policies and replay, to the environment's bounds.
@@ -70,6 +78,13 @@ impl EnvSpec {
         if objectives == 0 || self.weights.len() != objectives {
             let got = format!("{objectives} names, {} weights", self.weights.len());
             return error("objectives", "at least one, with a weight each".into(), got);
+        }
+        if !self.limits.is_empty() && self.limits.len() != objectives {
+            let got = format!("{objectives} names, {} limits", self.limits.len());
+            return error("cost limits", "none, or an entry for every objective".into(), got);
+        }
+        if let Some(limit) = self.limits.iter().flatten().find(|limit| !limit.is_finite()) {
+            return error("cost limit", "a finite number".into(), limit.to_string());
         }
         if self.horizon == 0 {
             return error("horizon", "at least 1 step".into(), "0".into());

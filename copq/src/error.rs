@@ -81,6 +81,15 @@ pub fn check_len(what: &str, got: usize, wanted: usize) -> Result<()> {
     if got == wanted { Ok(()) } else { Err(Error::invalid(what, format!("{wanted} values"), got)) }
 }
 
+/// Checks a setting: `Ok` or an [`Error::Invalid`] that names it.
+pub(crate) fn check_not_negative(name: &str, value: f64) -> Result<()> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(())
+    } else {
+        Err(Error::invalid(name, "a finite number, at least 0", value))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

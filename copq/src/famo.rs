@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::adam::Adam;
 use crate::{Error, Result, State};
 
 /// FAMO's constants.
@@ -21,20 +22,14 @@ impl Default for FamoConfig {
     }
 }
 
-const BETA1: f64 = 0.9;
-const BETA2: f64 = 0.999;
-const ADAM_EPS: f64 = 1e-8;
 const LOSS_EPS: f64 = 1e-8;
 
 /// Fast adaptive multitask optimisation (Liu et al., NeurIPS 2023): one logit an objective, stepped by how much each
 /// objective's loss improved in the last update.
 #[derive(Clone, Debug)]
 pub struct Famo {
-    config: FamoConfig,
     logits: Vec<f64>,
-    first_moment: Vec<f64>,
-    second_moment: Vec<f64>,
-    steps: u64,
+    adam: Adam,
     softmax: Vec<f64>,
     improvement: Vec<f64>,
 }
@@ -49,11 +44,8 @@ impl Famo {
         }
         let zeros = vec![0.0; objectives];
         Ok(Self {
-            config,
             logits: zeros.clone(),
-            first_moment: zeros.clone(),
-            second_moment: zeros.clone(),
-            steps: 0,
+            adam: Adam::new(config.lr, config.weight_decay, objectives),
             softmax: vec![1.0 / objectives as f64; objectives],
             improvement: zeros,
         })
@@ -83,18 +75,8 @@ impl Famo {
             *delta = libm::log(before + LOSS_EPS) - libm::log(after + LOSS_EPS);
         }
         let mean: f64 = self.softmax.iter().zip(&self.improvement).map(|(z, delta)| z * delta).sum();
-        self.steps += 1;
-        let correct1 = 1.0 - libm::pow(BETA1, self.steps as f64);
-        let correct2 = 1.0 - libm::pow(BETA2, self.steps as f64);
-        for i in 0..self.logits.len() {
-            let grad = self.softmax[i] * (self.improvement[i] - mean);
-            let m = &mut self.first_moment[i];
-            let v = &mut self.second_moment[i];
-            *m = BETA1 * *m + (1.0 - BETA1) * grad;
-            *v = BETA2 * *v + (1.0 - BETA2) * grad * grad;
-            let direction = (*m / correct1) / ((*v / correct2).sqrt() + ADAM_EPS);
-            self.logits[i] -= self.config.lr * (self.config.weight_decay * self.logits[i] + direction);
-        }
+        let Self { adam, logits, softmax, improvement, .. } = self;
+        adam.step(logits, |i, _| softmax[i] * (improvement[i] - mean));
     }
 
     fn refresh_softmax(&mut self) {
@@ -109,18 +91,13 @@ impl Famo {
     /// Writes logits and optimiser state.
     pub fn save(&self, state: &mut State) {
         state.put("logits", self.logits.as_slice());
-        state.put("first_moment", self.first_moment.as_slice());
-        state.put("second_moment", self.second_moment.as_slice());
-        state.put("steps", [self.steps]);
+        self.adam.save(state);
     }
 
     /// Restores what [`Famo::save`] wrote.
     pub fn load(&mut self, state: &State) -> Result<()> {
         state.read("logits", &mut self.logits)?;
-        state.read("first_moment", &mut self.first_moment)?;
-        state.read("second_moment", &mut self.second_moment)?;
-        self.steps = state.get_one("steps")?;
-        Ok(())
+        self.adam.load(state)
     }
 }
 

@@ -7,16 +7,16 @@
 //! standard deviations, double-Q minima) are here too, behind one trait, [`Projection`].
 //!
 //! ```
-//! use copq::projection::{Cholesky, Projection, QView, Scratch};
+//! use copq::projection::{Bound, Cholesky, Projection, QView, Scratch};
 //!
 //! // Three critics, one row, two objectives in priority order: safety, then speed.
 //! let q = [10.0, 5.0,  12.0, 4.0,  11.0, 9.0];
 //! let q = QView::new(&q, 3, 2)?;
-//! let (weights, mut scratch, mut bound) = ([1.0, 1.0], Scratch::default(), [0.0; 2]);
+//! let (mut scratch, mut low) = (Scratch::default(), [0.0; 2]);
 //!
 //! // A step of -1 is the lower bound of the TD target.
-//! Cholesky.project(q, &weights, -1.0, &mut scratch, &mut bound)?;
-//! assert!((bound[0] - 10.422650).abs() < 1e-5 && (bound[1] - 4.788675).abs() < 1e-5);
+//! Cholesky.project(Bound { q, weights: &[1.0, 1.0], step: -1.0 }, &mut scratch, &mut low)?;
+//! assert!((low[0] - 10.422650).abs() < 1e-5 && (low[1] - 4.788675).abs() < 1e-5);
 //! # Ok::<(), copq::Error>(())
 //! ```
 //!
@@ -37,6 +37,14 @@
 //!
 //! **Write an environment of your own**: implement [`Env`], and run [`check_env`] on it before anything else.
 //!
+//! **Choose a method**: [`Config::td3`], [`Config::sac`] and their relatives are presets of the one learner, and
+//! [`Config`]'s table says which critics and projection each is meant for.
+//!
+//! **Explore otherwise**: COP-Q explores towards its own upper bound (COP-OAC); `learner.explore(Optimistic::new(Extremum))`
+//! takes another's, [`Config::optimism`] says how far, and `None` there leaves the policy's noise.
+//!
+//! **Change the priorities**: `Ordered::new(env, &["velocity", "safety", "control"])` is the same world in another order.
+//!
 //! **Train, save, resume**: [`Trainer::step`] is one environment step with its learning, [`Trainer::save`] holds everything;
 //! a loaded trainer goes on bit for bit.
 //!
@@ -44,6 +52,7 @@
 //! spread, how often the clip fires, and FAMO's weights, all by objective.
 
 mod actor;
+mod adam;
 mod agent;
 mod check_env;
 mod config;
@@ -56,26 +65,32 @@ mod learner;
 mod loss;
 mod multiplier;
 mod observer;
+mod ordered;
 pub mod projection;
 mod replay;
 mod rng;
+mod separate;
 mod state;
+mod temperature;
 mod trainer;
 
 pub use actor::{ActionGrad, Actor, Sample, SampleGrad};
 pub use agent::{Agent, Mode, Transition};
 pub use check_env::{EnvReport, check_env};
-pub use config::{Config, Networks, Smoothing};
+pub use config::{Config, Networks, Optimism, Smoothing};
 pub use critic::{Critic, Net, QGrad};
 pub use env::{Env, EnvSpec, Outcome};
 pub use error::{Error, Result};
-pub use explore::{Context, Explore, Gaussian, Uniform};
+pub use explore::{Context, Explore, Gaussian, Optimistic, Sampled, Uniform};
 pub use famo::{Famo, FamoConfig};
 pub use learner::Learner;
-pub use multiplier::{Fixed, Multiplier};
+pub use multiplier::{Constraint, Fixed, Lagrangian, LagrangianConfig, Multiplier, Pid, PidConfig, discounted_limit};
 pub use observer::{Observer, Silent};
-pub use projection::{Projection, QView, Scratch};
+pub use ordered::Ordered;
+pub use projection::{Bound, Projection, QView, Scratch};
 pub use replay::{Batch, Replay};
 pub use rng::{Rng, Stream};
+pub use separate::Separate;
 pub use state::{Element, State, Value};
+pub use temperature::Entropy;
 pub use trainer::{Episode, Evaluation, Timing, Trainer, evaluate};

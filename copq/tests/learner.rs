@@ -130,6 +130,12 @@ fn bad_settings_are_readable_errors() {
     let wide = Box::new(toy::LinearCritics::new(3, 4, 0.02, 0));
     let error = Learner::new(toy::config(), &Toy::new().spec, wide, Box::new(toy::LinearActor::new(0.005)), 0);
     assert_eq!(error.unwrap_err().to_string(), "the critic's objectives: wanted 2 values, got 4");
+    let check = |limits: Vec<Option<f32>>| EnvSpec { limits, ..Toy::new().spec }.check().unwrap_err().to_string();
+    assert_eq!(
+        check(vec![None]),
+        "toy: cost limits: wanted none, or an entry for every objective, got 2 names, 1 limits"
+    );
+    assert_eq!(check(vec![Some(f32::NAN), None]), "toy: cost limit: wanted a finite number, got NaN");
     let zero = EnvSpec { weights: vec![0.0, 0.0], ..Toy::new().spec };
     let critic = Box::new(toy::LinearCritics::new(3, 2, 0.02, 0));
     let error = Learner::new(toy::config(), &zero, critic, Box::new(toy::LinearActor::new(0.005)), 0).unwrap_err();

@@ -4,7 +4,8 @@ mod bounds;
 
 use bounds::{Ensemble, assert_close, ellipsoids, largest, offset, projections, widen};
 use copq::projection::{
-    Cholesky, Deviations, Eigen, Ellipsoid, IndependentMin, Projection, QView, ScalarisedMin, Scratch, Work, by_name,
+    Bound, Cholesky, Deviations, Eigen, Ellipsoid, IndependentMin, Projection, QView, ScalarisedMin, Scratch, Work,
+    by_name,
 };
 use copq::{Error, Result};
 use proptest::prelude::*;
@@ -257,9 +258,9 @@ fn a_nan_comes_through() {
 fn refusal(weights: &[f32], step: f32, out: usize, grad: usize) -> String {
     let q = QView::new(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], 2, 2).unwrap();
     let texts = projections().map(|method| {
-        let mut scratch = Scratch::default();
-        let projected = method.project(q, weights, step, &mut scratch, &mut vec![0.0; out]);
-        let backward = method.vjp(q, weights, step, &mut scratch, &vec![0.0; out], &mut vec![0.0; grad]);
+        let (bound, mut scratch) = (Bound { q, weights, step }, Scratch::default());
+        let projected = method.project(bound, &mut scratch, &mut vec![0.0; out]);
+        let backward = method.vjp(bound, &mut scratch, &vec![0.0; out], &mut vec![0.0; grad]);
         projected.and(backward).unwrap_err().to_string()
     });
     assert!(texts.iter().all(|text| *text == texts[0]), "{texts:?}");
@@ -302,7 +303,8 @@ fn unusable_inputs_are_named() {
 fn an_error_leaves_the_output_alone() {
     let q = QView::new(&[1.0, 2.0, 3.0, 4.0], 2, 1).unwrap();
     let mut out = [7.0; 2];
-    assert!(Cholesky.project(q, &[1.0, f32::NAN], -1.0, &mut Scratch::default(), &mut out).is_err());
+    let bound = Bound { q, weights: &[1.0, f32::NAN], step: -1.0 };
+    assert!(Cholesky.project(bound, &mut Scratch::default(), &mut out).is_err());
     assert_eq!(out, [7.0; 2]);
 }
 
@@ -331,8 +333,8 @@ impl Ellipsoid for TowardsFirst {
 fn a_foreign_ellipsoid_is_centred_and_counted() {
     // With u = 1 and step 1 the bound is the first critic itself: the mean's share of the others cancels.
     let (q, mut scratch, mut out) = ([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], Scratch::default(), [0.0; 2]);
-    let view = QView::new(&q, 3, 1).unwrap();
-    TowardsFirst.project(view, &[2.0], 1.0, &mut scratch, &mut out).unwrap();
+    let bound = Bound { q: QView::new(&q, 3, 1).unwrap(), weights: &[2.0], step: 1.0 };
+    TowardsFirst.project(bound, &mut scratch, &mut out).unwrap();
     assert_eq!((out, scratch.clip_rate()), ([1.0, 2.0], 1.0));
     let gradient = bounds::vjp(&TowardsFirst, &q, 3, &[2.0], 1.0, &[1.0, 3.0]);
     assert_close(&widen(&gradient), &[1.0, 3.0, 0.0, 0.0, 0.0, 0.0], 1e-7);
@@ -347,13 +349,13 @@ impl Projection for FirstCritic {
         "first-critic"
     }
 
-    fn project(&self, q: QView<'_>, _: &[f32], _: f32, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
-        out.copy_from_slice(&q.values()[..out.len()]);
-        scratch.report_clips(1, q.rows());
+    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        out.copy_from_slice(&bound.q.values()[..out.len()]);
+        scratch.report_clips(1, bound.q.rows());
         Ok(())
     }
 
-    fn vjp(&self, _: QView<'_>, _: &[f32], _: f32, _: &mut Scratch, grad: &[f32], grad_q: &mut [f32]) -> Result<()> {
+    fn vjp(&self, _: Bound<'_>, _: &mut Scratch, grad: &[f32], grad_q: &mut [f32]) -> Result<()> {
         grad_q.fill(0.0);
         grad_q[..grad.len()].copy_from_slice(grad);
         Ok(())
@@ -365,7 +367,8 @@ fn a_foreign_projection_is_like_the_built_in() {
     let boxed: Box<dyn Projection> = Box::new(FirstCritic);
     let q = [1.0, 2.0, 3.0, 4.0];
     let (mut scratch, mut out) = (Scratch::default(), [0.0; 2]);
-    boxed.project(QView::new(&q, 2, 1).unwrap(), &[1.0], -1.0, &mut scratch, &mut out).unwrap();
+    let bound = Bound { q: QView::new(&q, 2, 1).unwrap(), weights: &[1.0], step: -1.0 };
+    boxed.project(bound, &mut scratch, &mut out).unwrap();
     assert_eq!((out, scratch.clip_rate()), ([1.0, 2.0], 0.5));
     assert_eq!((boxed.name(), boxed.critics(2)), ("first-critic", 3));
     let taken_by_value = |projection: Box<dyn Projection>| bounds::vjp(&projection, &q, 2, &[1.0], -1.0, &[1.0, 1.0]);

@@ -98,18 +98,19 @@ fn g_a_fired_clip_can_raise_the_first_objective() {
 
 #[test]
 fn the_clip_rate_counts_the_rows_that_fire() {
-    use copq::projection::{QView, Scratch, by_name};
+    use copq::projection::{Bound, QView, Scratch, by_name};
     // Rows A, B, A, A, critic by critic.
     let (a, b) = (a().q, b().q);
     let critic = |k: usize| [&a, &b, &a, &a].map(|row| row[2 * k..2 * k + 2].to_vec()).concat();
     let q = [critic(0), critic(1), critic(2)].concat();
-    let (view, mut scratch, mut out) = (QView::new(&q, 3, 2).unwrap(), Scratch::default(), [0.0; 8]);
+    let bound = Bound { q: QView::new(&q, 3, 2).unwrap(), weights: &[1.0, 1.0], step: -1.0 };
+    let (mut scratch, mut out) = (Scratch::default(), [0.0; 8]);
     assert_eq!(scratch.clip_rate(), 0.0);
     for &name in copq::projection::names() {
-        Cholesky.project(view, &[1.0, 1.0], -1.0, &mut scratch, &mut out).unwrap();
-        Cholesky.vjp(view, &[1.0, 1.0], -1.0, &mut scratch, &[1.0; 8], &mut [0.0; 24]).unwrap();
+        Cholesky.project(bound, &mut scratch, &mut out).unwrap();
+        Cholesky.vjp(bound, &mut scratch, &[1.0; 8], &mut [0.0; 24]).unwrap();
         assert_eq!(scratch.clip_rate(), 0.25);
-        by_name(name).unwrap().project(view, &[1.0, 1.0], -1.0, &mut scratch, &mut out).unwrap();
+        by_name(name).unwrap().project(bound, &mut scratch, &mut out).unwrap();
         assert_eq!(scratch.clip_rate(), if name == "cholesky" { 0.25 } else { 0.0 });
     }
 }

@@ -3,7 +3,7 @@
 mod bounds;
 
 use bounds::{assert_close, largest, widen};
-use copq::projection::{Projection, QView, Scratch, by_name};
+use copq::projection::{Bound, Projection, QView, Scratch, by_name};
 use serde_json::Value;
 
 const METHODS: [&str; 4] = ["cholesky", "eigen", "extremum", "diagonal"];
@@ -46,7 +46,7 @@ fn bound(method: &dyn Projection, case: &Value, step: f32) -> (Vec<f64>, f64) {
     let (q, weights) = (singles(&case["q"]), singles(&case["u_raw"]));
     let view = QView::new(&q, critics(case), objectives(case)).unwrap();
     let (mut scratch, mut out) = (Scratch::default(), vec![f32::NAN; objectives(case)]);
-    method.project(view, &weights, step, &mut scratch, &mut out).unwrap();
+    method.project(Bound { q: view, weights: &weights, step }, &mut scratch, &mut out).unwrap();
     (widen(&out), scratch.clip_rate())
 }
 

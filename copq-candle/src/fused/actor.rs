@@ -83,6 +83,10 @@ impl Actor for Deterministic {
         Ok(())
     }
 
+    fn noise_grad(&mut self, _obs: &[f32], noise: &[f32], _grad_action: &[f32], out: &mut [f32]) -> Result<()> {
+        check::deterministic(noise, out)
+    }
+
     fn track(&mut self, tau: f32) -> Result<()> {
         check::tau(tau)?;
         self.network.track(tau);

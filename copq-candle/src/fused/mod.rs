@@ -8,6 +8,7 @@
 mod actor;
 mod adam;
 mod critics;
+mod gaussian;
 #[allow(unsafe_code)] // The one call into `gemm`, behind checked shapes.
 mod matmul;
 mod network;
@@ -17,3 +18,4 @@ mod workers;
 
 pub use actor::Deterministic;
 pub use critics::Critics;
+pub use gaussian::Gaussian;

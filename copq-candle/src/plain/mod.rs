@@ -2,10 +2,12 @@
 
 mod actor;
 mod critics;
+mod gaussian;
 mod network;
 
 pub use actor::Deterministic;
 pub use critics::Critics;
+pub use gaussian::Gaussian;
 
 use copq::Error;
 

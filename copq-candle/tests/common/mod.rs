@@ -1,6 +1,8 @@
 //! What the tests share: small settings, repeatable numbers, both implementations of every network, comparisons.
 #![allow(dead_code)] // Each test binary uses its own part.
 
+pub mod reference;
+
 use copq::{Actor, Critic, EnvSpec, Networks, QView, Result, Rng, Sample, SampleGrad, State, Stream};
 use copq_candle::{Device, plain};
 
@@ -40,6 +42,7 @@ impl Case {
             action_high: vec![1.0; self.action],
             objectives: (0..self.objectives).map(|i| format!("objective {i}")).collect(),
             weights: vec![1.0; self.objectives],
+            limits: vec![],
             horizon: 100,
         }
     }
@@ -74,6 +77,18 @@ impl Case {
         let fused = copq_candle::actor(&spec, &networks, &mut init(seed)).unwrap();
         let plain = plain::Deterministic::new(&spec, &networks, &mut init(seed), &Device::Cpu).unwrap();
         [Box::new(fused), Box::new(plain)]
+    }
+
+    /// The squashed Gaussian actors of both implementations, fused first, from the same seed.
+    pub fn gaussians(&self, seed: u64) -> [Box<dyn Actor>; 2] {
+        let (spec, networks) = (self.spec(), self.networks());
+        let fused = copq_candle::gaussian_actor(&spec, &networks, &mut init(seed)).unwrap();
+        let plain = plain::Gaussian::new(&spec, &networks, &mut init(seed), &Device::Cpu).unwrap();
+        [Box::new(fused), Box::new(plain)]
+    }
+
+    pub fn noise(&self, seed: u64) -> Vec<f32> {
+        normals(seed + 2000, self.rows * self.action)
     }
 }
 

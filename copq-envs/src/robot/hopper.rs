@@ -15,10 +15,10 @@ const HEIGHT: f64 = 1.25;
 
 #[rustfmt::skip]
 const LIMBS: [Limb; 4] = [
-    Limb { name: "torso", parent: None,    origin: [0.0, 1.25],  ends: [[0.0, 1.45], [0.0, 1.05]],  radius: 0.05, friction: 0.9, joint: [0.0, 1.25] },
-    Limb { name: "thigh", parent: Some(0), origin: [0.0, 1.05],  ends: [[0.0, 1.05], [0.0, 0.6]],   radius: 0.05, friction: 0.9, joint: [0.0, 1.05] },
-    Limb { name: "leg",   parent: Some(1), origin: [0.0, 0.35],  ends: [[0.0, 0.6], [0.0, 0.1]],    radius: 0.04, friction: 0.9, joint: [0.0, 0.6] },
-    Limb { name: "foot",  parent: Some(2), origin: [0.13, 0.0],  ends: [[-0.13, 0.1], [0.26, 0.1]], radius: 0.06, friction: 2.0, joint: [0.0, 0.1] },
+    Limb { name: "torso", parent: None,    origin: [0.0, 1.25], ends: [[0.0, 1.45], [0.0, 1.05]],  radius: 0.05, friction: 0.9, joint: [0.0, 1.25] },
+    Limb { name: "thigh", parent: Some(0), origin: [0.0, 1.05], ends: [[0.0, 1.05], [0.0, 0.6]],   radius: 0.05, friction: 0.9, joint: [0.0, 1.05] },
+    Limb { name: "leg",   parent: Some(1), origin: [0.0, 0.35], ends: [[0.0, 0.6], [0.0, 0.1]],    radius: 0.04, friction: 0.9, joint: [0.0, 0.6] },
+    Limb { name: "foot",  parent: Some(2), origin: [0.13, 0.0], ends: [[-0.13, 0.1], [0.26, 0.1]], radius: 0.06, friction: 2.0, joint: [0.0, 0.1] },
 ];
 
 /// The hopper: 15.82 kg, qpos = (x, z, pitch, thigh, leg, foot), three motors of 200 N m.
@@ -32,7 +32,7 @@ pub fn hopper(preset: Preset) -> RobotSpec {
 fn gym() -> RobotSpec {
     RobotSpec {
         name: "hopper".into(),
-        bodies: LIMBS.iter().map(|limb| limb.body(&LIMBS)).collect(),
+        bodies: planar::bodies(&LIMBS),
         joints: joints(HEIGHT, -150.0 * PI / 180.0, FRAC_PI_4),
         geoms: geoms(),
         actuators: (3..6).map(|joint| Actuator { joint, gear: 200.0, range: [-1.0, 1.0] }).collect(),
@@ -73,7 +73,7 @@ fn geoms() -> Vec<Geom> {
     let floor = Geom { margin: 0.001, softness: CONTACT, ..Geom::new("floor", None, Shape::Plane) };
     let limbs = LIMBS.iter().enumerate().map(|(index, limb)| {
         let friction = [limb.friction, 0.005, 0.0001];
-        Geom { friction, condim: 1, margin: floor.margin, softness: CONTACT, ..limb.geom(index) }
+        Geom { friction, condim: 1, margin: floor.margin, softness: floor.softness, ..limb.geom(index) }
     });
     std::iter::once(floor.clone()).chain(limbs).collect()
 }

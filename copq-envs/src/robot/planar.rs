@@ -2,6 +2,9 @@
 
 use super::{Body, Capsule, Geom, Joint, Softness};
 
+/// Density of every limb (kg/m^3).
+const DENSITY: f64 = 1000.0;
+
 /// 150 degrees (rad) as Brax rounds them.
 pub(super) const BRAX_150: f64 = 2.61799;
 /// 45 degrees (rad) as Brax rounds them.
@@ -19,48 +22,49 @@ pub(super) fn root(height: f64, softness: Softness) -> Vec<Joint> {
     ]
 }
 
-/// Density of every limb (kg/m^3).
-const DENSITY: f64 = 1000.0;
-
-/// One limb: a body with one capsule. Points are (x, z) of the world at the reference pose (m).
-#[derive(Debug)]
+/// One limb: a body with one capsule. Points are (x, z) of the world at the reference pose (m); bodies' frames follow by
+/// subtraction, as they did for Gymnasium's, so that they have the same bits.
 pub(super) struct Limb {
     pub name: &'static str,
     pub parent: Option<usize>,
     pub origin: [f64; 2],
     pub ends: [[f64; 2]; 2],
     pub radius: f64,
-    /// Sliding friction.
     pub friction: f64,
     /// Where its joint is.
     pub joint: [f64; 2],
 }
 
 impl Limb {
-    /// The body, as one of these limbs.
-    pub fn body(&self, limbs: &[Self]) -> Body {
+    /// The capsule in world coordinates.
+    fn capsule(&self) -> Capsule {
+        Capsule::between(at(self.ends[0]), at(self.ends[1]), self.radius)
+    }
+
+    /// The limb's body, filled with matter.
+    fn body(&self, limbs: &[Self]) -> Body {
         let parent = self.parent.map_or([0.0; 2], |parent| limbs[parent].origin);
         let mut inertial = self.capsule().solid(DENSITY);
         inertial.com = from(self.origin, inertial.com);
         Body::new(self.name, self.parent, from(parent, at(self.origin)), inertial)
     }
 
-    /// The shape of this body.
-    pub fn geom(&self, body: usize) -> Geom {
-        let geom = Geom::capsule(&format!("{}_geom", self.name), body, self.capsule());
+    /// The capsule of body `index`.
+    pub(super) fn geom(&self, index: usize) -> Geom {
+        let geom = Geom::capsule(&format!("{}_geom", self.name), index, self.capsule());
         Geom { pos: from(self.origin, geom.pos), ..geom }
     }
 
-    /// The joint of this body, which bends forwards when its position falls.
-    pub fn hinge(&self, body: usize) -> Joint {
-        let joint = Joint::hinge(&format!("{}_joint", self.name), body, [0.0, -1.0, 0.0]);
+    /// A hinge about -y that moves body `index`.
+    pub(super) fn hinge(&self, index: usize) -> Joint {
+        let joint = Joint::hinge(&format!("{}_joint", self.name), index, [0.0, -1.0, 0.0]);
         Joint { anchor: from(self.origin, at(self.joint)), ..joint }
     }
+}
 
-    /// In world coordinates.
-    fn capsule(&self) -> Capsule {
-        Capsule::between(at(self.ends[0]), at(self.ends[1]), self.radius)
-    }
+/// The limbs' bodies.
+pub(super) fn bodies(limbs: &[Limb]) -> Vec<Body> {
+    limbs.iter().map(|limb| limb.body(limbs)).collect()
 }
 
 fn at([x, z]: [f64; 2]) -> [f64; 3] {

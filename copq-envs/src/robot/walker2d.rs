@@ -33,7 +33,7 @@ pub fn walker2d(preset: Preset) -> RobotSpec {
 fn gym() -> RobotSpec {
     RobotSpec {
         name: "walker2d".into(),
-        bodies: LIMBS.iter().map(|limb| limb.body(&LIMBS)).collect(),
+        bodies: planar::bodies(&LIMBS),
         joints: joints(HEIGHT, -150.0 * PI / 180.0, FRAC_PI_4),
         geoms: geoms(),
         actuators: (3..9).map(|joint| Actuator { joint, gear: 100.0, range: [-1.0, 1.0] }).collect(),
@@ -75,6 +75,7 @@ fn joints(height: f64, folded: f64, foot: f64) -> Vec<Joint> {
 fn geoms() -> Vec<Geom> {
     let floor = Geom { friction: [0.7, 0.1, 0.1], ..Geom::new("floor", None, Shape::Plane) };
     let limbs = LIMBS.iter().enumerate();
-    let limbs = limbs.map(|(i, limb)| Geom { friction: [limb.friction, 0.1, 0.1], conaffinity: 0, ..limb.geom(i) });
+    let limbs =
+        limbs.map(|(index, limb)| Geom { friction: [limb.friction, 0.1, 0.1], conaffinity: 0, ..limb.geom(index) });
     std::iter::once(floor).chain(limbs).collect()
 }

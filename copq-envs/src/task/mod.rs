@@ -48,6 +48,7 @@ impl Task {
             action_high: vec![1.0; nu],
             objectives: self.objectives.iter().map(|objective| objective.name.clone()).collect(),
             weights: self.objectives.iter().map(|objective| objective.weight).collect(),
+            limits: self.objectives.iter().map(|objective| objective.limit.map(|limit| limit as f32)).collect(),
             horizon: self.horizon,
         }
     }

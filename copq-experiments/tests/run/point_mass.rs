@@ -30,6 +30,7 @@ impl PointMass {
             action_high: vec![2.0],
             objectives: vec!["speed".to_owned(), "effort".to_owned()],
             weights: vec![1.0, 0.5],
+            limits: vec![],
             horizon: 70,
         };
         Self { spec, position: 0.0, velocity: 0.0, steps: 0, wind: Rng::with_stream(0, 99) }

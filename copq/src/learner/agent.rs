@@ -59,11 +59,12 @@ impl Agent for Learner {
     fn save(&self, state: &mut State) -> Result<()> {
         state.put("steps", [self.steps]);
         state.put("updates", [self.updates]);
-        self.streams.explore.save("rng_explore", state);
-        self.streams.smoothing.save("rng_smoothing", state);
-        self.streams.batch.save("rng_batch", state);
+        self.streams.save(state);
         self.replay.save(state.child_mut("replay"));
         self.multiplier.save(state.child_mut("multiplier"));
+        if let Some(temperature) = &self.temperature {
+            temperature.save(state.child_mut("temperature"));
+        }
         if let Some(famo) = &self.famo {
             famo.save(state.child_mut("famo"));
         }
@@ -74,11 +75,12 @@ impl Agent for Learner {
     fn load(&mut self, state: &State) -> Result<()> {
         self.steps = state.get_one("steps")?;
         self.updates = state.get_one("updates")?;
-        self.streams.explore.load("rng_explore", state)?;
-        self.streams.smoothing.load("rng_smoothing", state)?;
-        self.streams.batch.load("rng_batch", state)?;
+        self.streams.load(state)?;
         self.replay.load(state.child("replay")?)?;
         self.multiplier.load(state.child("multiplier")?)?;
+        if let Some(temperature) = &mut self.temperature {
+            temperature.load(state.child("temperature")?)?;
+        }
         if let Some(famo) = &mut self.famo {
             famo.load(state.child("famo")?)?;
         }

@@ -1,26 +1,32 @@
 //! Buffers and metric names of an update, made once so that a warm update allocates nothing.
 
 use crate::loss::mean_and_spread;
-use crate::{Observer, QView, Scratch};
+use crate::{Actor, Config, Critic, Observer, QView, Scratch};
 
 /// Buffers of an update, sized once.
 #[derive(Debug)]
 pub(super) struct Work {
     pub(super) scratch: Scratch,
-    /// Noise and next actions, `rows x action`.
+    /// Smoothing noise and next actions, `rows x action`.
     pub(super) noise: Vec<f32>,
     pub(super) next_action: Vec<f32>,
+    /// A stochastic policy's noise, `rows x noise`, and log-probabilities, `rows`; empty for a deterministic one.
+    pub(super) policy_noise: Vec<f32>,
+    pub(super) log_prob: Vec<f32>,
     /// Critic values, `critics x rows x objectives`.
     pub(super) q: Vec<f32>,
-    /// TD targets and projected bounds, `rows x objectives`.
+    /// The positions of all critics, the first few of them drawn for a target, and those critics' values.
+    pub(super) drawn: Vec<usize>,
+    pub(super) drawn_q: Vec<f32>,
+    /// TD targets, `rows x objectives`, or `critics x rows x objectives` if critics have targets of their own.
     pub(super) target: Vec<f32>,
+    /// Projected bounds and their gradients, `rows x objectives`.
     pub(super) bound: Vec<f32>,
     pub(super) grad_bound: Vec<f32>,
     /// One number an objective.
     pub(super) losses: Vec<f64>,
     pub(super) losses_after: Vec<f64>,
     pub(super) loss_weights: Vec<f64>,
-    pub(super) direction: Vec<f64>,
     pub(super) mean: Vec<f32>,
 }
 
@@ -36,20 +42,26 @@ pub(super) struct Names {
 }
 
 impl Work {
-    pub(super) fn new(rows: usize, action: usize, n: usize, critics: usize) -> Self {
+    pub(super) fn new(config: &Config, actor: &dyn Actor, critic: &dyn Critic) -> Self {
+        let (rows, action, stochastic) = (config.batch, actor.action(), usize::from(actor.noise() > 0));
+        let (critics, n) = (critic.critics(), critic.objectives());
+        let targets = if config.own_cost_targets { critics } else { 1 };
         let row_values = || vec![0.0; rows * n];
         Self {
             scratch: Scratch::default(),
             noise: vec![0.0; rows * action],
             next_action: vec![0.0; rows * action],
+            policy_noise: vec![0.0; rows * actor.noise()],
+            log_prob: vec![0.0; rows * stochastic],
             q: vec![0.0; critics * rows * n],
-            target: row_values(),
+            drawn: (0..critics).collect(),
+            drawn_q: vec![0.0; config.subset.unwrap_or(0) * rows * n],
+            target: vec![0.0; targets * rows * n],
             bound: row_values(),
             grad_bound: row_values(),
             losses: vec![0.0; n],
             losses_after: vec![0.0; n],
             loss_weights: vec![1.0; n],
-            direction: vec![0.0; n],
             mean: vec![0.0; n],
         }
     }

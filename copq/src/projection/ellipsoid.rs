@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use super::{Deviations, Projection, QView, Scratch, Work, check_project, check_vjp};
+use super::{Bound, Deviations, Projection, Scratch, Work};
 use crate::Result;
 
 /// A projection of the form `mean + step * C R u` (paper App. B), told apart by its offset alone.
@@ -11,7 +11,7 @@ use crate::Result;
 /// blanket impl. An offset sees one row at a time, in double precision, and must depend on the deviations only.
 ///
 /// ```
-/// use copq::projection::{Deviations, Ellipsoid, Projection, QView, Scratch, Work};
+/// use copq::projection::{Bound, Deviations, Ellipsoid, Projection, QView, Scratch, Work};
 ///
 /// /// Half the distance between the best and the worst critic, for every objective on its own.
 /// #[derive(Debug)]
@@ -43,9 +43,9 @@ use crate::Result;
 ///
 /// // Two critics that value two objectives (1, 10) and (3, 20); the weights ask for the first objective only.
 /// let q = QView::new(&[1.0, 10.0, 3.0, 20.0], 2, 2)?;
-/// let mut bound = [0.0; 2];
-/// HalfRange.project(q, &[1.0, 0.0], -1.0, &mut Scratch::default(), &mut bound)?;
-/// assert_eq!(bound, [1.0, 15.0]);
+/// let mut low = [0.0; 2];
+/// HalfRange.project(Bound { q, weights: &[1.0, 0.0], step: -1.0 }, &mut Scratch::default(), &mut low)?;
+/// assert_eq!(low, [1.0, 15.0]);
 /// # Ok::<(), copq::Error>(())
 /// ```
 pub trait Ellipsoid: Debug + Send + Sync {
@@ -74,8 +74,9 @@ impl<E: Ellipsoid> Projection for E {
         Ellipsoid::critics(self, objectives)
     }
 
-    fn project(&self, q: QView<'_>, weights: &[f32], step: f32, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
-        let directions = check_project(q, weights, step, out)?;
+    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        let Bound { q, step, .. } = bound;
+        let directions = bound.check(out)?;
         let (line, work) = scratch.parts();
         let mut clips = 0;
         for (row, out) in out.chunks_exact_mut(q.objectives()).enumerate() {
@@ -89,16 +90,9 @@ impl<E: Ellipsoid> Projection for E {
         Ok(())
     }
 
-    fn vjp(
-        &self,
-        q: QView<'_>,
-        weights: &[f32],
-        step: f32,
-        scratch: &mut Scratch,
-        grad_out: &[f32],
-        grad_q: &mut [f32],
-    ) -> Result<()> {
-        let directions = check_vjp(q, weights, step, grad_out, grad_q)?;
+    fn vjp(&self, bound: Bound<'_>, scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()> {
+        let Bound { q, step, .. } = bound;
+        let directions = bound.check_vjp(grad_out, grad_q)?;
         let (line, work) = scratch.parts();
         for (row, grad_out) in grad_out.chunks_exact(q.objectives()).enumerate() {
             line.load(q, row, &directions);

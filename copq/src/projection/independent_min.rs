@@ -1,7 +1,7 @@
 //! Clipped double-Q for every objective on its own.
 
 use super::selection::{blend, blend_vjp, worst};
-use super::{Projection, QView, Scratch, check_project, check_vjp};
+use super::{Bound, Projection, QView, Scratch};
 use crate::Result;
 
 /// Every objective's least value over the critics for a negative step, or its greatest for a positive one; the other
@@ -22,8 +22,9 @@ impl Projection for IndependentMin {
         2
     }
 
-    fn project(&self, q: QView<'_>, weights: &[f32], step: f32, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
-        let directions = check_project(q, weights, step, out)?;
+    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        let Bound { q, step, .. } = bound;
+        let directions = bound.check(out)?;
         for (row, out) in out.chunks_exact_mut(q.objectives()).enumerate() {
             let weights = directions.weights(row);
             for (i, out) in out.iter_mut().enumerate() {
@@ -35,16 +36,9 @@ impl Projection for IndependentMin {
         Ok(())
     }
 
-    fn vjp(
-        &self,
-        q: QView<'_>,
-        weights: &[f32],
-        step: f32,
-        _scratch: &mut Scratch,
-        grad_out: &[f32],
-        grad_q: &mut [f32],
-    ) -> Result<()> {
-        let directions = check_vjp(q, weights, step, grad_out, grad_q)?;
+    fn vjp(&self, bound: Bound<'_>, _scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()> {
+        let Bound { q, step, .. } = bound;
+        let directions = bound.check_vjp(grad_out, grad_q)?;
         for (row, grad) in grad_out.chunks_exact(q.objectives()).enumerate() {
             let weights = directions.weights(row);
             for (i, &grad) in grad.iter().enumerate() {

@@ -1,8 +1,10 @@
 //! From an ensemble of vector-valued critics to one confidence bound: K x B x N values in, B x N out.
 
+mod bound;
 mod cholesky;
 mod clip;
 mod confidence;
+mod conservative;
 mod deviations;
 mod diagonal;
 mod directions;
@@ -12,7 +14,6 @@ mod extremum;
 mod factor;
 mod gram_schmidt;
 mod independent_min;
-mod inputs;
 mod jacobi;
 mod registry;
 mod row;
@@ -24,8 +25,10 @@ mod view;
 
 use std::fmt::Debug;
 
+pub use bound::Bound;
 pub use cholesky::Cholesky;
 pub use confidence::{confidence, step_length};
+pub use conservative::Conservative;
 pub use deviations::Deviations;
 pub use diagonal::Diagonal;
 pub use directions::Directions;
@@ -33,7 +36,6 @@ pub use eigen::Eigen;
 pub use ellipsoid::Ellipsoid;
 pub use extremum::Extremum;
 pub use independent_min::IndependentMin;
-pub use inputs::{check_project, check_vjp};
 pub use registry::{by_name, names};
 pub use scalarised_min::ScalarisedMin;
 pub use scratch::{Scratch, Work};
@@ -43,29 +45,28 @@ use crate::Result;
 
 /// A rule that turns the critics' disagreement into one vector a row: `mean + step * offset` for ellipsoid methods.
 ///
-/// `weights` are the raw scalarisation weights, one an objective (`N`) or one set a row (`B x N`); the unit direction is
-/// made inside, and a zero or non-finite direction is an error. `step` is signed: -1 is the lower bound of the TD
-/// target and the actor (paper eq. 11), 0 the mean, +beta the upper bound that explores (eq. 12).
+/// What is asked for comes as one [`Bound`]: values, weights (one set for all rows, or one a row) and a signed step. A zero
+/// or non-finite set of weights is an error.
 ///
 /// The same input gives the same output, bit for bit. A NaN among the critics' values makes the bound of its objective
 /// NaN: finding it is left to the caller, who knows the objective's name.
 ///
 /// A method of your own is either an [`Ellipsoid`], which only has to say how far from the mean to go, or a `Projection`
-/// written out. The latter starts with [`check_project`] or [`check_vjp`].
+/// written out. The latter starts with [`Bound::check`] or [`Bound::check_vjp`].
 ///
 /// ```
-/// use copq::projection::{Cholesky, Projection, QView, Scratch};
+/// use copq::projection::{Bound, Cholesky, Projection, QView, Scratch};
 ///
 /// // Two critics value one state-action pair, one objective: the lower bound is clipped double-Q's minimum.
-/// let q = QView::new(&[2.0, 5.0], 2, 1)?;
+/// let bound = Bound { q: QView::new(&[2.0, 5.0], 2, 1)?, weights: &[1.0], step: -1.0 };
 /// let mut scratch = Scratch::default();
 ///
-/// let mut bound = [0.0];
-/// Cholesky.project(q, &[1.0], -1.0, &mut scratch, &mut bound)?;
-/// assert_eq!(bound, [2.0]);
+/// let mut low = [0.0];
+/// Cholesky.project(bound, &mut scratch, &mut low)?;
+/// assert_eq!(low, [2.0]);
 ///
 /// let mut grad = [0.0; 2];
-/// Cholesky.vjp(q, &[1.0], -1.0, &mut scratch, &[1.0], &mut grad)?;
+/// Cholesky.vjp(bound, &mut scratch, &[1.0], &mut grad)?;
 /// assert_eq!(grad, [1.0, 0.0]);
 /// # Ok::<(), copq::Error>(())
 /// ```
@@ -79,18 +80,10 @@ pub trait Projection: Debug + Send + Sync {
     }
 
     /// Writes the bound, `rows x objectives`, into `out`.
-    fn project(&self, q: QView<'_>, weights: &[f32], step: f32, scratch: &mut Scratch, out: &mut [f32]) -> Result<()>;
+    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()>;
 
-    /// Writes d(grad_out . bound)/dq, laid out like `q`, into `grad_q`; weights are constants.
-    fn vjp(
-        &self,
-        q: QView<'_>,
-        weights: &[f32],
-        step: f32,
-        scratch: &mut Scratch,
-        grad_out: &[f32],
-        grad_q: &mut [f32],
-    ) -> Result<()>;
+    /// Writes d(grad_out . bound)/dq, laid out like `bound.q`, into `grad_q`; weights are constants.
+    fn vjp(&self, bound: Bound<'_>, scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()>;
 }
 
 /// A method chosen at run time, such as by [`by_name`].
@@ -103,19 +96,11 @@ impl Projection for Box<dyn Projection> {
         self.as_ref().critics(objectives)
     }
 
-    fn project(&self, q: QView<'_>, weights: &[f32], step: f32, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
-        self.as_ref().project(q, weights, step, scratch, out)
+    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        self.as_ref().project(bound, scratch, out)
     }
 
-    fn vjp(
-        &self,
-        q: QView<'_>,
-        weights: &[f32],
-        step: f32,
-        scratch: &mut Scratch,
-        grad_out: &[f32],
-        grad_q: &mut [f32],
-    ) -> Result<()> {
-        self.as_ref().vjp(q, weights, step, scratch, grad_out, grad_q)
+    fn vjp(&self, bound: Bound<'_>, scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()> {
+        self.as_ref().vjp(bound, scratch, grad_out, grad_q)
     }
 }

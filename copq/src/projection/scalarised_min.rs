@@ -1,7 +1,7 @@
 //! Clipped double-Q on the scalarised value: one critic's whole vector, the one that scalarises worst.
 
 use super::selection::{blend, blend_vjp, worst};
-use super::{Projection, QView, Scratch, check_project, check_vjp};
+use super::{Bound, Projection, QView, Scratch};
 use crate::Result;
 
 /// The values of the critic with the least `u . Q_k` for a negative step, or the greatest for a positive one.
@@ -21,8 +21,9 @@ impl Projection for ScalarisedMin {
         2
     }
 
-    fn project(&self, q: QView<'_>, weights: &[f32], step: f32, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
-        let directions = check_project(q, weights, step, out)?;
+    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        let Bound { q, step, .. } = bound;
+        let directions = bound.check(out)?;
         for (row, out) in out.chunks_exact_mut(q.objectives()).enumerate() {
             let chosen = choose(q, row, directions.weights(row), step);
             for (i, out) in out.iter_mut().enumerate() {
@@ -33,16 +34,9 @@ impl Projection for ScalarisedMin {
         Ok(())
     }
 
-    fn vjp(
-        &self,
-        q: QView<'_>,
-        weights: &[f32],
-        step: f32,
-        _scratch: &mut Scratch,
-        grad_out: &[f32],
-        grad_q: &mut [f32],
-    ) -> Result<()> {
-        let directions = check_vjp(q, weights, step, grad_out, grad_q)?;
+    fn vjp(&self, bound: Bound<'_>, _scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()> {
+        let Bound { q, step, .. } = bound;
+        let directions = bound.check_vjp(grad_out, grad_q)?;
         for (row, grad) in grad_out.chunks_exact(q.objectives()).enumerate() {
             let chosen = choose(q, row, directions.weights(row), step);
             for (i, &grad) in grad.iter().enumerate() {

@@ -3,8 +3,8 @@
 #![allow(dead_code)]
 
 use copq::projection::{
-    Cholesky, Deviations, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin, Projection, QView, ScalarisedMin,
-    Scratch, Work,
+    Bound, Cholesky, Deviations, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin, Projection, QView,
+    ScalarisedMin, Scratch, Work,
 };
 use proptest::prelude::*;
 
@@ -156,7 +156,7 @@ pub fn project(method: &dyn Projection, q: &[f32], critics: usize, weights: &[f3
 
 pub fn project_rows(method: &dyn Projection, q: QView<'_>, weights: &[f32], step: f32) -> Vec<f32> {
     let mut out = vec![f32::NAN; q.values().len() / q.critics()];
-    method.project(q, weights, step, &mut Scratch::default(), &mut out).unwrap();
+    method.project(Bound { q, weights, step }, &mut Scratch::default(), &mut out).unwrap();
     out
 }
 
@@ -166,7 +166,7 @@ pub fn vjp(method: &dyn Projection, q: &[f32], critics: usize, weights: &[f32], 
 
 pub fn vjp_rows(method: &dyn Projection, q: QView<'_>, weights: &[f32], step: f32, grad: &[f32]) -> Vec<f32> {
     let mut out = vec![f32::NAN; q.values().len()];
-    method.vjp(q, weights, step, &mut Scratch::default(), grad, &mut out).unwrap();
+    method.vjp(Bound { q, weights, step }, &mut Scratch::default(), grad, &mut out).unwrap();
     out
 }
 

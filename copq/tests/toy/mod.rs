@@ -14,6 +14,7 @@ pub struct Toy {
     /// The step at which a reward (or an observation) is NaN, to see who notices.
     pub nan_reward_at: Option<u64>,
     pub nan_obs_at: Option<u64>,
+    pub rewards: fn(f32, f32) -> [f32; 2],
 }
 
 pub const SLOPE: f32 = 0.25;
@@ -27,9 +28,32 @@ impl Toy {
             action_high: vec![2.0],
             objectives: vec!["track".into(), "rest".into()],
             weights: vec![1.0, 1.0],
+            limits: vec![],
             horizon: 20,
         };
-        Self { spec, rng: Rng::with_stream(0, 0), s: 0.0, steps: 0, nan_reward_at: None, nan_obs_at: None }
+        let rewards = |s: f32, a: f32| [-(a - 0.5 * s).powi(2), -a * a];
+        let rng = Rng::with_stream(0, 0);
+        Self { spec, rng, s: 0.0, steps: 0, nan_reward_at: None, nan_obs_at: None, rewards }
+    }
+
+    /// A cost of 1 + a and a reward of -(a - 1/2)^2, where 20 steps may cost 20: the best action is 0 and the
+    /// multiplier that makes it so is 1, since -(a - 1/2)^2 - lambda a is largest at (1 - lambda) / 2.
+    pub fn constrained() -> Self {
+        let mut toy = Self::new();
+        toy.spec.objectives = vec!["cost".into(), "reward".into()];
+        toy.spec.weights = vec![-1.0, 1.0];
+        toy.spec.limits = vec![Some(20.0), None];
+        toy.rewards = |_, a| [1.0 + a, -(a - 0.5).powi(2)];
+        toy
+    }
+
+    /// The same world told the other way round: minus the cost, as a reward.
+    pub fn flipped() -> Self {
+        let mut toy = Self::constrained();
+        toy.spec.weights = vec![1.0, 1.0];
+        toy.spec.limits = vec![];
+        toy.rewards = |_, a| [-(1.0 + a), -(a - 0.5).powi(2)];
+        toy
     }
 }
 
@@ -49,8 +73,7 @@ impl Env for Toy {
     fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
         // The bounds are [-2, 2], so that a missing scaling of actions shows.
         let a = action[0] / 2.0;
-        reward[0] = -(a - 0.5 * self.s).powi(2);
-        reward[1] = -a * a;
+        reward.copy_from_slice(&(self.rewards)(self.s, a));
         self.steps += 1;
         if self.nan_reward_at == Some(self.steps) {
             reward[1] = f32::NAN;
@@ -145,6 +168,23 @@ impl LinearCritics {
         let target = online.clone();
         let (q, grad_q, grad) = (Vec::new(), Vec::new(), vec![0.0; n]);
         Self { critics, objectives, target, online, adam: Adam::new(n), q, grad_q, grad, lr }
+    }
+
+    /// Every critic says zero.
+    pub fn silent(mut self) -> Self {
+        self.online.fill(0.0);
+        self.target.fill(0.0);
+        self
+    }
+
+    /// Every critic says minus what it said of an objective.
+    pub fn flipped(mut self, objective: usize) -> Self {
+        for parameters in [&mut self.online, &mut self.target] {
+            for values in parameters.chunks_exact_mut(self.objectives * FEATURES) {
+                values[objective * FEATURES..(objective + 1) * FEATURES].iter_mut().for_each(|w| *w = -*w);
+            }
+        }
+        self
     }
 
     fn forward(&self, params: &[f32], obs: &[f32], act: &[f32], q: &mut [f32]) {
@@ -291,6 +331,10 @@ impl Actor for LinearActor {
         Ok(())
     }
 
+    fn noise_grad(&mut self, _obs: &[f32], _noise: &[f32], _grad: &[f32], _out: &mut [f32]) -> Result<()> {
+        Ok(())
+    }
+
     fn track(&mut self, tau: f32) -> Result<()> {
         track(&mut self.target, &self.online, tau);
         Ok(())
@@ -310,9 +354,103 @@ impl Actor for LinearActor {
     }
 }
 
+/// a = tanh(bias + slope s + exp(log_std) noise): parameters bias, slope and log_std.
+#[derive(Debug)]
+pub struct GaussianActor {
+    pub online: [f32; 3],
+    adam: Adam,
+    sample: [Vec<f32>; 4],
+    lr: f32,
+}
+
+impl GaussianActor {
+    pub fn new(lr: f32, log_std: f32) -> Self {
+        Self { online: [0.3, -0.5, log_std], adam: Adam::new(3), sample: Default::default(), lr }
+    }
+}
+
+impl Actor for GaussianActor {
+    fn action(&self) -> usize {
+        1
+    }
+
+    fn noise(&self) -> usize {
+        1
+    }
+
+    fn sample(&mut self, _: Net, obs: &[f32], noise: &[f32], action: &mut [f32], log_prob: &mut [f32]) -> Result<()> {
+        let [bias, slope, log_std] = self.online;
+        if noise.is_empty() {
+            action.iter_mut().zip(obs).for_each(|(a, s)| *a = (bias + slope * s).tanh());
+            return Ok(());
+        }
+        for (i, (s, noise)) in obs.iter().zip(noise).enumerate() {
+            let x = f64::from(bias + slope * s + log_std.exp() * noise);
+            action[i] = x.tanh() as f32;
+            let half_log_two_pi = 0.5 * std::f64::consts::TAU.ln();
+            let gaussian = -0.5 * f64::from(*noise).powi(2) - f64::from(log_std) - half_log_two_pi;
+            log_prob[i] = (gaussian + 2.0 * x.abs() - 2.0 * (2.0 / (1.0 + (-2.0 * x.abs()).exp())).ln()) as f32;
+        }
+        Ok(())
+    }
+
+    fn improve(&mut self, obs: &[f32], noise: &[f32], grad: ActionGrad<'_>) -> Result<()> {
+        let mut sample = std::mem::take(&mut self.sample);
+        sample.iter_mut().for_each(|values| values.resize(obs.len(), 0.0));
+        let [action, log_prob, grad_action, grad_log_prob] = &mut sample;
+        self.sample(Net::Online, obs, noise, action, log_prob)?;
+        grad(Sample { action, log_prob }, SampleGrad { action: grad_action, log_prob: grad_log_prob })?;
+        let mut g = [0.0; 3];
+        for (i, (s, noise)) in obs.iter().zip(noise).enumerate() {
+            let dx = grad_action[i] * (1.0 - action[i] * action[i]) + grad_log_prob[i] * 2.0 * action[i];
+            g[0] += dx;
+            g[1] += dx * s;
+            g[2] += dx * self.online[2].exp() * noise - grad_log_prob[i];
+        }
+        self.adam.step(self.lr, &mut self.online, &g);
+        self.sample = sample;
+        Ok(())
+    }
+
+    fn noise_grad(&mut self, obs: &[f32], noise: &[f32], grad_action: &[f32], out: &mut [f32]) -> Result<()> {
+        let [bias, slope, log_std] = self.online;
+        for i in 0..obs.len() {
+            let a = (bias + slope * obs[i] + log_std.exp() * noise[i]).tanh();
+            out[i] = grad_action[i] * (1.0 - a * a) * log_std.exp();
+        }
+        Ok(())
+    }
+
+    fn track(&mut self, _: f32) -> Result<()> {
+        Ok(())
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        state.put("online", self.online);
+        self.adam.save(state.child_mut("adam"));
+        Ok(())
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        state.read("online", &mut self.online)?;
+        self.adam.load(state.child("adam")?)
+    }
+}
+
 /// Settings small enough for the toy: a batch of 64, 200 uniform steps.
 pub fn config() -> Config {
-    Config { discount: 0.5, batch: 64, capacity: 5_000, start_steps: 200, ..Config::td3() }
+    small(Config::td3())
+}
+
+/// Any settings made small enough for the toy.
+pub fn small(config: Config) -> Config {
+    Config { discount: 0.5, batch: 64, capacity: 5_000, start_steps: 200, ..config }
+}
+
+/// A learner with a squashed Gaussian policy and the given critics, in any toy world.
+pub fn stochastic(config: Config, env: &Toy, critic: impl Critic + 'static, seed: u64) -> Learner {
+    let actor = Box::new(GaussianActor::new(0.005, -1.0));
+    Learner::new(config, &env.spec, Box::new(critic), actor, seed).unwrap()
 }
 
 pub fn learner(config: Config, critics: usize, seed: u64) -> Learner {

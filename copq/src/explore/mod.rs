@@ -1,6 +1,10 @@
 //! How an agent chooses the actions that gather data.
 
+mod optimistic;
+
 use std::fmt::{self, Debug};
+
+pub use optimistic::Optimistic;
 
 use crate::{Actor, Critic, Net, Projection, Result, Rng, Scratch};
 
@@ -10,7 +14,7 @@ pub struct Context<'a> {
     pub actor: &'a mut dyn Actor,
     /// The critics, for rules that look for optimism.
     pub critic: &'a mut dyn Critic,
-    /// The learner's projection.
+    /// The projection of the learner's targets.
     pub projection: &'a dyn Projection,
     /// The current scalarisation weights.
     pub weights: &'a [f32],
@@ -46,6 +50,20 @@ impl Explore for Gaussian {
             *a = (*a + self.std * context.rng.normal() as f32).clamp(-1.0, 1.0);
         }
         Ok(())
+    }
+}
+
+/// A sample of a stochastic policy (SAC).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sampled {
+    noise: Vec<f32>,
+}
+
+impl Explore for Sampled {
+    fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()> {
+        self.noise.resize(context.actor.noise(), 0.0);
+        context.rng.fill_normal(&mut self.noise);
+        context.actor.sample(Net::Online, obs, &self.noise, action, &mut [0.0])
     }
 }
 

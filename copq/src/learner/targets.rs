@@ -1,0 +1,110 @@
+//! TD targets: what the target critics promise for the next state, discounted, plus the reward.
+
+use super::Learner;
+use super::work::{Work, column_means, log_each};
+use crate::loss::finite;
+use crate::{Bound, Net, Observer, QView, Result, Rng};
+
+impl Learner {
+    /// y = r + gamma (1 - d) (lower bound of the target critics at s', a'), less alpha log pi(a'|s') on the objective
+    /// that the entropy bonus belongs to: paper eq. 13, with the terminal mask.
+    pub(super) fn targets(&mut self, log: &mut dyn Observer) -> Result<()> {
+        let (critics, n) = (self.critic.critics(), self.objectives.len());
+        let shared = self.batch.reward.len();
+        let Work { q, drawn, drawn_q, target, next_action, log_prob, scratch, mean, .. } = &mut self.work;
+        self.critic.values(Net::Target, &self.batch.next_obs, next_action, q)?;
+        let promising = match self.config.subset {
+            Some(subset) => {
+                draw(&mut self.streams.subset, subset, drawn);
+                select(q, &drawn[..subset], drawn_q);
+                QView::new(drawn_q, subset, n)?
+            }
+            None => QView::new(q, critics, n)?,
+        };
+        let step = -self.config.pessimism as f32;
+        let bound = Bound { q: promising, weights: self.multiplier.weights(), step };
+        self.projection.project(bound, scratch, &mut target[..shared])?;
+        if let Some(temperature) = &self.temperature {
+            let (alpha, e) = (temperature.alpha() as f32, temperature.objective());
+            target[..shared].chunks_exact_mut(n).zip(log_prob).for_each(|(row, log_prob)| row[e] -= alpha * *log_prob);
+        }
+        if self.config.own_cost_targets {
+            spread(target, shared, q, &self.is_cost);
+        }
+        let (gamma, rows) = (self.config.discount as f32, self.config.batch);
+        for (i, target) in target.chunks_exact_mut(n).enumerate() {
+            let row = i % rows;
+            let discount = gamma * self.batch.alive[row];
+            for (y, r) in target.iter_mut().zip(&self.batch.reward[row * n..]) {
+                *y = r + discount * *y;
+            }
+        }
+        finite("TD target", target, &self.objectives, self.steps)?;
+        log.scalar(self.steps, "clip_rate", scratch.clip_rate());
+        column_means(target, mean);
+        log_each(log, self.steps, &self.names.target, mean);
+        Ok(())
+    }
+}
+
+/// Draws `count` of the positions without replacement; they come first.
+fn draw(rng: &mut Rng, count: usize, positions: &mut [usize]) {
+    // From the same order every time, so that the stream alone decides.
+    positions.iter_mut().enumerate().for_each(|(i, position)| *position = i);
+    for i in 0..count {
+        let j = i + rng.below(positions.len() - i);
+        positions.swap(i, j);
+    }
+}
+
+/// Copies the chosen critics' values, one critic after another.
+fn select(q: &[f32], chosen: &[usize], out: &mut [f32]) {
+    let share = out.len() / chosen.len();
+    for (out, &k) in out.chunks_exact_mut(share).zip(chosen) {
+        out.copy_from_slice(&q[k * share..(k + 1) * share]);
+    }
+}
+
+/// Gives every critic the promises that come first, `shared` of them, but for costs its own value.
+fn spread(target: &mut [f32], shared: usize, q: &[f32], is_cost: &[bool]) {
+    let (promise, others) = target.split_at_mut(shared);
+    for (own, q) in others.chunks_exact_mut(shared).zip(q.chunks_exact(shared).skip(1)) {
+        own.copy_from_slice(promise);
+        keep_costs(own, q, is_cost);
+    }
+    keep_costs(promise, q, is_cost);
+}
+
+fn keep_costs(target: &mut [f32], q: &[f32], is_cost: &[bool]) {
+    for (target, q) in target.chunks_exact_mut(is_cost.len()).zip(q.chunks_exact(is_cost.len())) {
+        for i in (0..is_cost.len()).filter(|&i| is_cost[i]) {
+            target[i] = q[i];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Stream;
+
+    #[test]
+    fn every_pair_of_critics_is_drawn_equally_often() {
+        let (mut rng, mut counts, mut positions) = (Rng::new(1, Stream::Subset), [[0; 10]; 10], [0; 10]);
+        for _ in 0..90_000 {
+            draw(&mut rng, 2, &mut positions);
+            counts[positions[0]][positions[1]] += 1;
+        }
+        for (i, row) in counts.iter().enumerate() {
+            assert!(row.iter().enumerate().all(|(j, &n)| if i == j { n == 0 } else { (850..1150).contains(&n) }));
+        }
+    }
+
+    #[test]
+    fn costs_keep_their_own_critic() {
+        // Two critics, one row, cost and reward.
+        let mut target = [0.0, 7.0, 0.0, 0.0];
+        spread(&mut target, 2, &[1.0, 2.0, 3.0, 4.0], &[true, false]);
+        assert_eq!(target, [1.0, 7.0, 3.0, 7.0]);
+    }
+}

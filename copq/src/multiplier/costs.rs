@@ -1,0 +1,95 @@
+//! The costs of a task under multipliers: limits in the units of Q, estimates, weights, and their report.
+
+use crate::{EnvSpec, Error, Observer, Result};
+
+/// An episode's limit in the units of a discounted value: `limit (1 - gamma^T) / ((1 - gamma) T)`, the value of paying
+/// `limit / T` at every one of the episode's T steps (paper App. C); the limit itself for gamma = 1.
+///
+/// ```
+/// // The hopper's speed limit: 740.2 in an episode of 1,000 steps.
+/// assert!((copq::discounted_limit(740.2, 0.99, 1000) - 74.0168).abs() < 1e-4);
+/// ```
+pub fn discounted_limit(limit: f64, discount: f64, horizon: usize) -> f64 {
+    let steps = horizon as f64;
+    if discount == 1.0 {
+        return limit;
+    }
+    limit * (1.0 - libm::pow(discount, steps)) / ((1.0 - discount) * steps)
+}
+
+/// The costs among a task's objectives, and the weights that their multipliers give.
+#[derive(Clone, Debug)]
+pub(super) struct Costs {
+    costs: Vec<Cost>,
+    pub(super) weights: Vec<f32>,
+    pub(super) actor_weights: Vec<f64>,
+}
+
+#[derive(Clone, Debug)]
+struct Cost {
+    /// Its position among the objectives.
+    objective: usize,
+    /// Its limit, discounted.
+    limit: f64,
+    /// What it was last estimated to be.
+    estimate: f64,
+    names: [String; 4],
+}
+
+impl Costs {
+    /// The costs of a task; an error if there are none.
+    pub(super) fn new(spec: &EnvSpec, discount: f64) -> Result<Self> {
+        let cost = |objective: usize| {
+            let limit = discounted_limit(f64::from(spec.limit(objective)?), discount, spec.horizon);
+            let name = &spec.objectives[objective];
+            let names = ["multiplier", "multiplier_effective", "cost_estimate", "cost_violation"];
+            Some(Cost { objective, limit, estimate: limit, names: names.map(|kind| format!("{kind}/{name}")) })
+        };
+        let costs: Vec<_> = (0..spec.objectives.len()).filter_map(cost).collect();
+        if costs.is_empty() {
+            let what = format!("a constraint on '{}'", spec.name);
+            return Err(Error::invalid(what, "a task with at least one cost (EnvSpec::limits)", "none"));
+        }
+        let (weights, actor_weights) = (spec.weights.clone(), spec.weights.iter().map(|&w| w.into()).collect());
+        Ok(Self { costs, weights, actor_weights })
+    }
+
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.costs.len()
+    }
+
+    /// Takes in the objectives' mean bounds.
+    pub(super) fn observe(&mut self, bound: &[f32]) {
+        self.costs.iter_mut().for_each(|cost| cost.estimate = bound[cost.objective].into());
+    }
+
+    /// The i-th cost's estimate.
+    pub(super) fn estimate(&self, i: usize) -> f64 {
+        self.costs[i].estimate
+    }
+
+    /// The i-th cost's estimate over its limit: positive where the constraint is broken.
+    pub(super) fn violation(&self, i: usize) -> f64 {
+        self.costs[i].estimate - self.costs[i].limit
+    }
+
+    /// Sets the i-th cost's weight in projections. A cost's weight is negative, so that pessimism raises it.
+    pub(super) fn set_weight(&mut self, i: usize, multiplier: f64) {
+        self.weights[self.costs[i].objective] = -multiplier as f32;
+    }
+
+    /// Sets the i-th cost's weight in the actor's objective.
+    pub(super) fn set_actor_weight(&mut self, i: usize, effective: f64) {
+        self.actor_weights[self.costs[i].objective] = -effective;
+    }
+
+    /// Reports multiplier, effective multiplier, estimate and violation of every cost.
+    pub(super) fn log(&self, step: u64, log: &mut dyn Observer, multiplier: impl Fn(usize) -> f64) {
+        for (i, cost) in self.costs.iter().enumerate() {
+            let effective = -self.actor_weights[cost.objective];
+            let values = [multiplier(i), effective, cost.estimate, self.violation(i)];
+            cost.names.iter().zip(values).for_each(|(name, value)| log.scalar(step, name, value));
+        }
+    }
+}

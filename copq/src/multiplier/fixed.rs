@@ -1,0 +1,54 @@
+//! Weights that never change.
+
+use super::Multiplier;
+use crate::projection::Directions;
+use crate::{Error, Observer, Result, State};
+
+/// Constant weights; the actor maximises along their unit direction (paper eq. 14).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fixed {
+    weights: Vec<f32>,
+    direction: Vec<f64>,
+}
+
+impl Fixed {
+    /// Weights that never change; at least one must be non-zero and all finite.
+    pub fn new(weights: &[f32]) -> Result<Self> {
+        if weights.iter().any(|w| !w.is_finite()) || weights.iter().all(|&w| w == 0.0) {
+            return Err(Error::invalid(
+                "scalarisation weights",
+                "finite numbers, not all zero",
+                format!("{weights:?}"),
+            ));
+        }
+        let mut direction = vec![0.0; weights.len()];
+        Directions::new(weights, 1, weights.len())?.unit(0, &mut direction);
+        Ok(Self { weights: weights.to_vec(), direction })
+    }
+}
+
+impl Multiplier for Fixed {
+    fn weights(&self) -> &[f32] {
+        &self.weights
+    }
+
+    fn actor_weights(&self) -> &[f64] {
+        &self.direction
+    }
+
+    fn is_constant(&self) -> bool {
+        true
+    }
+
+    fn observe(&mut self, _bound: &[f32]) {}
+
+    fn update(&mut self) {}
+
+    fn log(&self, _step: u64, _log: &mut dyn Observer) {}
+
+    fn save(&self, _state: &mut State) {}
+
+    fn load(&mut self, _state: &State) -> Result<()> {
+        Ok(())
+    }
+}

@@ -1,0 +1,124 @@
+//! Lagrange multipliers learned by gradient ascent, plain or augmented.
+
+use serde::{Deserialize, Serialize};
+
+use super::Multiplier;
+use super::costs::Costs;
+use crate::adam::Adam;
+use crate::error::check_not_negative;
+use crate::{EnvSpec, Error, Observer, Result, State};
+
+/// Constants of [`Lagrangian`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LagrangianConfig {
+    /// lambda to begin with.
+    pub multiplier: f64,
+    /// Adam's step size on log lambda.
+    pub lr: f64,
+    /// c, the strength of the augmented Lagrangian's quadratic term; 0 for the plain Lagrangian.
+    pub augmentation: f64,
+}
+
+impl Default for LagrangianConfig {
+    /// lambda 1 to begin with, step size 5e-4 (paper Table D.3), and CAL's c = 10.
+    fn default() -> Self {
+        Self { multiplier: 1.0, lr: 5e-4, augmentation: 10.0 }
+    }
+}
+
+/// A multiplier lambda a cost, the exponential of what is learned: gradient ascent on `lambda (Q_c - limit)`, with Q_c the
+/// pessimistic cost of the replayed actions (CAL, Wu et al. 2024).
+///
+/// Projections see the direction (-lambda, 1). The actor's weight is that of the augmented Lagrangian,
+/// `lambda - min(c (limit - Q_c), lambda) = max(0, lambda + c (Q_c - limit))`, next to raw weights of the rewards.
+///
+/// How cautious COP-Q is about cost and reward therefore depends on lambda: the cost's margin is its standard deviation
+/// times `lambda / sqrt(1 + lambda^2)`, a tenth of it for lambda = 0.1.
+#[derive(Clone, Debug)]
+pub struct Lagrangian {
+    augmentation: f64,
+    log_lambda: Vec<f64>,
+    adam: Adam,
+    costs: Costs,
+}
+
+impl Lagrangian {
+    /// A multiplier for each of a task's costs; an error if it has none.
+    pub fn new(config: LagrangianConfig, spec: &EnvSpec, discount: f64) -> Result<Self> {
+        if !(config.multiplier.is_finite() && config.multiplier > 0.0) {
+            return Err(Error::invalid("lagrangian.multiplier", "a positive number", config.multiplier));
+        }
+        check_not_negative("lagrangian.lr", config.lr)?;
+        check_not_negative("lagrangian.augmentation", config.augmentation)?;
+        let costs = Costs::new(spec, discount)?;
+        let mut new = Self {
+            augmentation: config.augmentation,
+            log_lambda: vec![libm::log(config.multiplier); costs.len()],
+            adam: Adam::new(config.lr, 0.0, costs.len()),
+            costs,
+        };
+        new.refresh_weights();
+        new.refresh_actor_weights();
+        Ok(new)
+    }
+
+    /// The i-th cost's lambda.
+    fn lambda(&self, i: usize) -> f64 {
+        libm::exp(self.log_lambda[i])
+    }
+
+    fn refresh_weights(&mut self) {
+        for i in 0..self.costs.len() {
+            self.costs.set_weight(i, self.lambda(i));
+        }
+    }
+
+    fn refresh_actor_weights(&mut self) {
+        for i in 0..self.costs.len() {
+            let effective = self.lambda(i) + self.augmentation * self.costs.violation(i);
+            self.costs.set_actor_weight(i, effective.max(0.0));
+        }
+    }
+}
+
+impl Multiplier for Lagrangian {
+    fn weights(&self) -> &[f32] {
+        &self.costs.weights
+    }
+
+    fn actor_weights(&self) -> &[f64] {
+        &self.costs.actor_weights
+    }
+
+    fn is_constant(&self) -> bool {
+        false
+    }
+
+    fn observe(&mut self, bound: &[f32]) {
+        self.costs.observe(bound);
+        self.refresh_actor_weights();
+    }
+
+    fn update(&mut self) {
+        let Self { adam, log_lambda, costs, .. } = self;
+        adam.step(log_lambda, |i, log_lambda| -libm::exp(log_lambda) * costs.violation(i));
+        self.refresh_weights();
+    }
+
+    fn log(&self, step: u64, log: &mut dyn Observer) {
+        self.costs.log(step, log, |i| self.lambda(i));
+    }
+
+    fn save(&self, state: &mut State) {
+        state.put("log_lambda", self.log_lambda.as_slice());
+        self.adam.save(state);
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        state.read("log_lambda", &mut self.log_lambda)?;
+        self.adam.load(state)?;
+        self.refresh_weights();
+        Ok(())
+    }
+}

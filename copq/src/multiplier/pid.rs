@@ -1,0 +1,178 @@
+//! Multipliers set by a PID controller on the constraint's violation.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+
+use super::Multiplier;
+use super::costs::Costs;
+use crate::error::check_not_negative;
+use crate::{EnvSpec, Error, Observer, Result, State};
+
+/// Share of the past in the smoothed error and cost.
+const SMOOTHING: f64 = 0.95;
+
+/// Constants of [`Pid`]; gains are per unit of cost.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PidConfig {
+    /// Gain on the smoothed violation.
+    pub proportional: f64,
+    /// Gain on the violation's sum.
+    pub integral: f64,
+    /// Gain on the rise of the smoothed cost.
+    pub derivative: f64,
+    /// The integral to begin with.
+    pub multiplier: f64,
+    /// Updates over which the rise is taken.
+    pub delay: usize,
+    /// The largest multiplier.
+    pub cap: f64,
+}
+
+impl Default for PidConfig {
+    /// OmniSafe's SACPID: gains 1e-6, 1e-7 and 1e-7 an update, a delay of 10, a cap of 100.
+    fn default() -> Self {
+        Self { proportional: 1e-6, integral: 1e-7, derivative: 1e-7, multiplier: 0.001, delay: 10, cap: 100.0 }
+    }
+}
+
+/// `lambda = max(0, Kp e + I + Kd max(0, rise))` for each cost (Stooke et al. 2020), with e the smoothed violation of
+/// the pessimistic cost estimate, I its running sum, never negative, and the rise of the smoothed cost over `delay` updates.
+#[derive(Clone, Debug)]
+pub struct Pid {
+    config: PidConfig,
+    costs: Costs,
+    controllers: Vec<Controller>,
+}
+
+#[derive(Clone, Debug)]
+struct Controller {
+    integral: f64,
+    error: f64,
+    cost: f64,
+    /// The smoothed costs of the last updates, oldest first.
+    past: VecDeque<f64>,
+    lambda: f64,
+}
+
+impl Controller {
+    fn new(config: &PidConfig) -> Self {
+        let mut past = VecDeque::with_capacity(config.delay);
+        past.push_back(0.0);
+        Self { integral: config.multiplier, error: 0.0, cost: 0.0, past, lambda: config.multiplier }
+    }
+
+    fn update(&mut self, config: &PidConfig, cost: f64, violation: f64) {
+        self.integral = (self.integral + config.integral * violation).max(0.0);
+        self.error = SMOOTHING * self.error + (1.0 - SMOOTHING) * violation;
+        self.cost = SMOOTHING * self.cost + (1.0 - SMOOTHING) * cost;
+        let rise = (self.cost - self.past.front().copied().unwrap_or(0.0)).max(0.0);
+        let sum = config.proportional * self.error + self.integral + config.derivative * rise;
+        self.lambda = sum.clamp(0.0, config.cap);
+        if self.past.len() == config.delay {
+            self.past.pop_front();
+        }
+        self.past.push_back(self.cost);
+    }
+}
+
+impl Pid {
+    /// A controller for each of a task's costs; an error if it has none.
+    pub fn new(config: PidConfig, spec: &EnvSpec, discount: f64) -> Result<Self> {
+        for (name, value) in [
+            ("pid.proportional", config.proportional),
+            ("pid.integral", config.integral),
+            ("pid.derivative", config.derivative),
+            ("pid.multiplier", config.multiplier),
+            ("pid.cap", config.cap),
+        ] {
+            check_not_negative(name, value)?;
+        }
+        if config.delay == 0 {
+            return Err(Error::invalid("pid.delay", "at least 1", 0));
+        }
+        let costs = Costs::new(spec, discount)?;
+        let controllers = (0..costs.len()).map(|_| Controller::new(&config)).collect();
+        let mut new = Self { config, costs, controllers };
+        new.refresh();
+        Ok(new)
+    }
+
+    fn refresh(&mut self) {
+        for (i, controller) in self.controllers.iter().enumerate() {
+            self.costs.set_weight(i, controller.lambda);
+            self.costs.set_actor_weight(i, controller.lambda);
+        }
+    }
+}
+
+impl Multiplier for Pid {
+    fn weights(&self) -> &[f32] {
+        &self.costs.weights
+    }
+
+    fn actor_weights(&self) -> &[f64] {
+        &self.costs.actor_weights
+    }
+
+    fn is_constant(&self) -> bool {
+        false
+    }
+
+    fn observe(&mut self, bound: &[f32]) {
+        self.costs.observe(bound);
+    }
+
+    fn update(&mut self) {
+        for (i, controller) in self.controllers.iter_mut().enumerate() {
+            controller.update(&self.config, self.costs.estimate(i), self.costs.violation(i));
+        }
+        self.refresh();
+    }
+
+    fn log(&self, step: u64, log: &mut dyn Observer) {
+        self.costs.log(step, log, |i| self.controllers[i].lambda);
+    }
+
+    fn save(&self, state: &mut State) {
+        for (i, c) in self.controllers.iter().enumerate() {
+            let state = state.child_mut(&format!("controller.{i}"));
+            state.put("numbers", [c.integral, c.error, c.cost, c.lambda]);
+            state.put("past", c.past.iter().copied().collect::<Vec<f64>>());
+        }
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        for (i, c) in self.controllers.iter_mut().enumerate() {
+            let state = state.child(&format!("controller.{i}"))?;
+            let mut numbers = [0.0; 4];
+            state.read("numbers", &mut numbers)?;
+            [c.integral, c.error, c.cost, c.lambda] = numbers;
+            c.past.clear();
+            c.past.extend(state.get::<f64>("past")?);
+        }
+        self.refresh();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Worked out by hand from OmniSafe's published update, gains 0.1, 0.01 and 0.01, limit 10.
+    #[test]
+    fn fixture() {
+        let config = PidConfig { proportional: 0.1, integral: 0.01, derivative: 0.01, ..Default::default() };
+        let mut controller = Controller::new(&config);
+        controller.update(&config, 30.0, 20.0);
+        // I = 0.201, e = 1, C = 1.5, rise 1.5: 0.1 + 0.201 + 0.015.
+        assert!((controller.lambda - 0.316).abs() < 1e-12, "{}", controller.lambda);
+        controller.update(&config, 0.0, -10.0);
+        // I = 0.101, e = 0.45, C = 1.425, rise over the first entry 1.425: 0.045 + 0.101 + 0.01425.
+        assert!((controller.lambda - 0.16025).abs() < 1e-12, "{}", controller.lambda);
+        (0..20).for_each(|_| controller.update(&config, 0.0, -10.0));
+        assert_eq!((controller.lambda, controller.past.len()), (0.0, 10));
+    }
+}

@@ -1,0 +1,76 @@
+//! Another priority order of an environment's objectives.
+
+use crate::{Env, EnvSpec, Error, Outcome, Result, State};
+
+/// An environment whose objectives come in another order, highest priority first; weights and limits follow.
+///
+/// Only methods that know priorities care: for Cholesky the order says whose uncertainty is answered for first.
+///
+/// ```ignore
+/// let env = Ordered::new(env, &["velocity", "safety", "control"])?;
+/// ```
+pub struct Ordered {
+    env: Box<dyn Env>,
+    spec: EnvSpec,
+    /// Where each objective comes from.
+    from: Vec<usize>,
+    reward: Vec<f32>,
+}
+
+impl std::fmt::Debug for Ordered {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Ordered").field("objectives", &self.spec.objectives).finish_non_exhaustive()
+    }
+}
+
+impl Ordered {
+    /// Puts the objectives in this order; every one must be named once.
+    pub fn new(env: Box<dyn Env>, objectives: &[impl AsRef<str>]) -> Result<Self> {
+        let old = env.spec();
+        let names: Vec<_> = old.objectives.iter().map(String::as_str).collect();
+        let position = |name: &str| {
+            names.iter().position(|known| *known == name).ok_or_else(|| Error::unknown("objective", name, &names))
+        };
+        let from = objectives.iter().map(|name| position(name.as_ref())).collect::<Result<Vec<_>>>()?;
+        if from.len() != names.len() || (0..names.len()).any(|i| !from.contains(&i)) {
+            let got: Vec<_> = objectives.iter().map(AsRef::as_ref).collect();
+            return Err(Error::invalid(
+                "order of objectives",
+                format!("each of {} once", names.join(", ")),
+                got.join(", "),
+            ));
+        }
+        let spec = EnvSpec {
+            objectives: from.iter().map(|&i| old.objectives[i].clone()).collect(),
+            weights: from.iter().map(|&i| old.weights[i]).collect(),
+            limits: from.iter().map(|&i| old.limit(i)).collect(),
+            ..old.clone()
+        };
+        Ok(Self { reward: vec![0.0; from.len()], env, spec, from })
+    }
+}
+
+impl Env for Ordered {
+    fn spec(&self) -> &EnvSpec {
+        &self.spec
+    }
+
+    fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
+        self.env.reset(seed, obs)
+    }
+
+    fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+        crate::error::check_len("reward", reward.len(), self.from.len())?;
+        let outcome = self.env.step(action, obs, &mut self.reward)?;
+        reward.iter_mut().zip(&self.from).for_each(|(reward, &i)| *reward = self.reward[i]);
+        Ok(outcome)
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        self.env.save(state)
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.env.load(state)
+    }
+}

@@ -1,0 +1,39 @@
+//! What a projection is asked for: which critics' values, weighed how, how far from their mean.
+
+use super::{Directions, QView};
+use crate::error::check_len;
+use crate::{Error, Result};
+
+/// The bound that is asked for: `critics' mean + step * offset(u)`, row by row.
+#[derive(Clone, Copy, Debug)]
+pub struct Bound<'a> {
+    /// The critics' values, `critics x rows x objectives`.
+    pub q: QView<'a>,
+    /// Raw scalarisation weights w, one an objective (`N`) or one set a row (`B x N`); u = w / |w| is made from them.
+    pub weights: &'a [f32],
+    /// Signed length: -1 is the lower bound of TD target and actor (paper eq. 11), 0 the mean, +beta the upper bound
+    /// that explores (eq. 12).
+    pub step: f32,
+}
+
+impl<'a> Bound<'a> {
+    /// Checks everything that [`Projection::project`](super::Projection::project) is given; returns the directions.
+    pub fn check(self, out: &[f32]) -> Result<Directions<'a>> {
+        self.check_rows("bound", out)
+    }
+
+    /// Checks everything that [`Projection::vjp`](super::Projection::vjp) is given; returns the directions.
+    pub fn check_vjp(self, grad_out: &[f32], grad_q: &[f32]) -> Result<Directions<'a>> {
+        let directions = self.check_rows("gradient of the bound", grad_out)?;
+        check_len("gradient of the critic values", grad_q.len(), self.q.values().len())?;
+        Ok(directions)
+    }
+
+    fn check_rows(self, what: &str, values: &[f32]) -> Result<Directions<'a>> {
+        if !self.step.is_finite() {
+            return Err(Error::invalid("step of the bound", "a finite number", self.step));
+        }
+        check_len(what, values.len(), self.q.rows() * self.q.objectives())?;
+        Directions::new(self.weights, self.q.rows(), self.q.objectives())
+    }
+}

@@ -1,0 +1,52 @@
+//! Costs and rewards each on the pessimistic side of their own mean, by lengths of their own.
+
+use super::vector::{add_scaled, rms};
+use super::{Deviations, Ellipsoid, Work};
+
+/// `mean_i + step * k_i sigma_i sign(u_i)`, with one k for costs (negative weights) and one for rewards: no correlations,
+/// and unlike [`Diagonal`](super::Diagonal) the weights' sizes do not matter.
+///
+/// An objective on which all critics agree has the kink of |x| at zero; its gradient is the mean's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conservative {
+    /// Standard deviations (over K, not K - 1) for a cost.
+    pub cost: f64,
+    /// Standard deviations for a reward; 1 makes it the smaller of two critics.
+    pub reward: f64,
+}
+
+impl Conservative {
+    /// CAL's bounds (Wu et al. 2024): `mean + k std` of `critics` cost critics, with their unbiased standard deviation
+    /// (over K - 1), and the smaller of two reward critics. The paper's k is 0.5, with 4 cost critics.
+    pub fn cal(k: f64, critics: usize) -> Self {
+        let unbiased = (critics as f64 / critics.saturating_sub(1).max(1) as f64).sqrt();
+        Self { cost: k * unbiased, reward: 1.0 }
+    }
+
+    /// The signed length for an objective; a weight of -0 is still a cost's.
+    fn length(self, u: f64) -> f64 {
+        if u.is_sign_negative() { -self.cost } else { self.reward }
+    }
+}
+
+impl Ellipsoid for Conservative {
+    fn name(&self) -> &'static str {
+        "conservative"
+    }
+
+    fn offset(&self, x: &Deviations<'_>, u: &[f64], _work: &mut Work, out: &mut [f64]) {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = self.length(u[i]) * x.std(i);
+        }
+    }
+
+    fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], _work: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
+        let critics = x.critics();
+        for (i, (x, grad_x)) in x.iter().zip(grad_x.chunks_exact_mut(critics)).enumerate() {
+            let std = rms(x);
+            if std > 0.0 {
+                add_scaled(grad_x, grad[i] * self.length(u[i]) / (critics as f64 * std), x);
+            }
+        }
+    }
+}

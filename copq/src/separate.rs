@@ -1,0 +1,132 @@
+//! Scalar critics, as many as each objective wants, behind the seam of one vector-valued ensemble.
+
+use crate::error::check_len;
+use crate::{Critic, Error, Net, QGrad, QView, Result, State};
+
+/// Separate scalar networks for every objective: 2 for the reward and 4 for the cost (CAL), or a pair each (independent
+/// double-Q, "N pairs of critics").
+///
+/// To projections and losses it is an ensemble of K critics of N values, with K the least common multiple of the counts:
+/// an objective with fewer networks shows each of them equally often. That changes no mean, no least value and no
+/// standard deviation (over K), and the gradients of a network's copies add up.
+pub struct Separate {
+    networks: Box<dyn Critic>,
+    /// Networks of each objective, which lie one objective after another.
+    counts: Vec<usize>,
+    critics: usize,
+    /// Values and gradients, `networks x rows` and `critics x rows x objectives`.
+    values: Vec<f32>,
+    q: Vec<f32>,
+    grad: Vec<f32>,
+}
+
+impl std::fmt::Debug for Separate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Separate").field("counts", &self.counts).finish_non_exhaustive()
+    }
+}
+
+impl Separate {
+    /// `counts[i]` of the scalar critics in `networks` for objective i, in order.
+    pub fn new(networks: Box<dyn Critic>, counts: &[usize]) -> Result<Self> {
+        if counts.is_empty() || counts.contains(&0) {
+            return Err(Error::invalid("critics of each objective", "at least 1", format!("{counts:?}")));
+        }
+        check_len("a separate critic's objectives", networks.objectives(), 1)?;
+        let wanted = counts.iter().sum::<usize>();
+        if networks.critics() != wanted {
+            return Err(Error::invalid("scalar critics", format!("{wanted} for {counts:?}"), networks.critics()));
+        }
+        let critics = counts.iter().copied().fold(1, least_common_multiple);
+        let (values, q, grad) = Default::default();
+        Ok(Self { networks, counts: counts.to_vec(), critics, values, q, grad })
+    }
+
+    /// Runs `call` on the scalar critics with a gradient that is `grad` as they see it.
+    fn through(&mut self, grad: QGrad<'_>, call: impl FnOnce(&mut dyn Critic, QGrad<'_>) -> Result<()>) -> Result<()> {
+        let Self { networks, counts, critics, q, grad: grad_q, .. } = self;
+        let (counts, critics, n) = (counts.as_slice(), *critics, counts.len());
+        call(networks.as_mut(), &mut |scalar, grad_scalar| {
+            let len = critics * scalar.rows() * n;
+            q.resize(len, 0.0);
+            grad_q.resize(len, 0.0);
+            spread(counts, scalar.values(), q);
+            grad(QView::new(q, critics, n)?, grad_q)?;
+            gather(counts, grad_q, grad_scalar);
+            Ok(())
+        })
+    }
+}
+
+impl Critic for Separate {
+    fn critics(&self) -> usize {
+        self.critics
+    }
+
+    fn objectives(&self) -> usize {
+        self.counts.len()
+    }
+
+    fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
+        let n = self.counts.len();
+        if !q.len().is_multiple_of(self.critics * n) {
+            return Err(Error::invalid("critic values", format!("a multiple of {}", self.critics * n), q.len()));
+        }
+        self.values.resize(q.len() / (self.critics * n) * self.networks.critics(), 0.0);
+        self.networks.values(net, obs, act, &mut self.values)?;
+        spread(&self.counts, &self.values, q);
+        Ok(())
+    }
+
+    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>) -> Result<()> {
+        self.through(grad, |networks, grad| networks.fit(obs, act, grad))
+    }
+
+    fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()> {
+        self.through(grad, |networks, grad| networks.action_grad(obs, act, grad, out))
+    }
+
+    fn track(&mut self, tau: f32) -> Result<()> {
+        self.networks.track(tau)
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        self.networks.save(state)
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.networks.load(state)
+    }
+}
+
+/// Calls `pair` with every (position in `critics x rows x objectives`, position in `networks x rows`) that belong
+/// together.
+fn pairs(counts: &[usize], len: usize, mut pair: impl FnMut(usize, usize)) {
+    let n = counts.len();
+    let rows = len / n / counts.iter().copied().fold(1, least_common_multiple);
+    let mut first = 0;
+    for (i, &count) in counts.iter().enumerate() {
+        for position in 0..len / n {
+            let (critic, row) = (position / rows, position % rows);
+            pair(position * n + i, (first + critic % count) * rows + row);
+        }
+        first += count;
+    }
+}
+
+fn spread(counts: &[usize], values: &[f32], q: &mut [f32]) {
+    pairs(counts, q.len(), |at, from| q[at] = values[from]);
+}
+
+fn gather(counts: &[usize], grad_q: &[f32], grad: &mut [f32]) {
+    grad.fill(0.0);
+    pairs(counts, grad_q.len(), |at, to| grad[to] += grad_q[at]);
+}
+
+fn least_common_multiple(a: usize, b: usize) -> usize {
+    let (mut x, mut y) = (a, b);
+    while y > 0 {
+        (x, y) = (y, x % y);
+    }
+    a / x * b
+}

@@ -1,0 +1,146 @@
+//! SAC's entropy bonus: its weight, the temperature alpha, learned so that the policy keeps a wanted entropy.
+
+use serde::{Deserialize, Serialize};
+
+use crate::adam::Adam;
+use crate::error::check_not_negative;
+use crate::{EnvSpec, Error, Result, State};
+
+/// The entropy bonus of a stochastic policy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entropy {
+    /// The temperature to begin with.
+    pub temperature: f64,
+    /// Adam's step size on its logarithm; 0 keeps the temperature as it is.
+    pub lr: f64,
+    /// The entropy to hold; minus the action's length unless given.
+    pub target: Option<f64>,
+    /// The objective that the bonus belongs to; unless named, the last one that is no cost.
+    pub objective: Option<String>,
+}
+
+impl Default for Entropy {
+    /// Temperature 1 to begin with, step size 5e-4 (paper Table D.3).
+    fn default() -> Self {
+        Self { temperature: 1.0, lr: 5e-4, target: None, objective: None }
+    }
+}
+
+/// alpha, and what learns it.
+#[derive(Clone, Debug)]
+pub(crate) struct Temperature {
+    log_alpha: [f64; 1],
+    target: f64,
+    objective: usize,
+    adam: Adam,
+}
+
+impl Temperature {
+    /// The bonus of a task's policy.
+    pub(crate) fn new(entropy: &Entropy, spec: &EnvSpec) -> Result<Self> {
+        if !(entropy.temperature.is_finite() && entropy.temperature > 0.0) {
+            return Err(Error::invalid("entropy.temperature", "a positive number", entropy.temperature));
+        }
+        check_not_negative("entropy.lr", entropy.lr)?;
+        let target = entropy.target.unwrap_or(-(spec.action() as f64));
+        if !target.is_finite() {
+            return Err(Error::invalid("entropy.target", "a finite number", target));
+        }
+        Ok(Self {
+            log_alpha: [libm::log(entropy.temperature)],
+            target,
+            objective: objective(entropy, spec)?,
+            adam: Adam::new(entropy.lr, 0.0, 1),
+        })
+    }
+
+    /// The temperature.
+    pub(crate) fn alpha(&self) -> f64 {
+        libm::exp(self.log_alpha[0])
+    }
+
+    /// The objective whose value includes the bonus.
+    pub(crate) fn objective(&self) -> usize {
+        self.objective
+    }
+
+    /// One step down `alpha * mean(-log pi - target)` (Haarnoja et al. 2018, eq. 18): up when the entropy is too small.
+    pub(crate) fn update(&mut self, mean_log_prob: f64) {
+        let grad = self.alpha() * (-mean_log_prob - self.target);
+        self.adam.step(&mut self.log_alpha, |_, _| grad);
+    }
+
+    /// Writes temperature and optimiser state.
+    pub(crate) fn save(&self, state: &mut State) {
+        state.put("log_alpha", self.log_alpha);
+        self.adam.save(state);
+    }
+
+    /// Restores what [`Temperature::save`] wrote.
+    pub(crate) fn load(&mut self, state: &State) -> Result<()> {
+        state.read("log_alpha", &mut self.log_alpha)?;
+        self.adam.load(state)
+    }
+}
+
+/// The position of the objective that the bonus belongs to, which must be wanted, not limited.
+fn objective(entropy: &Entropy, spec: &EnvSpec) -> Result<usize> {
+    let names: Vec<_> = spec.objectives.iter().map(String::as_str).collect();
+    let found = match &entropy.objective {
+        Some(name) => Some(
+            names
+                .iter()
+                .position(|known| known == name)
+                .ok_or_else(|| Error::unknown("objective for the entropy bonus", name, &names))?,
+        ),
+        None => (0..names.len()).rev().find(|&i| spec.limit(i).is_none()),
+    };
+    match found {
+        Some(i) if spec.limit(i).is_none() && spec.weights[i] > 0.0 => Ok(i),
+        Some(i) => Err(Error::invalid("the entropy bonus's objective", "a reward with a positive weight", names[i])),
+        None => Err(Error::invalid("the entropy bonus's objective", "a reward", "only costs")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spec() -> EnvSpec {
+        EnvSpec {
+            name: "test".into(),
+            observation: 1,
+            action_low: vec![-1.0; 3],
+            action_high: vec![1.0; 3],
+            objectives: ["cost", "speed", "effort"].map(String::from).to_vec(),
+            weights: vec![-1.0, 1.0, 0.5],
+            limits: vec![Some(10.0), None, None],
+            horizon: 100,
+        }
+    }
+
+    #[test]
+    fn too_little_entropy_raises_the_temperature_and_too_much_lowers_it() {
+        let step = |mean_log_prob| {
+            let mut temperature = Temperature::new(&Entropy::default(), &spec()).unwrap();
+            temperature.update(mean_log_prob);
+            temperature.alpha()
+        };
+        // The entropy to hold is -3, so a log-probability of 3 is just right; Adam's first step is its step size.
+        assert!((libm::log(step(3.5)) - 5e-4).abs() < 1e-9);
+        assert!((libm::log(step(2.5)) + 5e-4).abs() < 1e-9);
+        assert_eq!(step(3.0), 1.0);
+    }
+
+    #[test]
+    fn the_bonus_goes_on_a_reward() {
+        let on = |name: Option<&str>| {
+            objective(&Entropy { objective: name.map(String::from), ..Default::default() }, &spec())
+        };
+        assert_eq!((on(None).unwrap(), on(Some("speed")).unwrap()), (2, 1));
+        let error = on(Some("cost")).unwrap_err().to_string();
+        assert_eq!(error, "the entropy bonus's objective: wanted a reward with a positive weight, got cost");
+        assert!(on(Some("sped")).unwrap_err().to_string().contains("'sped'; known: speed,"));
+    }
+}
