@@ -7,10 +7,19 @@ cd "$(dirname "$0")"
 run() { printf '\n== %s\n' "$*"; "$@"; }
 
 run cargo fmt --all --check
+# First with nothing installed, then with MuJoCo 3.17.0, which a script fetches.
 run cargo clippy --workspace --all-targets --locked -- -D warnings
-RUSTDOCFLAGS="-D warnings" run cargo doc --workspace --no-deps --locked
+skipped=()
+mujoco=()
+if run scripts/fetch-mujoco.sh; then
+    mujoco=(--features copq-envs-mujoco/mujoco-rs,copq-tests/mujoco-rs,copq-examples/mujoco)
+    run cargo clippy --workspace "${mujoco[@]}" --all-targets --locked -- -D warnings
+else
+    skipped+=("mujoco-rs: MuJoCo 3.17.0 could not be fetched")
+fi
+RUSTDOCFLAGS="-D warnings" run cargo doc --workspace "${mujoco[@]}" --no-deps --locked
 run cargo package --workspace --no-verify --allow-dirty --quiet --locked
-run cargo test --workspace --locked
+run cargo test --workspace "${mujoco[@]}" --locked
 
 # The README's training command, cut short: a real robot, real networks, every file of a run folder.
 smoke=$(mktemp -d)
@@ -24,21 +33,17 @@ done
 run cargo run --locked --example rollout -- "$smoke/run" --out "$smoke/rollout.gif" --png "$smoke/frames"
 test -s "$smoke/rollout.gif" && test -s "$smoke/frames/frame-00000.png"
 
-# MuJoCo 3.17.0, which a script fetches, and the MuJoCo that is installed: rollouts of reference, then a training run.
-skipped=()
-if run scripts/fetch-mujoco.sh; then
-    run cargo clippy --workspace --all-targets --features copq-examples/mujoco --locked -- -D warnings
-    run cargo test -p copq-envs-mujoco --features mujoco-rs --locked
-    run cargo test --features copq-tests/mujoco-rs --test engines --locked
-    run cargo run --locked --features copq-examples/mujoco --example td3 -- --engine mujoco --preset paper \
+if test ${#mujoco[@]} -gt 0; then
+    run cargo run --locked "${mujoco[@]}" --example td3 -- --engine mujoco --preset paper \
         --steps 400 --start-steps 300 --eval-every 400 --eval-episodes 2 --out "$smoke/mujoco"
-else
-    skipped+=("mujoco-rs: MuJoCo 3.17.0 could not be fetched")
 fi
-if test -e /usr/include/mujoco/mujoco.h; then
+
+# The MuJoCo that is installed, by itself: one process should hold one MuJoCo.
+if exports=$(scripts/system-mujoco.sh); then
+    eval "$exports"
     run cargo clippy -p copq-envs-mujoco --all-targets --features system --locked -- -D warnings
     run cargo test -p copq-envs-mujoco --features system --locked
-    run cargo test --features copq-tests/system --test engines --locked
+    run cargo test -p copq-tests --features system --test engines --locked
 else
     skipped+=("system: no MuJoCo is installed (Debian: apt-get install libmujoco-dev)")
 fi

@@ -46,3 +46,5 @@ pub mod system;
 
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 pub use engine::Mujoco;
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+pub use version::dotted;

@@ -3,7 +3,7 @@
 use copq::{Error, Result};
 
 /// A version as people write it: `mj_version` counts 2.2.2 as 222 and 3.17.0 as 3017000.
-pub(crate) fn dotted(version: i32) -> String {
+pub fn dotted(version: i32) -> String {
     let base = if version >= 1_000_000 { 1000 } else { 10 };
     format!("{}.{}.{}", version / (base * base), version / base % base, version % base)
 }

@@ -24,7 +24,8 @@ pub(super) struct Library {
 /// The library; opened at the first call, and every later one gives the same answer.
 pub(super) fn library() -> Result<Library> {
     static LIBRARY: OnceLock<std::result::Result<Library, String>> = OnceLock::new();
-    LIBRARY.get_or_init(|| open().map_err(|error| error.to_string())).clone().map_err(missing)
+    let opened = LIBRARY.get_or_init(open).clone();
+    opened.map_err(|what| Error::Env { env: "MuJoCo of the system".into(), what })
 }
 
 /// The version of the headers at build time, as `mj_version` counts, if there were any.
@@ -37,28 +38,23 @@ fn shim() -> Option<&'static Shim> {
     unsafe { copq_mujoco().as_ref() }
 }
 
-fn open() -> Result<Library> {
-    let shim = shim().ok_or_else(|| {
-        missing(format!(
-            "this program was built without MuJoCo's headers; {INSTALL}, or set COPQ_MUJOCO_DIR, and build again"
-        ))
-    })?;
+fn open() -> std::result::Result<Library, String> {
+    let Some(shim) = shim() else {
+        let what = "this program was built without MuJoCo's headers";
+        return Err(format!("{what}; {INSTALL}, or set COPQ_MUJOCO_DIR, and build again"));
+    };
     let mut failures = Vec::new();
     for file in candidates(shim.header) {
         match try_open(shim, &file) {
             Ok(version) => {
-                check_version(shim.header, version, &file)?;
+                check_version(shim.header, version, &file).map_err(|error| error.to_string())?;
                 return Ok(Library { shim });
             }
             Err(failure) => failures.push(failure),
         }
     }
-    let version = dotted(shim.header);
-    Err(missing(format!("MuJoCo {version} was not found ({}); {INSTALL}, or set {FILE}", failures.join("; "))))
-}
-
-fn missing(what: String) -> Error {
-    Error::Env { env: "MuJoCo of the system".into(), what }
+    let (version, failures) = (dotted(shim.header), failures.join("; "));
+    Err(format!("MuJoCo {version} was not found ({failures}); {INSTALL}, or set {FILE}"))
 }
 
 /// What to open: the file that the environment names, or else where the headers were found and what the loader knows.
