@@ -178,12 +178,13 @@ fn four_updates_of_every_method_agree() {
         let mut learner = reference.learner(method);
         let objectives = reference.spec(name).objectives.len();
         reference.observe(&mut learner, objectives);
-        let mut logged = std::collections::BTreeMap::new();
-        learner
-            .update(&mut |_: u64, name: &str, value: f64| {
-                logged.insert(name.to_owned(), value);
-            })
-            .unwrap();
+        let (mut logged, mut clips) = (std::collections::BTreeMap::new(), 0.0);
+        let mut log = |_: u64, name: &str, value: f64| {
+            clips += if name == "clip_rate" { value } else { 0.0 };
+            logged.insert(name.to_owned(), value);
+        };
+        learner.update(&mut log).unwrap();
+        assert_eq!(clips > 0.0, name == "cop-q on cal", "{name}: rows where the clip fires must be among the targets");
 
         let (state, end) = (saved(&learner), &method["end"]);
         let close = |what: &str, got: f64, wanted: &Value| {

@@ -1,9 +1,51 @@
-//! C MuJoCo as a physics engine for copq's robots: **not there yet**.
+//! C MuJoCo as a physics engine for copq's robots.
 //!
-//! This release reserves the crate and its features, and builds with nothing installed. The engines come in the next
-//! release, as two implementations of `copq_envs::Physics`: feature `mujoco-rs` for MuJoCo 3.17, feature `system` for an
-//! installed libmujoco (Debian's 2.2.2 among them), and `render` for off-screen pictures. Until then enabling a feature
-//! stops the build with a message; use `copq-envs-rapier`, which needs nothing installed.
+//! Two engines behind one type, `Mujoco`, because no binding spans all versions of MuJoCo's structs:
+//!
+//! * feature `mujoco-rs`: module `mujoco_rs`, MuJoCo 3.17.0, bit for bit Gymnasium's v5 robots. For results to report.
+//! * feature `system`: module `system`, the MuJoCo that is installed, from 2.2.2 (Debian's) on.
+//!
+//! Without features the crate builds with nothing installed, and can do nothing. The README tells how to get MuJoCo, and
+//! `cargo run -p copq-envs-mujoco --bin mujoco-doctor` what is missing.
+#![cfg_attr(
+    feature = "mujoco-rs",
+    doc = r#"
+```
+let mut env = copq_envs_mujoco::mujoco_rs::make("gym/hopper")?;
+let (mut obs, mut reward) = (vec![0.0; 11], [0.0]);
+env.reset(1, &mut obs)?;
+env.step(&[0.1, -0.2, 0.3], &mut obs, &mut reward)?;
+assert!(reward[0] > 0.9);
+# Ok::<(), copq::Error>(())
+```
+"#
+)]
+//!
+//! An environment is tied to no thread, and many run at once, each with its own data.
 
-#[cfg(any(feature = "mujoco-rs", feature = "system", feature = "render"))]
-compile_error!("copq-envs-mujoco has no engine in this release; use copq-envs-rapier, or leave its features off");
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+mod advance;
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+mod engine;
+#[cfg(feature = "mujoco-rs")]
+mod guard;
+#[cfg(all(test, any(feature = "mujoco-rs", feature = "system")))]
+mod guard_tests;
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+mod identity;
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+mod simulation;
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+mod version;
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+mod words;
+
+#[cfg(feature = "mujoco-rs")]
+pub mod mujoco_rs;
+#[cfg(feature = "system")]
+pub mod system;
+
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+pub use engine::Mujoco;
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+pub use version::dotted;

@@ -61,6 +61,11 @@ impl<P: Physics> Locomotion<P> {
         &self.physics
     }
 
+    /// The generalised position after the last reset or step.
+    pub fn qpos(&self) -> &[f64] {
+        &self.qpos
+    }
+
     /// Sets the controls from an action; returns the sums of the squared, clamped actions and of the squared controls.
     fn act(&mut self, action: &[f32]) -> Result<[f64; 2]> {
         if let Some(index) = action.iter().position(|value| !value.is_finite()) {

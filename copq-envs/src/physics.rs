@@ -64,3 +64,50 @@ pub trait Physics: Send {
         None
     }
 }
+
+/// A boxed engine is an engine, so that a program can choose one at run time.
+impl<P: Physics + ?Sized> Physics for Box<P> {
+    fn name(&self) -> &str {
+        (**self).name()
+    }
+
+    fn dims(&self) -> Dims {
+        (**self).dims()
+    }
+
+    fn reset_to(&mut self, qpos: &[f64], qvel: &[f64]) -> Result<()> {
+        (**self).reset_to(qpos, qvel)
+    }
+
+    fn step(&mut self, ctrl: &[f64], substeps: usize) -> Result<()> {
+        (**self).step(ctrl, substeps)
+    }
+
+    fn qpos(&self, out: &mut [f64]) {
+        (**self).qpos(out);
+    }
+
+    fn qvel(&self, out: &mut [f64]) {
+        (**self).qvel(out);
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        (**self).save(state)
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        (**self).load(state)
+    }
+
+    fn read(&mut self, field: Field, out: &mut [f64]) -> Result<()> {
+        (**self).read(field, out)
+    }
+
+    fn centre_of_mass(&self) -> Option<[f64; 3]> {
+        (**self).centre_of_mass()
+    }
+
+    fn mass_matrix(&self) -> Option<Vec<f64>> {
+        (**self).mass_matrix()
+    }
+}

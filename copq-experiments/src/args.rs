@@ -28,6 +28,10 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     pub engine: Option<String>,
 
+    /// Whose robots: gym-v5 (Gymnasium's) or paper (Brax's, as in the paper). [default: gym-v5]
+    #[arg(long, value_name = "NAME")]
+    pub preset: Option<String>,
+
     /// How critics that disagree become one cautious value vector. [default: cholesky]
     ///
     /// cholesky puts the uncertainty of high-priority objectives first; swap it to see what that is worth.
@@ -118,6 +122,7 @@ impl Args {
         let run = &mut plan.run;
         set(&mut plan.task, &self.task());
         set(&mut plan.engine, &self.engine);
+        set(&mut plan.preset, &self.preset);
         set(&mut plan.projection, &self.projection);
         set(&mut plan.threads, &self.threads);
         set(&mut run.steps, &self.steps);
@@ -133,6 +138,7 @@ impl Args {
         let run = &saved.run;
         check_given("--task", &self.task(), &saved.task)?;
         check_given("--engine", &self.engine, &saved.engine)?;
+        check_given("--preset", &self.preset, &saved.preset)?;
         check_given("--projection", &self.projection, &saved.projection)?;
         check_given("--threads", &self.threads, &saved.threads)?;
         check_given("--seed", &self.seed, &run.seed)?;
@@ -189,6 +195,8 @@ mod tests {
         let plan = parse("td3 --robot ant --steps 500 --seed 3").plan(Plan::new("td3")).unwrap();
         assert_eq!((plan.task.as_str(), plan.run.steps, plan.run.eval_episodes), ("a/ant", 500, 10));
         assert_eq!(plan.folder_name(), "td3-a-ant-cholesky-s3");
+        let plan = parse("td3 --engine mujoco --preset paper").plan(Plan::new("td3")).unwrap();
+        assert_eq!(plan.folder_name(), "td3-a-hopper-mujoco-paper-cholesky-s0");
         let message = parse("td3 --log-every 0").plan(Plan::new("td3")).unwrap_err().to_string();
         assert_eq!(message, "log-every: wanted at least 1, got 0");
         assert!(Cli::try_parse_from(["td3", "--out", "a", "--resume", "b"]).is_err());

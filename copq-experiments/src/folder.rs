@@ -104,6 +104,17 @@ pub fn read_config<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
     config::read(&file)
 }
 
+/// The last checkpoint of the run in a folder, for programs that only look: the run may go on meanwhile.
+pub fn read_checkpoint(path: &Path) -> Result<State> {
+    let file = path.join("checkpoint.safetensors");
+    if !file.is_file() {
+        let what = format!("run folder '{}'", path.display());
+        let wanted = "one with a checkpoint (runs write it every --checkpoint-every steps, on Ctrl-C and at their end)";
+        return Err(Error::invalid(what, wanted, "none yet"));
+    }
+    checkpoint::read(&file)
+}
+
 fn is_taken(path: &Path) -> bool {
     match fs::read_dir(path) {
         Ok(mut entries) => entries.next().is_some(),

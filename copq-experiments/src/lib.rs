@@ -29,8 +29,9 @@
 //! ```
 //!
 //! The files are described at [`RunFolder`]. [`compare`] draws several runs in one picture, as does the program
-//! `copq-plot`; [`Sheet`] reads the CSV files, [`checkpoint`] the checkpoints.
+//! `copq-plot`; [`Sheet`] reads the CSV files, [`checkpoint`] the checkpoints, and [`animation`] shows what has been learned.
 
+pub mod animation;
 mod args;
 pub mod checkpoint;
 mod config;
@@ -53,7 +54,7 @@ mod timings;
 pub use args::Args;
 pub use config::{MadeWith, RunConfig};
 pub use figure::{Labelled, compare, comparison_table};
-pub use folder::{RunFolder, read_config, read_plan};
+pub use folder::{RunFolder, read_checkpoint, read_config, read_plan};
 pub use metrics::Metrics;
 pub use numbers::Numbers;
 pub use plan::{Plan, RunSettings};

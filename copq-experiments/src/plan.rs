@@ -13,6 +13,8 @@ pub struct Plan {
     pub task: String,
     /// The physics engine.
     pub engine: String,
+    /// Whose robots: the name of a preset such as `gym-v5`.
+    pub preset: String,
     /// The projection of vector-valued critics onto a bound, such as `cholesky`.
     pub projection: String,
     /// Threads inside the run.
@@ -77,12 +79,13 @@ impl RunSettings {
 }
 
 impl Plan {
-    /// The defaults of a program: `a/hopper` on rapier with the Cholesky projection, one thread.
+    /// The defaults of a program: Gymnasium's `a/hopper` on rapier with the Cholesky projection, one thread.
     pub fn new(program: &str) -> Self {
         Self {
             program: program.to_owned(),
             task: "a/hopper".to_owned(),
             engine: "rapier".to_owned(),
+            preset: "gym-v5".to_owned(),
             projection: "cholesky".to_owned(),
             threads: 1,
             run: RunSettings::default(),
@@ -97,9 +100,16 @@ impl Plan {
         self.run.check()
     }
 
-    /// A folder's name that tells runs apart: `td3-a-hopper-cholesky-s0`.
+    /// A folder's name that tells runs apart: `td3-a-hopper-cholesky-s0`, or `td3-a-hopper-mujoco-paper-cholesky-s0` if engine
+    /// and preset are not the usual ones.
     pub fn folder_name(&self) -> String {
-        let task = self.task.replace(['/', '\\'], "-");
-        format!("{}-{task}-{}-s{}", self.program, self.projection, self.run.seed)
+        let usual = Self::new(&self.program);
+        let mut name = format!("{}-{}", self.program, self.task.replace(['/', '\\'], "-"));
+        for (part, usual) in [(&self.engine, usual.engine), (&self.preset, usual.preset)] {
+            if *part != usual {
+                name += &format!("-{part}");
+            }
+        }
+        format!("{name}-{}-s{}", self.projection, self.run.seed)
     }
 }

@@ -49,6 +49,32 @@ pub struct Smoothing {
     pub clip: f64,
 }
 
+/// Exploration towards what the critics may promise: the policy's mean moves up the gradient of their upper bound
+/// (OAC, paper eq. 15 and App. D.1).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Optimism {
+    /// Length of the upper bound's step, the root of chi2_N(p).
+    pub beta: f64,
+    /// How far the mean moves, in standard deviations of the policy: sqrt(2 delta), delta the KL bound.
+    pub shift: f64,
+}
+
+impl Default for Optimism {
+    /// 4.66, and 6.86 for a KL bound of 23.53 (paper Table D.2).
+    fn default() -> Self {
+        Self { beta: 4.66, shift: 6.86 }
+    }
+}
+
+impl Optimism {
+    /// An error for lengths that are not.
+    pub fn check(&self) -> Result<()> {
+        check_not_negative("optimism.beta", self.beta)?;
+        check_not_negative("optimism.shift", self.shift)
+    }
+}
+
 /// What a [`Learner`](crate::Learner) does in an update; the strategies it does it with (projection, exploration) are
 /// given to the learner itself. N objectives, in priority order:
 ///
@@ -63,7 +89,7 @@ pub struct Smoothing {
 /// | CAL | [`Config::cal`] | [`Separate`](crate::Separate), 4 and 2 | [`Conservative::cal`](crate::projection::Conservative::cal) | stochastic |
 /// | COP-Q on CAL | [`Config::cop_cal`] | 3 | [`Cholesky`](crate::projection::Cholesky) | stochastic |
 ///
-/// Each of the TD3 family takes [`Optimistic`](crate::Optimistic) exploration: that is OAC.
+/// Each takes [`Optimistic`](crate::Optimistic) exploration: that is OAC. COP-Q's preset has it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
@@ -101,20 +127,23 @@ pub struct Config {
     pub famo: Option<FamoConfig>,
     /// Standard deviation of the default Gaussian exploration, in units of half the action range.
     pub exploration_std: f64,
+    /// Exploration towards the upper bound of the learner's own projection; the policy and its noise alone without.
+    pub optimism: Option<Optimism>,
     /// Network shapes and step sizes.
     pub networks: Networks,
 }
 
 impl Config {
-    /// COP-Q on TD3: the constants of the paper's Table D.3 and D.1. Targets follow at every update; the warm-up,
-    /// which the paper leaves open, is TD3's 25,000 steps.
+    /// COP-Q on TD3: the constants of the paper's Tables D.1 to D.3, optimistic exploration included. Targets follow at
+    /// every update. The warm-up, whose length the paper leaves open, is 1,000 steps: a hopper that acts at random falls
+    /// after 20, and 25,000 steps of that (TD3's other choice) held it back for long; DESIGN.md has the figures.
     pub fn td3() -> Self {
         Self {
             discount: 0.99,
             tau: 0.005,
             batch: 256,
             capacity: 1_000_000,
-            start_steps: 25_000,
+            start_steps: 1_000,
             updates_per_step: 1,
             actor_delay: 2,
             target_period: 1,
@@ -127,15 +156,24 @@ impl Config {
             smoothing: Some(Smoothing { std: 0.2, clip: 0.5 }),
             famo: Some(FamoConfig::default()),
             exploration_std: 0.1,
+            optimism: Some(Optimism::default()),
             networks: Networks::default(),
         }
     }
 
     /// Randomised ensembled double-Q (REDQ): 20 updates an environment step, the 20th with the actor's; each target
     /// from 2 critics drawn at random by [`ScalarisedMin`](crate::projection::ScalarisedMin), the actor on the mean of
-    /// all. Meant for 10 critics (Chen et al. 2021; paper sec. 5.1 and App. D).
+    /// all. Meant for 10 critics, exploration by noise alone (Chen et al. 2021; paper sec. 5.1 and App. D).
     pub fn redq(self) -> Self {
-        Self { capacity: 100_000, updates_per_step: 20, actor_delay: 20, actor_pessimism: 0.0, subset: Some(2), ..self }
+        Self {
+            capacity: 100_000,
+            updates_per_step: 20,
+            actor_delay: 20,
+            actor_pessimism: 0.0,
+            subset: Some(2),
+            optimism: None,
+            ..self
+        }
     }
 
     /// SAC with a learned temperature: the constants of the paper's Table D.3, a warm-up of 10,000 steps. With one
@@ -147,6 +185,7 @@ impl Config {
             smoothing: None,
             entropy: Some(Entropy::default()),
             famo: None,
+            optimism: None,
             ..Self::td3()
         }
     }
@@ -205,6 +244,9 @@ impl Config {
         check_not_negative("pessimism", self.pessimism)?;
         check_not_negative("actor_pessimism", self.actor_pessimism)?;
         check_not_negative("exploration_std", self.exploration_std)?;
+        if let Some(optimism) = self.optimism {
+            optimism.check()?;
+        }
         if let Some(smoothing) = self.smoothing {
             check_not_negative("smoothing.std", smoothing.std)?;
             check_not_negative("smoothing.clip", smoothing.clip)?;

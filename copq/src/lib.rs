@@ -40,7 +40,8 @@
 //! **Choose a method**: [`Config::td3`], [`Config::sac`] and their relatives are presets of the one learner, and
 //! [`Config`]'s table says which critics and projection each is meant for.
 //!
-//! **Explore optimistically**: `learner.explore(Optimistic::new(Cholesky))` is COP-OAC.
+//! **Explore otherwise**: COP-Q explores towards its own upper bound (COP-OAC); `learner.explore(Optimistic::new(Extremum))`
+//! takes another's, [`Config::optimism`] says how far, and `None` there leaves the policy's noise.
 //!
 //! **Change the priorities**: `Ordered::new(env, &["velocity", "safety", "control"])` is the same world in another order.
 //!
@@ -76,7 +77,7 @@ mod trainer;
 pub use actor::{ActionGrad, Actor, Sample, SampleGrad};
 pub use agent::{Agent, Mode, Transition};
 pub use check_env::{EnvReport, check_env};
-pub use config::{Config, Networks, Smoothing};
+pub use config::{Config, Networks, Optimism, Smoothing};
 pub use critic::{Critic, Net, QGrad};
 pub use env::{Env, EnvSpec, Outcome};
 pub use error::{Error, Result};

@@ -127,13 +127,14 @@ fn sac_learns_the_optimum_and_holds_its_entropy() {
 #[test]
 fn primal_and_dual_converge_to_the_known_optimum() {
     let lagrangian = LagrangianConfig { multiplier: 0.3, lr: 0.003, augmentation: 1.0 };
-    // The deterministic policy, the critics' mean and no smoothing: nothing moves the optimum.
+    // The deterministic policy, the critics' mean, no smoothing, no optimism: nothing moves the optimum.
     let config = Config {
         constraint: Some(Constraint::Lagrangian(lagrangian)),
         capacity: 1_000,
         pessimism: 0.0,
         actor_pessimism: 0.0,
         smoothing: None,
+        optimism: None,
         famo: None,
         ..toy::config()
     };
@@ -298,15 +299,13 @@ fn shift(learner: impl Fn() -> Learner, std: f32, pre_tanh: bool) -> f32 {
         let action = act(&mut learner, 0.4, Mode::Explore);
         if pre_tanh { action.atanh() } else { action }
     };
-    let mut optimistic = Optimistic::new(Cholesky);
-    optimistic.std = std;
-    (noisy(learner().explore(optimistic)) - noisy(learner())) / std
+    (noisy(learner().explore(Optimistic::own(Optimism::default(), std))) - noisy(learner())) / std
 }
 
 #[test]
 fn the_shifted_policy_is_as_far_away_as_the_kl_bound_allows() {
     let deterministic = || {
-        let config = Config { exploration_std: 0.02, ..toy::config() };
+        let config = Config { exploration_std: 0.02, optimism: None, ..toy::config() };
         toy::learner(config, 3, 5)
     };
     let gaussian = || {
@@ -323,7 +322,8 @@ fn the_shifted_policy_is_as_far_away_as_the_kl_bound_allows() {
 fn critics_that_say_nothing_shift_nothing() {
     let silent = || {
         let actor = Box::new(LinearActor::new(0.005));
-        Learner::new(toy::config(), &Toy::new().spec, Box::new(critics(3, 5).silent()), actor, 5).unwrap()
+        let config = Config { optimism: None, ..toy::config() };
+        Learner::new(config, &Toy::new().spec, Box::new(critics(3, 5).silent()), actor, 5).unwrap()
     };
     assert_eq!(shift(silent, 0.1, false), 0.0);
 }

@@ -3,7 +3,7 @@
 #   cargo build --release --example td3 && results/hopper-rapier/run.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-td3=${TD3:-target/release/examples/td3}
+td3="${TD3:-target/release/examples/td3} --gaussian --start-steps 25000"
 out=results/hopper-rapier
 
 {

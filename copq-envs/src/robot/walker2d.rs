@@ -4,28 +4,13 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
+use super::planar::{self, Limb};
 use super::{
-    Actuator, Body, Capsule, Geom, Health, Integrator, Joint, Noise, Observation, Preset, RobotSpec, Shape, Softness,
-    Solver, Track, planar,
+    Actuator, Geom, Health, Integrator, Joint, Noise, Observation, Preset, RobotSpec, Shape, Softness, Solver, Track,
 };
 
 /// Height of the torso at the reference pose (m).
 const HEIGHT: f64 = 1.25;
-/// Density of every limb (kg/m^3).
-const DENSITY: f64 = 1000.0;
-
-/// One limb: a body with one capsule. Points are (x, z) of the world at the reference pose (m).
-struct Limb {
-    name: &'static str,
-    parent: Option<usize>,
-    origin: [f64; 2],
-    ends: [[f64; 2]; 2],
-    radius: f64,
-    friction: f64,
-    /// Where its joint is.
-    joint: [f64; 2],
-}
-
 #[rustfmt::skip]
 const LIMBS: [Limb; 7] = [
     Limb { name: "torso",      parent: None,    origin: [0.0, 1.25], ends: [[0.0, 1.45], [0.0, 1.05]], radius: 0.05, friction: 0.9, joint: [0.0, 1.25] },
@@ -48,7 +33,7 @@ pub fn walker2d(preset: Preset) -> RobotSpec {
 fn gym() -> RobotSpec {
     RobotSpec {
         name: "walker2d".into(),
-        bodies: LIMBS.iter().map(body).collect(),
+        bodies: planar::bodies(&LIMBS),
         joints: joints(HEIGHT, -150.0 * PI / 180.0, FRAC_PI_4),
         geoms: geoms(),
         actuators: (3..9).map(|joint| Actuator { joint, gear: 100.0, range: [-1.0, 1.0] }).collect(),
@@ -78,44 +63,19 @@ fn paper() -> RobotSpec {
     }
 }
 
-fn body(limb: &Limb) -> Body {
-    let parent = limb.parent.map_or([0.0; 2], |parent| LIMBS[parent].origin);
-    let mut inertial = capsule(limb).solid(DENSITY);
-    inertial.com = from(limb.origin, inertial.com);
-    Body::new(limb.name, limb.parent, from(parent, at(limb.origin)), inertial)
-}
-
 fn joints(height: f64, folded: f64, foot: f64) -> Vec<Joint> {
     let mut joints = planar::root(height, Softness::MUJOCO);
     for (index, limb) in LIMBS.iter().enumerate().skip(1) {
         let range = if limb.name.starts_with("foot") { [-foot, foot] } else { [folded, 0.0] };
-        let joint = Joint::hinge(&format!("{}_joint", limb.name), index, [0.0, -1.0, 0.0]);
-        let anchor = from(limb.origin, at(limb.joint));
-        joints.push(Joint { anchor, range: Some(range), damping: 0.1, armature: 0.01, ..joint });
+        joints.push(Joint { range: Some(range), damping: 0.1, armature: 0.01, ..limb.hinge(index) });
     }
     joints
 }
 
 fn geoms() -> Vec<Geom> {
     let floor = Geom { friction: [0.7, 0.1, 0.1], ..Geom::new("floor", None, Shape::Plane) };
-    let limbs = LIMBS.iter().enumerate().map(|(index, limb)| {
-        let geom = Geom::capsule(&format!("{}_geom", limb.name), index, capsule(limb));
-        let pos = from(limb.origin, geom.pos);
-        Geom { pos, friction: [limb.friction, 0.1, 0.1], conaffinity: 0, ..geom }
-    });
-    std::iter::once(floor.clone()).chain(limbs).collect()
-}
-
-/// In world coordinates.
-fn capsule(limb: &Limb) -> Capsule {
-    Capsule::between(at(limb.ends[0]), at(limb.ends[1]), limb.radius)
-}
-
-fn at([x, z]: [f64; 2]) -> [f64; 3] {
-    [x, 0.0, z]
-}
-
-/// A point of the world as seen from an origin.
-fn from(origin: [f64; 2], [x, y, z]: [f64; 3]) -> [f64; 3] {
-    [x - origin[0], y, z - origin[1]]
+    let limbs = LIMBS.iter().enumerate();
+    let limbs =
+        limbs.map(|(index, limb)| Geom { friction: [limb.friction, 0.1, 0.1], conaffinity: 0, ..limb.geom(index) });
+    std::iter::once(floor).chain(limbs).collect()
 }

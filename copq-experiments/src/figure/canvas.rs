@@ -36,7 +36,7 @@ pub(crate) fn png(figure: &Figure) -> Result<Vec<u8>> {
     let pen = Pen { area: &area, scale: f64::from(FINE), sink: SINK };
     layout::draw(&pen, figure).map_err(|e| Error::other("drawing a PNG", e.to_string()))?;
     drop(area);
-    encode(&shrink(&fine, wide as usize), wide / SMOOTH, high / SMOOTH).map_err(|e| Error::other("encoding a PNG", e))
+    encode_png(&shrink(&fine, wide as usize), wide / SMOOTH, high / SMOOTH)
 }
 
 /// The mean of each square of fine pixels.
@@ -53,10 +53,12 @@ fn shrink(fine: &[u8], wide: usize) -> Vec<u8> {
     small
 }
 
-fn encode(pixels: &[u8], width: u32, height: u32) -> Result<Vec<u8>, png::EncodingError> {
+/// Red, green and blue of every pixel, row by row, as the bytes of a PNG file.
+pub(crate) fn encode_png(pixels: &[u8], width: u32, height: u32) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
-    encoder.write_header()?.write_image_data(pixels)?;
+    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(pixels));
+    written.map_err(|e| Error::other("encoding a PNG", e))?;
     Ok(bytes)
 }

@@ -13,8 +13,11 @@ use std::path::Path;
 
 use copq::Result;
 
+pub(crate) use canvas::encode_png;
 pub use compare::{Labelled, compare, comparison_table};
 use curves::Evaluated;
+pub(crate) use font::DEJAVU_SANS;
+pub(crate) use layout::colour;
 
 use crate::files;
 

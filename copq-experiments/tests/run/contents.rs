@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use copq_experiments::{
-    Ending, Metrics, RunConfig, RunFolder, Sheet, checkpoint, comparison_table, read_config, tensorboard,
+    Ending, Metrics, RunConfig, RunFolder, Sheet, comparison_table, read_checkpoint, read_config, tensorboard,
 };
 
 use crate::point_mass::{self, Settings, plan, settings};
@@ -43,7 +43,7 @@ fn a_run_leaves_all_its_files() {
     let config: RunConfig<Settings> = read_config(&folder).unwrap();
     assert_eq!((config.plan, config.settings), (plan(1, 620), settings()));
     assert!(config.made_with.rustc.starts_with("rustc 1."));
-    let state = checkpoint::read(&folder.join("checkpoint.safetensors")).unwrap();
+    let state = read_checkpoint(&folder).unwrap();
     assert_eq!(state.child("trainer").unwrap().get_one::<u64>("steps").unwrap(), 620);
 }
 
@@ -101,6 +101,14 @@ fn a_run_is_not_overwritten() {
     let open = RunFolder::resume(&folder, &plan(1, 620), &settings()).unwrap();
     let message = RunFolder::resume(open.path(), &plan(1, 620), &settings()).unwrap_err().to_string();
     assert!(message.contains("no other process writes to"), "{message}");
+}
+
+#[test]
+fn a_run_that_has_saved_nothing_yet_has_no_checkpoint() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = RunFolder::create(temporary.path().join("run"), &plan(1, 620), &settings()).unwrap();
+    let message = read_checkpoint(folder.path()).unwrap_err().to_string();
+    assert!(message.contains("run': wanted one with a checkpoint") && message.ends_with("got none yet"), "{message}");
 }
 
 #[test]

@@ -1,11 +1,12 @@
 //! Optimistic exploration: the policy shifted towards the upper bound of the critics, as far as a KL bound allows.
 
 use super::{Context, Explore};
-use crate::projection::{Bound, Cholesky, Directions, Projection};
-use crate::{Error, Net, QView, Result};
+use crate::error::check_not_negative;
+use crate::projection::{Bound, Directions, Projection};
+use crate::{Net, Optimism, QView, Result};
 
-/// Optimistic Actor Critic (Ciosek et al. 2019) with any projection's upper bound: COP-OAC with [`Cholesky`] (paper
-/// eq. 15), Extremum-OAC with [`Extremum`](crate::projection::Extremum).
+/// Optimistic Actor Critic (Ciosek et al. 2019) with any projection's upper bound: COP-OAC with
+/// [`Cholesky`](crate::projection::Cholesky) (paper eq. 15), Extremum-OAC with [`Extremum`](crate::projection::Extremum).
 ///
 /// The mean of the exploring policy moves by `shift * Sigma_T g / sqrt(g' Sigma_T g)`, with g the gradient of
 /// `u . (mean + beta C R u)` at the policy's mode and Sigma_T the policy's covariance (paper App. D.1): the KL divergence
@@ -16,13 +17,12 @@ use crate::{Error, Net, QView, Result};
 /// in the noise.
 #[derive(Debug)]
 pub struct Optimistic {
-    /// Length of the upper bound's step, sqrt(chi2): 4.66.
-    pub beta: f32,
-    /// sqrt(2 delta), delta the KL bound: 6.86 for 23.53.
-    pub shift: f32,
+    /// How optimistic.
+    pub optimism: Optimism,
     /// Standard deviation of a deterministic policy's noise, in units of half the action range; unused for others.
     pub std: f32,
-    projection: Box<dyn Projection>,
+    /// Whose upper bound; the learner's own projection's, unless given.
+    projection: Option<Box<dyn Projection>>,
     work: Work,
 }
 
@@ -37,22 +37,28 @@ struct Work {
 }
 
 impl Default for Optimistic {
-    /// COP-OAC.
+    /// The upper bound of the learner's own projection, with the paper's constants (Tables D.2 and D.3).
     fn default() -> Self {
-        Self::new(Cholesky)
+        Self::own(Optimism::default(), 0.1)
     }
 }
 
 impl Optimistic {
-    /// The upper bound of a projection, with the paper's constants (Table D.2).
+    /// The upper bound of the learner's own projection; `std` as the field of that name.
+    pub fn own(optimism: Optimism, std: f32) -> Self {
+        Self { optimism, std, projection: None, work: Work::default() }
+    }
+
+    /// The upper bound of another projection, with the paper's constants.
     pub fn new(projection: impl Projection + 'static) -> Self {
-        Self { beta: 4.66, shift: 6.86, std: 0.1, projection: Box::new(projection), work: Work::default() }
+        Self { projection: Some(Box::new(projection)), ..Self::default() }
     }
 
     /// Writes the gradient of the scalarised upper bound in the action, at `action`.
     fn action_grad(&mut self, context: &mut Context<'_>, obs: &[f32], action: &[f32]) -> Result<()> {
-        let Self { beta, projection, work, .. } = self;
+        let Self { optimism, projection, work, .. } = self;
         let Context { critic, weights, scratch, .. } = context;
+        let projection = projection.as_deref().unwrap_or(context.projection);
         let n = critic.objectives();
         work.unit.resize(n, 0.0);
         work.grad_bound.resize(n, 0.0);
@@ -61,7 +67,7 @@ impl Optimistic {
         work.grad_bound.iter_mut().zip(&work.unit).for_each(|(grad, &u)| *grad = u as f32);
         let Work { grad_bound, grad_action, .. } = work;
         let upper = &mut |q: QView<'_>, grad_q: &mut [f32]| {
-            projection.vjp(Bound { q, weights, step: *beta }, scratch, grad_bound, grad_q)
+            projection.vjp(Bound { q, weights, step: optimism.beta as f32 }, scratch, grad_bound, grad_q)
         };
         critic.action_grad(obs, action, upper, grad_action)
     }
@@ -69,14 +75,12 @@ impl Optimistic {
 
 impl Explore for Optimistic {
     fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()> {
-        for (name, value) in [("beta", self.beta), ("shift", self.shift), ("std", self.std)] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::invalid(format!("optimistic.{name}"), "a finite number, at least 0", value));
-            }
-        }
+        check_not_negative("optimistic.std", f64::from(self.std))?;
+        self.optimism.check()?;
         context.actor.sample(Net::Online, obs, &[], action, &mut [])?;
         self.action_grad(context, obs, action)?;
-        let Self { shift, std, work: Work { noise, grad_noise, grad_action, .. }, .. } = self;
+        let Self { optimism: Optimism { shift, .. }, std, work: Work { noise, grad_noise, grad_action, .. }, .. } =
+            self;
         let wanted = context.actor.noise();
         if wanted == 0 {
             noise.resize(action.len(), 0.0);
@@ -96,7 +100,7 @@ impl Explore for Optimistic {
 }
 
 /// noise + length * h / |h|; unchanged where h is zero.
-fn add_shift(noise: &mut [f32], h: &[f32], length: f32) {
+fn add_shift(noise: &mut [f32], h: &[f32], length: f64) {
     // Scaled by the largest entry first, so that no square under- or overflows.
     let largest = h.iter().fold(0.0f32, |largest, h| largest.max(h.abs()));
     if largest == 0.0 {
@@ -104,7 +108,7 @@ fn add_shift(noise: &mut [f32], h: &[f32], length: f32) {
     }
     let scaled = |h: &f32| f64::from(h / largest);
     let norm = h.iter().map(|h| scaled(h).powi(2)).sum::<f64>().sqrt();
-    noise.iter_mut().zip(h).for_each(|(noise, h)| *noise += (f64::from(length) * scaled(h) / norm) as f32);
+    noise.iter_mut().zip(h).for_each(|(noise, h)| *noise += (length * scaled(h) / norm) as f32);
 }
 
 #[cfg(test)]

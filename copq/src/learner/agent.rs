@@ -59,12 +59,7 @@ impl Agent for Learner {
     fn save(&self, state: &mut State) -> Result<()> {
         state.put("steps", [self.steps]);
         state.put("updates", [self.updates]);
-        self.streams.explore.save("rng_explore", state);
-        self.streams.smoothing.save("rng_smoothing", state);
-        self.streams.batch.save("rng_batch", state);
-        if self.config.subset.is_some() {
-            self.streams.subset.save("rng_subset", state);
-        }
+        self.streams.save(state);
         self.replay.save(state.child_mut("replay"));
         self.multiplier.save(state.child_mut("multiplier"));
         if let Some(temperature) = &self.temperature {
@@ -80,12 +75,7 @@ impl Agent for Learner {
     fn load(&mut self, state: &State) -> Result<()> {
         self.steps = state.get_one("steps")?;
         self.updates = state.get_one("updates")?;
-        self.streams.explore.load("rng_explore", state)?;
-        self.streams.smoothing.load("rng_smoothing", state)?;
-        self.streams.batch.load("rng_batch", state)?;
-        if self.config.subset.is_some() {
-            self.streams.subset.load("rng_subset", state)?;
-        }
+        self.streams.load(state)?;
         self.replay.load(state.child("replay")?)?;
         self.multiplier.load(state.child("multiplier")?)?;
         if let Some(temperature) = &mut self.temperature {

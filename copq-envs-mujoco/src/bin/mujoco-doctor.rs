@@ -1,0 +1,80 @@
+//! Says which MuJoCo this build has, whether it fits, and the one thing to do next. Fails if there is something to do.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+/// What is known of one engine: whether it is compiled in, a line, and what to do if it does not work.
+struct Finding {
+    on: bool,
+    line: String,
+    next: Option<String>,
+}
+
+fn main() -> ExitCode {
+    let mut findings = vec![linked(), installed()];
+    findings.iter().for_each(|finding| println!("{}", finding.line));
+    files().iter().for_each(|file| println!("file: {file}"));
+    // An engine that is off is no trouble while there is another.
+    if findings.iter().any(|finding| finding.on) {
+        findings.retain(|finding| finding.on);
+    }
+    let next = findings.into_iter().find_map(|finding| finding.next);
+    println!("next: {}", next.as_deref().unwrap_or("nothing, it works"));
+    if next.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+}
+
+#[cfg(feature = "mujoco-rs")]
+fn linked() -> Finding {
+    use copq_envs_mujoco::mujoco_rs;
+    examine("mujoco-rs", mujoco_rs::make("a/hopper"), mujoco_rs::version())
+}
+
+#[cfg(not(feature = "mujoco-rs"))]
+fn linked() -> Finding {
+    let fetched = Path::new("third_party/mujoco-3.17.0/lib").exists();
+    let fetch = if fetched { "" } else { "run scripts/fetch-mujoco.sh, then " };
+    off("mujoco-rs", &format!("{fetch}build with --features mujoco-rs"))
+}
+
+#[cfg(feature = "system")]
+fn installed() -> Finding {
+    use copq_envs_mujoco::system;
+    examine("system", system::make("a/hopper"), system::version())
+}
+
+#[cfg(not(feature = "system"))]
+fn installed() -> Finding {
+    off("system", "build with --features system")
+}
+
+/// Versions, and one step of a robot.
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+fn examine(feature: &str, env: copq::Result<Box<dyn copq::Env>>, version: copq::Result<i32>) -> Finding {
+    let tried = env.and_then(|mut env| {
+        let (mut obs, mut reward) = (vec![0.0; env.spec().observation], vec![0.0; env.spec().objectives.len()]);
+        env.reset(0, &mut obs)?;
+        env.step(&[0.0; 3], &mut obs, &mut reward)
+    });
+    let (line, next) = match tried.and(version) {
+        Ok(version) => (format!("MuJoCo {}, library and headers agree", copq_envs_mujoco::dotted(version)), None),
+        Err(error) => ("does not work".into(), Some(error.to_string())),
+    };
+    Finding { on: true, line: format!("feature {feature}: {line}"), next }
+}
+
+#[cfg(not(all(feature = "mujoco-rs", feature = "system")))]
+fn off(feature: &str, next: &str) -> Finding {
+    Finding { on: false, line: format!("feature {feature}: off"), next: Some(next.into()) }
+}
+
+/// The MuJoCo libraries in this process (Linux), or else those that lie where they usually do.
+fn files() -> Vec<String> {
+    let maps = std::fs::read_to_string("/proc/self/maps").unwrap_or_default();
+    let mut files: Vec<_> = maps.lines().filter_map(|line| line.split_whitespace().nth(5)).map(String::from).collect();
+    files.retain(|file| file.contains("libmujoco"));
+    let usual = ["third_party/mujoco-3.17.0/lib", "/usr/lib/x86_64-linux-gnu", "/usr/lib", "/usr/local/lib"];
+    let usual = usual.map(|folder| Path::new(folder).join("libmujoco.so"));
+    files.extend(usual.iter().filter(|file| file.exists()).map(|file| format!("{} (not open)", file.display())));
+    files.dedup();
+    files
+}

@@ -1,0 +1,183 @@
+//! The engine: one robot in one MuJoCo simulation.
+
+use std::cell::{Cell, RefCell};
+use std::fmt;
+
+use copq::error::check_len;
+use copq::{Error, Result, State};
+use copq_envs::{Dims, Field, Physics, RobotSpec};
+
+use crate::advance::{advance, place};
+use crate::identity::Identity;
+use crate::simulation::{Array, Call, Simulation};
+use crate::version::dotted;
+
+/// C MuJoCo as a [`Physics`].
+///
+/// A step costs what MuJoCo's own calls cost and allocates nothing; contact forces are computed when someone reads them. A
+/// state that MuJoCo would silently reset (not finite, or beyond 1e10) is an error, and so is everything else that it warns
+/// of; after an error the simulation must be reset. A snapshot is MuJoCo's integration state and the fields one can read: a
+/// few kilobytes that replay bit for bit.
+pub struct Mujoco {
+    identity: Identity,
+    dims: Dims,
+    masses: Vec<f64>,
+    /// Damping that MuJoCo does not apply itself, by freedom.
+    damping: Option<Vec<f64>>,
+    // Cells, because a snapshot may have to compute contact forces first.
+    simulation: RefCell<Box<dyn Simulation>>,
+    /// Whether cfrc_ext is older than the state.
+    forces_are_old: Cell<bool>,
+    /// An error left the data in no state to go on from.
+    broken: bool,
+}
+
+impl Mujoco {
+    /// Compiles a robot for this version of MuJoCo with `open`, which takes MJCF.
+    pub(crate) fn new(robot: &RobotSpec, version: i32, open: fn(&str) -> Result<Box<dyn Simulation>>) -> Result<Self> {
+        robot.check()?;
+        let mjcf = robot.mjcf(version);
+        let dims = Dims { nq: robot.nq(), nv: robot.nv(), nu: robot.nu() };
+        let mut engine = Self {
+            identity: Identity::new(format!("MuJoCo {}", dotted(version)), robot, &mjcf),
+            dims,
+            masses: robot.bodies.iter().map(|body| body.inertial.mass).collect(),
+            damping: robot.applied_damping(version),
+            simulation: RefCell::new(open(&mjcf)?),
+            forces_are_old: Cell::new(false),
+            broken: false,
+        };
+        engine.reset_to(&robot.initial_qpos, &vec![0.0; dims.nv])?;
+        Ok(engine)
+    }
+
+    /// A second simulation, evaluated where this one is now: a step leaves the data's fields behind the state.
+    fn evaluated(&self) -> Result<Box<dyn Simulation>, String> {
+        let simulation = self.simulation.borrow();
+        let mut fork = simulation.fork()?;
+        place(&mut *fork, simulation.array(Array::Qpos), simulation.array(Array::Qvel))?;
+        Ok(fork)
+    }
+
+    fn update_contact_forces(&self) -> Result<()> {
+        if self.forces_are_old.replace(false) {
+            let done = self.simulation.borrow_mut().call(Call::ContactForce, 1);
+            done.map_err(|what| self.error(what))?;
+        }
+        Ok(())
+    }
+
+    fn error(&self, what: impl Into<String>) -> Error {
+        Error::Env { env: format!("{} on {}", self.identity.robot, self.identity.engine), what: what.into() }
+    }
+
+    /// The error of a simulation that cannot go on.
+    fn failure(&mut self, what: String) -> Error {
+        self.broken = true;
+        self.error(format!("{what}; reset first"))
+    }
+}
+
+impl Physics for Mujoco {
+    fn name(&self) -> &str {
+        &self.identity.engine
+    }
+
+    fn dims(&self) -> Dims {
+        self.dims
+    }
+
+    fn reset_to(&mut self, qpos: &[f64], qvel: &[f64]) -> Result<()> {
+        check_len("qpos", qpos.len(), self.dims.nq)?;
+        check_len("qvel", qvel.len(), self.dims.nv)?;
+        if !qpos.iter().chain(qvel).all(|value| value.is_finite()) {
+            return Err(self.error(format!("reset to a state that is not finite: {qpos:?}, {qvel:?}")));
+        }
+        place(&mut **self.simulation.get_mut(), qpos, qvel).map_err(|what| self.failure(what))?;
+        // As in Gymnasium, contact forces are 0 until the first step.
+        self.forces_are_old.set(false);
+        self.broken = false;
+        Ok(())
+    }
+
+    fn step(&mut self, ctrl: &[f64], substeps: usize) -> Result<()> {
+        check_len("ctrl", ctrl.len(), self.dims.nu)?;
+        if self.broken {
+            return Err(self.error("step after an error; reset first"));
+        }
+        if !ctrl.iter().all(|value| value.is_finite()) {
+            return Err(self.error(format!("a control is not finite: {ctrl:?}")));
+        }
+        self.forces_are_old.set(true);
+        let simulation = &mut **self.simulation.get_mut();
+        advance(simulation, self.damping.as_deref(), ctrl, substeps).map_err(|what| self.failure(what))
+    }
+
+    fn qpos(&self, out: &mut [f64]) {
+        out.copy_from_slice(self.simulation.borrow().array(Array::Qpos));
+    }
+
+    fn qvel(&self, out: &mut [f64]) {
+        out.copy_from_slice(self.simulation.borrow().array(Array::Qvel));
+    }
+
+    fn read(&mut self, field: Field, out: &mut [f64]) -> Result<()> {
+        if field == Field::ContactForce {
+            self.update_contact_forces()?;
+        }
+        let (array, world) = match field {
+            Field::BodyPosition => (Array::Xpos, 3),
+            Field::BodyCentre => (Array::Xipos, 3),
+            Field::Inertia => (Array::Cinert, 10),
+            Field::Velocity => (Array::Cvel, 6),
+            Field::ActuatorForce => (Array::QfrcActuator, 0),
+            Field::ContactForce => (Array::CfrcExt, 6),
+        };
+        let values = &self.simulation.get_mut().array(array)[world..];
+        check_len("buffer of a field", out.len(), values.len())?;
+        out.copy_from_slice(values);
+        Ok(())
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        self.update_contact_forces()?;
+        self.identity.save(state);
+        state.put("broken", [u64::from(self.broken)]);
+        let simulation = self.simulation.borrow();
+        Array::SAVED.iter().for_each(|(array, name)| state.put(name, simulation.array(*array)));
+        Ok(())
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.identity.check(state)?;
+        let broken = state.get_one::<u64>("broken")? != 0;
+        self.broken = true;
+        let simulation = self.simulation.get_mut();
+        let reset = simulation.call(Call::Reset, 1);
+        Array::SAVED.iter().try_for_each(|(array, name)| state.read(name, simulation.array_mut(*array)))?;
+        reset.map_err(|what| self.failure(what))?;
+        self.forces_are_old.set(false);
+        self.broken = broken;
+        Ok(())
+    }
+
+    fn centre_of_mass(&self) -> Option<[f64; 3]> {
+        let simulation = self.evaluated().ok()?;
+        let mut sum = [0.0; 3];
+        for (mass, centre) in self.masses.iter().zip(simulation.array(Array::Xipos)[3..].chunks(3)) {
+            sum.iter_mut().zip(centre).for_each(|(sum, centre)| *sum += mass * centre);
+        }
+        Some(sum.map(|moment| moment / self.masses.iter().sum::<f64>()))
+    }
+
+    fn mass_matrix(&self) -> Option<Vec<f64>> {
+        Some(self.evaluated().ok()?.mass_matrix())
+    }
+}
+
+impl fmt::Debug for Mujoco {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { identity, dims, .. } = self;
+        formatter.debug_struct("Mujoco").field("identity", identity).field("dims", dims).finish_non_exhaustive()
+    }
+}

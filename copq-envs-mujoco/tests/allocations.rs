@@ -1,0 +1,55 @@
+//! A step allocates nothing on our side, contact forces and all: counted by the allocator itself.
+#![cfg(any(feature = "mujoco-rs", feature = "system"))]
+
+#[path = "support/engines.rs"]
+mod engines;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use copq::Env;
+use copq_envs::robot::{Preset, Senses};
+use copq_envs::{Locomotion, Options, task_with};
+use engines::ENGINES;
+
+struct Counting;
+
+thread_local!(static COUNT: Cell<u64> = const { Cell::new(0) });
+
+// SAFETY: every call goes unchanged to the system allocator, which upholds the contract.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's layout is passed on as it came.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the pointer came from `alloc` above with this layout.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[test]
+fn a_step_allocates_nothing() {
+    // Two integrators, every field, and damping by hand where MuJoCo has none.
+    for (name, preset) in [("gym/humanoid", Preset::GymV5), ("gym/ant", Preset::GymV5), ("a/humanoid", Preset::Paper)] {
+        for make in ENGINES {
+            let options = Options { preset, senses: Senses::Gymnasium, ..Options::default() };
+            let task = task_with(name, &options).unwrap();
+            let physics = make(&task.robot).unwrap();
+            let mut env = Locomotion::new(task, physics).unwrap();
+            let (mut obs, mut reward) = (vec![0.0; env.spec().observation], vec![0.0; env.spec().objectives.len()]);
+            let action = vec![0.1; env.spec().action()];
+            env.reset(1, &mut obs).unwrap();
+            let before = COUNT.get();
+            for _ in 0..10 {
+                env.step(&action, &mut obs, &mut reward).unwrap();
+            }
+            assert_eq!(COUNT.get() - before, 0, "{name}");
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! A robot in motion, as an animated GIF or as PNG frames: drawn in plain Rust, without a window or a graphics card.
+//!
+//! The picture knows no robots and no engines: it shows [`Capsule`]s above a floor, and a row of numbers.
+
+mod camera;
+mod gif;
+mod painter;
+mod text;
+
+use std::path::Path;
+
+use copq::Result;
+
+use crate::figure::{colour, encode_png};
+use crate::files;
+use painter::Painter;
+
+/// Shortest time that a GIF's frame is shown, in hundredths of a second: viewers slow down anything shorter.
+const SHORTEST: u64 = 2;
+
+/// All points within `radius` of the line between two points, a ball if they coincide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Capsule {
+    /// Centres of its caps (m): x to the right, y away from the viewer, z up, the floor at z = 0.
+    pub ends: [[f64; 3]; 2],
+    /// Radius (m).
+    pub radius: f64,
+    /// Red, green and blue.
+    pub colour: [u8; 3],
+}
+
+/// One moment.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scene {
+    /// What is there.
+    pub capsules: Vec<Capsule>,
+    /// The point that the camera follows, sideways and in depth (m).
+    pub centre: [f64; 3],
+    /// Names with their values, shown above the robot.
+    pub readings: Vec<(String, String)>,
+}
+
+/// Moments in order, each with the time at which it is seen.
+#[derive(Clone, Debug, Default)]
+pub struct Animation {
+    frames: Vec<Frame>,
+    seconds: f64,
+}
+
+/// A scene that a GIF shows, from `start` (hundredths of a second) until the next one.
+#[derive(Clone, Debug)]
+struct Frame {
+    start: u64,
+    scene: Scene,
+}
+
+/// A colour for a robot's n-th limb, from a small set that people with any colour vision can tell apart.
+pub fn limb_colour(n: usize) -> [u8; 3] {
+    let colour = colour(n);
+    [colour.0, colour.1, colour.2]
+}
+
+impl Animation {
+    /// Shows a scene for so long (s) after all others. GIFs show at most 50 scenes a second: one that is over sooner gives
+    /// way to the next, so that time stays true.
+    pub fn push(&mut self, scene: Scene, seconds: f64) {
+        let start = hundredths(self.seconds);
+        self.seconds += seconds;
+        match self.frames.last_mut() {
+            Some(last) if start < last.start + SHORTEST => last.scene = scene,
+            _ => self.frames.push(Frame { start, scene }),
+        }
+    }
+
+    /// Frames that there are to see.
+    pub fn frames(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// Writes a GIF that runs in real time, again and again.
+    pub fn write_gif(&self, path: &Path) -> Result<()> {
+        files::replace(path, &gif::encode(self)?)
+    }
+
+    /// Writes every frame as a picture of its own, `frame-00000.png` and so on; makes the folder.
+    pub fn write_png(&self, folder: &Path) -> Result<()> {
+        std::fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
+        let mut painter = Painter::new(self)?;
+        for (index, frame) in self.frames.iter().enumerate() {
+            let bytes = encode_png(&painter.paint(&frame.scene), painter::WIDTH, painter::HEIGHT)?;
+            files::replace(&folder.join(format!("frame-{index:05}.png")), &bytes)?;
+        }
+        Ok(())
+    }
+
+    /// How long each frame is seen, in hundredths of a second.
+    fn delays(&self) -> impl Iterator<Item = u64> {
+        let ends = self.frames.iter().skip(1).map(|frame| frame.start).chain([hundredths(self.seconds)]);
+        self.frames.iter().zip(ends).map(|(frame, end)| end.saturating_sub(frame.start).max(SHORTEST))
+    }
+}
+
+fn hundredths(seconds: f64) -> u64 {
+    (100.0 * seconds).round() as u64
+}

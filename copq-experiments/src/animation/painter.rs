@@ -1,0 +1,129 @@
+//! One picture: sky, floor, shadows, capsules, numbers.
+
+use copq::{Error, Result};
+use tiny_skia::{Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, Rect, Stroke, Transform};
+
+use super::camera::Camera;
+use super::text::Pen;
+use super::{Animation, Capsule, Scene};
+
+/// Pixels from left to right.
+pub(super) const WIDTH: u32 = 640;
+/// Pixels from top to bottom.
+pub(super) const HEIGHT: u32 = 420;
+
+const SKY: [u8; 3] = [246, 248, 251];
+const TILES: [[u8; 3]; 2] = [[211, 218, 227], [197, 206, 217]];
+const INK: [u8; 3] = [45, 45, 45];
+const GREY: [u8; 3] = [112, 118, 128];
+/// Side of a tile (m).
+const TILE: f64 = 0.5;
+/// Room to the left and right of the readings, in pixels.
+const EDGE: f32 = 24.0;
+/// Where the distances are written, in parts of the way from below the robot to the picture's lower edge.
+const MARKS: f64 = 0.45;
+
+/// Draws the scenes of one animation, all from the same distance.
+pub(super) struct Painter {
+    camera: Camera,
+    pen: Pen,
+    sheet: Pixmap,
+}
+
+impl Painter {
+    pub fn new(animation: &Animation) -> Result<Self> {
+        let first =
+            animation.frames.first().ok_or_else(|| Error::invalid("animation", "at least one scene", "none"))?;
+        let sheet =
+            Pixmap::new(WIDTH, HEIGHT).ok_or_else(|| Error::invalid("picture", "a width and height", "none"))?;
+        Ok(Self { camera: Camera::new(&first.scene, WIDTH, HEIGHT), pen: Pen::new()?, sheet })
+    }
+
+    /// Red, green and blue of every pixel, row by row.
+    pub fn paint(&mut self, scene: &Scene) -> Vec<u8> {
+        self.sheet.fill(Color::from_rgba8(SKY[0], SKY[1], SKY[2], 255));
+        self.floor(scene.centre);
+        self.shadows(scene);
+        let mut capsules: Vec<_> = scene.capsules.iter().collect();
+        capsules.sort_by(|a, b| depth(b).total_cmp(&depth(a)));
+        capsules.into_iter().for_each(|capsule| self.capsule(scene.centre, capsule));
+        self.readings(&scene.readings);
+        self.sheet.data().as_chunks::<4>().0.iter().flat_map(|&[red, green, blue, _]| [red, green, blue]).collect()
+    }
+
+    /// A chequered floor with distances; both stay where they are while the camera moves.
+    fn floor(&mut self, [x, y, _]: [f64; 3]) {
+        let [[left, right], [near, far]] = self.camera.floor();
+        for (column, left, right) in tiles(x + left, x + right) {
+            for (row, near, far) in tiles(y + near, y + far) {
+                let shade = TILES[(column + row).rem_euclid(2) as usize];
+                let [left, near, right, far] = [left - x, near - y, right - x, far - y].map(|at| at as f32);
+                if let Some(tile) = Rect::from_ltrb(left, near, right, far) {
+                    let (tile, shade) = (PathBuilder::from_rect(tile), paint(shade, 255));
+                    self.sheet.fill_path(&tile, &shade, FillRule::Winding, self.camera.on_floor(), None);
+                }
+            }
+        }
+        for metre in (x + left).ceil() as i64..=(x + right) as i64 {
+            let at = self.camera.pixel([x, y, 0.0], [metre as f64, y + MARKS * near, 0.0]);
+            self.pen.write(&mut self.sheet, &format!("{metre} m"), at, 13.0, GREY);
+        }
+    }
+
+    fn shadows(&mut self, scene: &Scene) {
+        for capsule in &scene.capsules {
+            let [a, b] = capsule.ends.map(|[x, y, _]| ((x - scene.centre[0]) as f32, (y - scene.centre[1]) as f32));
+            self.stroke([a, b], 2.0 * capsule.radius as f32, paint(INK, 36), self.camera.on_floor());
+        }
+    }
+
+    /// An outline, the body, and light from the upper left.
+    fn capsule(&mut self, centre: [f64; 3], capsule: &Capsule) {
+        let body = capsule.ends.map(|end| self.camera.pixel(centre, end));
+        let width = (2.0 * self.camera.scale * capsule.radius) as f32;
+        let lit = body.map(|(x, y)| (x - 0.12 * width, y - 0.15 * width));
+        self.stroke(body, width, paint(darker(capsule.colour), 255), Transform::identity());
+        self.stroke(body, width - 3.0, paint(capsule.colour, 255), Transform::identity());
+        self.stroke(lit, 0.25 * width, paint([255; 3], 70), Transform::identity());
+    }
+
+    /// A line with round ends; one of no width or less is none.
+    fn stroke(&mut self, [a, b]: [(f32, f32); 2], width: f32, paint: Paint<'_>, transform: Transform) {
+        let mut path = PathBuilder::new();
+        path.move_to(a.0, a.1);
+        path.line_to(b.0, b.1);
+        let stroke = Stroke { width, line_cap: LineCap::Round, ..Stroke::default() };
+        if let (Some(path), true) = (path.finish(), width > 0.0) {
+            self.sheet.stroke_path(&path, &paint, &stroke, transform, None);
+        }
+    }
+
+    fn readings(&mut self, readings: &[(String, String)]) {
+        let column = (WIDTH as f32 - 2.0 * EDGE) / readings.len().max(1) as f32;
+        for (index, (name, value)) in readings.iter().enumerate() {
+            let left = EDGE + column * index as f32;
+            self.pen.write(&mut self.sheet, name, (left, 30.0), 14.0, GREY);
+            self.pen.write(&mut self.sheet, value, (left, 54.0), 22.0, INK);
+        }
+    }
+}
+
+/// The tiles that cover a stretch, with the part of each that is inside (m).
+fn tiles(from: f64, to: f64) -> impl Iterator<Item = (i64, f64, f64)> {
+    let (first, last) = ((from / TILE).floor() as i64, (to / TILE).floor() as i64);
+    (first..=last).map(move |tile| (tile, (tile as f64 * TILE).max(from), ((tile + 1) as f64 * TILE).min(to)))
+}
+
+fn depth(capsule: &Capsule) -> f64 {
+    capsule.ends[0][1] + capsule.ends[1][1]
+}
+
+fn paint([red, green, blue]: [u8; 3], opacity: u8) -> Paint<'static> {
+    let mut paint = Paint::default();
+    paint.set_color_rgba8(red, green, blue, opacity);
+    paint
+}
+
+fn darker(colour: [u8; 3]) -> [u8; 3] {
+    colour.map(|part| part / 2)
+}

@@ -1,0 +1,112 @@
+//! How a learner is put together: from a configuration, networks and strategies that fit each other and the task.
+
+use super::Learner;
+use super::streams::Streams;
+use super::work::{Names, Work};
+use crate::error::check_len;
+use crate::multiplier::Fixed;
+use crate::projection::{Cholesky, ScalarisedMin};
+use crate::temperature::Temperature;
+use crate::{
+    Actor, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, Gaussian, Multiplier, Optimistic, Projection, Replay,
+    Result, Sampled,
+};
+
+impl Learner {
+    /// The learner that a configuration describes. It begins with
+    ///
+    /// * the Cholesky projection, or with [`ScalarisedMin`] if targets draw a subset of the critics: two critics say
+    ///   too little of a covariance;
+    /// * exploration by Gaussian noise or a stochastic policy's own samples, towards the upper bound of its projection if
+    ///   [`Config::optimism`] says so;
+    /// * the task's weights, or the multipliers of [`Config::constraint`], which is an error for a task without costs.
+    ///
+    /// Swap any of them with [`Learner::projection`], [`Learner::explore`] and [`Learner::multiplier`].
+    pub fn new(
+        config: Config,
+        spec: &EnvSpec,
+        critic: Box<dyn Critic>,
+        actor: Box<dyn Actor>,
+        seed: u64,
+    ) -> Result<Self> {
+        check(&config, spec, critic.as_ref(), actor.as_ref())?;
+        let (n, rows) = (spec.objectives.len(), config.batch);
+        let entropy = config.entropy.as_ref();
+        let temperature = entropy.map(|entropy| Temperature::new(entropy, spec)).transpose()?;
+        let multiplier: Box<dyn Multiplier> = match &config.constraint {
+            Some(constraint) => constraint.multiplier(spec, config.discount)?,
+            None => Box::new(Fixed::new(&spec.weights)?),
+        };
+        let famo = config.famo.map(|famo| Famo::new(famo, n)).transpose()?;
+        let mut batch = Batch::default();
+        batch.reserve(rows, spec.observation, spec.action(), n);
+        Ok(Self {
+            replay: Replay::new(config.capacity, spec.observation, spec.action(), n)?,
+            projection: if config.subset.is_some() { Box::new(ScalarisedMin) } else { Box::new(Cholesky) },
+            explore: exploration(&config, actor.as_ref()),
+            multiplier,
+            temperature,
+            streams: Streams::new(seed),
+            work: Work::new(&config, actor.as_ref(), critic.as_ref()),
+            is_cost: (0..n).map(|i| spec.limit(i).is_some()).collect(),
+            names: Names::new(&spec.objectives),
+            objectives: spec.objectives.clone(),
+            steps: 0,
+            updates: 0,
+            config,
+            actor,
+            critic,
+            famo,
+            batch,
+        })
+    }
+
+    /// Swaps the projection.
+    pub fn projection(mut self, projection: impl Projection + 'static) -> Self {
+        self.projection = Box::new(projection);
+        self
+    }
+
+    /// Swaps the exploration rule.
+    pub fn explore(mut self, explore: impl Explore + 'static) -> Self {
+        self.explore = Box::new(explore);
+        self
+    }
+
+    /// Swaps the source of the scalarisation weights.
+    pub fn multiplier(mut self, multiplier: impl Multiplier + 'static) -> Result<Self> {
+        check_len("the multiplier's weights", multiplier.weights().len(), self.objectives.len())?;
+        self.multiplier = Box::new(multiplier);
+        Ok(self)
+    }
+}
+
+/// The exploration that a configuration describes.
+fn exploration(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
+    let std = config.exploration_std as f32;
+    match (config.optimism, actor.noise()) {
+        (Some(optimism), _) => Box::new(Optimistic::own(optimism, std)),
+        (None, 0) => Box::new(Gaussian { std }),
+        (None, _) => Box::<Sampled>::default(),
+    }
+}
+
+/// An error that names the first part that does not fit the others.
+fn check(config: &Config, spec: &EnvSpec, critic: &dyn Critic, actor: &dyn Actor) -> Result<()> {
+    config.check()?;
+    spec.check()?;
+    check_len("the critic's objectives", critic.objectives(), spec.objectives.len())?;
+    check_len("the actor's action", actor.action(), spec.action())?;
+    if critic.critics() == 0 {
+        return Err(Error::invalid("the critic ensemble", "at least 1 critic", 0));
+    }
+    if config.entropy.is_some() && actor.noise() == 0 {
+        return Err(Error::invalid("the actor", "a stochastic policy, for the entropy bonus", "a deterministic one"));
+    }
+    match config.subset {
+        Some(subset) if subset > critic.critics() => {
+            Err(Error::invalid("subset", format!("at most {} critics", critic.critics()), subset))
+        }
+        _ => Ok(()),
+    }
+}

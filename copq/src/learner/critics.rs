@@ -1,0 +1,58 @@
+//! The critics' step, and what is read off them afterwards.
+
+use super::Learner;
+use super::work::{Work, column_means, log_each};
+use crate::loss::{finite, finite_losses, squared_error_grad, squared_errors};
+use crate::{Bound, Net, Observer, QView, Result};
+
+impl Learner {
+    /// One step of all critics on the same targets, the objectives' losses weighted by FAMO.
+    pub(super) fn fit_critics(&mut self, log: &mut dyn Observer) -> Result<()> {
+        let Self { critic, famo, projection, multiplier, batch, config, objectives, names, steps, .. } = self;
+        let Work { scratch, target, losses, loss_weights, bound, mean, .. } = &mut self.work;
+        critic.fit(&batch.obs, &batch.action, &mut |q, grad| {
+            squared_errors(q, target, losses);
+            finite_losses(losses, objectives, *steps)?;
+            match famo {
+                Some(famo) => famo.weigh(losses, loss_weights),
+                None => loss_weights.fill(1.0),
+            }
+            squared_error_grad(q, target, loss_weights, grad);
+            names.log_values(log, *steps, q);
+            let lower = Bound { q, weights: multiplier.weights(), step: -config.pessimism as f32 };
+            projection.project(lower, scratch, bound)
+        })?;
+        column_means(bound, mean);
+        log_each(log, *steps, &names.bound, mean);
+        log_each(log, *steps, &names.loss, losses);
+        self.balance_losses(log)
+    }
+
+    /// FAMO's step: the losses again, on the same batch and targets, after the critics have moved.
+    fn balance_losses(&mut self, log: &mut dyn Observer) -> Result<()> {
+        let Some(famo) = &mut self.famo else { return Ok(()) };
+        let Work { target, losses, losses_after, loss_weights, q, .. } = &mut self.work;
+        self.critic.values(Net::Online, &self.batch.obs, &self.batch.action, q)?;
+        squared_errors(QView::new(q, self.critic.critics(), losses.len())?, target, losses_after);
+        finite_losses(losses_after, &self.objectives, self.steps)?;
+        famo.step(losses, losses_after);
+        log_each(log, self.steps, &self.names.famo, loss_weights);
+        Ok(())
+    }
+
+    /// Shows a learning multiplier the mean bound at the replayed actions, from the critics as they now are.
+    pub(super) fn estimate_costs(&mut self) -> Result<()> {
+        if self.multiplier.is_constant() {
+            return Ok(());
+        }
+        let Work { q, scratch, bound, mean, .. } = &mut self.work;
+        self.critic.values(Net::Online, &self.batch.obs, &self.batch.action, q)?;
+        let q = QView::new(q, self.critic.critics(), self.objectives.len())?;
+        let step = -self.config.pessimism as f32;
+        self.projection.project(Bound { q, weights: self.multiplier.weights(), step }, scratch, bound)?;
+        column_means(bound, mean);
+        finite("cost estimate", mean, &self.objectives, self.steps)?;
+        self.multiplier.observe(mean);
+        Ok(())
+    }
+}

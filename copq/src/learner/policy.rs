@@ -1,0 +1,56 @@
+//! The policy's part in an update: its next actions, and its improvement.
+
+use super::Learner;
+use super::work::Work;
+use crate::{Bound, Net, Observer, QView, Result};
+
+impl Learner {
+    /// a' = clip(mu'(s') + clip(noise)), TD3's smoothed target actions; of a stochastic policy a sample of the online one.
+    pub(super) fn next_actions(&mut self) -> Result<()> {
+        let Work { noise, policy_noise, next_action, log_prob, .. } = &mut self.work;
+        let net = if policy_noise.is_empty() { Net::Target } else { Net::Online };
+        self.streams.smoothing.fill_normal(policy_noise);
+        self.actor.sample(net, &self.batch.next_obs, policy_noise, next_action, log_prob)?;
+        if let Some(smoothing) = self.config.smoothing {
+            let (std, clip) = (smoothing.std as f32, smoothing.clip as f32);
+            self.streams.smoothing.fill_normal(noise);
+            for (action, noise) in next_action.iter_mut().zip(noise) {
+                *action = (*action + (std * *noise).clamp(-clip, clip)).clamp(-1.0, 1.0);
+            }
+        }
+        Ok(())
+    }
+
+    /// Maximises w . (lower bound at s, a) - alpha w_e log pi(a|s) over the policy's actions a, with gradients through the
+    /// critics' mean and disagreement: paper eq. 14, and SAC's entropy bonus on the objective e it belongs to. Then the
+    /// temperature's step.
+    pub(super) fn improve_actor(&mut self, log: &mut dyn Observer) -> Result<()> {
+        let Self { actor, critic, projection, multiplier, temperature, batch, config, steps, .. } = self;
+        let Work { scratch, bound, grad_bound, policy_noise, .. } = &mut self.work;
+        let (rows, weights) = (config.batch as f64, multiplier.actor_weights());
+        for row in grad_bound.chunks_exact_mut(weights.len()) {
+            row.iter_mut().zip(weights).for_each(|(grad, w)| *grad = (-w / rows) as f32);
+        }
+        let grad_log_prob = temperature.as_ref().map_or(0.0, |t| t.alpha() * weights[t.objective()] / rows);
+        let (step, mut mean_log_prob) = (-config.actor_pessimism as f32, 0.0);
+        self.streams.smoothing.fill_normal(policy_noise);
+        actor.improve(&batch.obs, policy_noise, &mut |sample, grad| {
+            mean_log_prob = sample.log_prob.iter().map(|&log_prob| f64::from(log_prob)).sum::<f64>() / rows;
+            grad.log_prob.fill(grad_log_prob as f32);
+            let grad_q = &mut |q: QView<'_>, grad_q: &mut [f32]| {
+                let lower = Bound { q, weights: multiplier.weights(), step };
+                projection.project(lower, scratch, bound)?;
+                projection.vjp(lower, scratch, grad_bound, grad_q)
+            };
+            critic.action_grad(&batch.obs, sample.action, grad_q, grad.action)
+        })?;
+        let scalarised = |row: &[f32]| row.iter().zip(weights).map(|(&b, w)| f64::from(b) * w).sum::<f64>();
+        log.scalar(*steps, "actor/objective", bound.chunks_exact(weights.len()).map(scalarised).sum::<f64>() / rows);
+        if let Some(temperature) = temperature {
+            log.scalar(*steps, "actor/entropy", -mean_log_prob);
+            log.scalar(*steps, "actor/temperature", temperature.alpha());
+            temperature.update(mean_log_prob);
+        }
+        Ok(())
+    }
+}

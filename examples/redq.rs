@@ -1,0 +1,58 @@
+//! REDQ with optimistic exploration: twenty updates a step, ten critics that say where to look (REDQ + COP-OAC).
+//!
+//! `cargo run --release --example redq` trains the hopper on rapier; `--help` explains the rest.
+
+use clap::Parser;
+use copq::{Config, Learner, Optimistic, Rng, Stream, Trainer, projection};
+use copq_examples::make_env;
+use copq_experiments::{Args, Plan, Run};
+
+/// Critics of the ensemble; every target is made by two of them, drawn at random.
+const CRITICS: usize = 10;
+
+/// Trains randomised ensembled double-Q with vector-valued critics, and explores where they promise the most.
+///
+/// The upper bound that explores is --projection's: cholesky is COP-OAC, extremum Extremum-OAC.
+#[derive(Parser)]
+#[command(name = "redq")]
+struct Cli {
+    #[command(flatten)]
+    args: Args,
+
+    /// Environment steps with uniformly random actions before learning begins. [default: 5000]
+    #[arg(long, value_name = "N", conflicts_with = "resume")]
+    start_steps: Option<u64>,
+
+    /// Explore with the policy's Gaussian noise alone, without optimism; say so again with --resume.
+    #[arg(long)]
+    gaussian: bool,
+}
+
+fn main() -> anyhow::Result<()> {
+    let Cli { args, start_steps, gaussian } = Cli::parse();
+
+    // The settings: TD3's, with REDQ's over them.
+    let config = Config { start_steps: start_steps.unwrap_or(5_000), ..Config::td3().redq() };
+    let config = args.settings(config)?;
+    let mut plan = args.plan(Plan::new(if gaussian { "redq-gaussian" } else { "redq" }))?;
+    plan.run.discount = config.discount;
+
+    // The world, and the networks: ten critics of N values each, and a deterministic actor.
+    let env = make_env(&plan)?;
+    let spec = env.spec().clone();
+    let mut rng = Rng::new(plan.run.seed, Stream::Init);
+    let critic = copq_candle::critic(&spec, CRITICS, &config.networks, &mut rng)?.threads(plan.threads)?;
+    let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?;
+
+    // The learner: its targets take the smaller of two random critics, its actor the mean of all ten.
+    let mut learner = Learner::new(config.clone(), &spec, Box::new(critic), Box::new(actor), plan.run.seed)?;
+    if !gaussian {
+        learner = learner.explore(Optimistic::new(projection::by_name(&plan.projection)?));
+    }
+
+    // Train, and leave everything in a folder.
+    let folder = args.open(&plan, &config)?;
+    let trainer = Trainer::new(env, Box::new(learner), plan.run.seed)?;
+    println!("{}", Run::new(trainer, make_env(&plan)?, folder, plan.run)?.train()?);
+    Ok(())
+}

@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Sees to it that feature `system` finds a MuJoCo on this machine, and prints what to put into the environment, if anything:
+#
+#     eval "$(scripts/system-mujoco.sh)"
+#
+# What is installed is used as it is; else Debian's libmujoco-dev is unpacked into third_party, which needs no root and changes
+# nothing else. All other words go to stderr. It fails where there is no MuJoCo to be had.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+has_headers() { echo '#include <mujoco/mujoco.h>' | "${CC:-cc}" -E - > /dev/null 2>&1; }
+
+# The packages and what they need beyond a C++ runtime, unpacked side by side.
+unpack() {
+    local target=third_party/mujoco-debian work packages
+    if ! test -e $target/usr/include/mujoco/mujoco.h; then
+        work=$(mktemp -d third_party/debian.XXXXXX)
+        packages=$(apt-cache depends --recurse --no-recommends --no-suggests --no-conflicts --no-breaks --no-replaces \
+            --no-enhances libmujoco-dev | grep '^lib' | grep -v -e '^libc6' -e '^libgcc' -e '^libstdc++' -e '^libcrypt')
+        # shellcheck disable=SC2086 # a list of names
+        (cd "$work" && apt-get download -qq $packages) || { rm -rf "$work"; return 1; }
+        for package in "$work"/*.deb; do dpkg -x "$package" "$work/root"; done
+        rm -rf $target
+        mv "$work/root" $target
+        rm -rf "$work"
+    fi
+    echo "export COPQ_MUJOCO_DIR='$PWD/$target/usr'"
+    echo "export LD_LIBRARY_PATH='$(dirname "$(find "$PWD/$target/usr/lib" -name 'libmujoco.so' | head -n 1)")'\${LD_LIBRARY_PATH:+:\$LD_LIBRARY_PATH}"
+}
+
+if test -n "${COPQ_MUJOCO_DIR:-}" || has_headers; then
+    echo "MuJoCo's headers are there" >&2
+elif ! command -v apt-get > /dev/null; then
+    echo "no MuJoCo on this machine, and no apt-get to download Debian's libmujoco-dev" >&2
+    exit 1
+else
+    mkdir -p third_party
+    unpack || { echo "libmujoco-dev could not be downloaded; perhaps apt-get update helps" >&2; exit 1; }
+    echo "unpacked libmujoco-dev into third_party" >&2
+fi

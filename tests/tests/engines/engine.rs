@@ -1,0 +1,91 @@
+//! The engines and their robots.
+
+use copq::{Env, Result, Rng};
+use copq_envs::task::Start;
+use copq_envs::{Options, Physics, RobotSpec, task_with};
+
+pub const ROBOTS: [&str; 5] = ["hopper", "walker2d", "halfcheetah", "ant", "humanoid"];
+
+/// An engine, as its crate offers it.
+pub struct Engine {
+    pub name: &'static str,
+    pub physics: fn(&RobotSpec) -> Result<Box<dyn Physics>>,
+    pub env: fn(&str, &Options) -> Result<Box<dyn Env>>,
+}
+
+pub const ENGINES: &[Engine] = &[
+    Engine {
+        name: "rapier",
+        physics: |robot| Ok(Box::new(copq_envs_rapier::Rapier::new(robot)?)),
+        env: copq_envs_rapier::make_with,
+    },
+    #[cfg(feature = "mujoco-rs")]
+    Engine {
+        name: "mujoco-rs",
+        physics: |robot| Ok(Box::new(copq_envs_mujoco::mujoco_rs::physics(robot)?)),
+        env: copq_envs_mujoco::mujoco_rs::make_with,
+    },
+    #[cfg(feature = "system")]
+    Engine {
+        name: "system",
+        physics: |robot| Ok(Box::new(copq_envs_mujoco::system::physics(robot)?)),
+        env: copq_envs_mujoco::system::make_with,
+    },
+];
+
+impl Engine {
+    /// An engine without a robot says so when it is made; only rapier may, and not of the hopper.
+    pub fn make(&self, robot: &RobotSpec) -> Option<Box<dyn Physics>> {
+        match (self.physics)(robot) {
+            Ok(physics) => Some(physics),
+            Err(error) if self.name == "rapier" && robot.name != "hopper" => {
+                println!("no {} on rapier: {error}", robot.name);
+                None
+            }
+            Err(error) => panic!("{} on {}: {error}", robot.name, self.name),
+        }
+    }
+}
+
+/// A robot at a start that every engine can bear.
+pub fn robot(name: &str) -> RobotSpec {
+    task_with(&format!("a/{name}"), &everywhere()).unwrap().robot
+}
+
+/// Options whose start every engine can bear.
+pub fn everywhere() -> Options {
+    Options { start: Start::Paper, ..Options::default() }
+}
+
+/// Every engine with every robot that it has.
+pub fn each(mut test: impl FnMut(&Engine, &RobotSpec, Box<dyn Physics>)) {
+    for engine in ENGINES {
+        for robot in ROBOTS.map(robot) {
+            if let Some(physics) = engine.make(&robot) {
+                test(engine, &robot, physics);
+            }
+        }
+    }
+}
+
+/// Bits of qpos and qvel over some steps with a seed's controls.
+pub fn play(physics: &mut dyn Physics, robot: &RobotSpec, seed: u64, steps: usize) -> Vec<u64> {
+    let (mut rng, mut ctrl) = (Rng::with_stream(seed, 97), vec![0.0; robot.nu()]);
+    let (mut qpos, mut qvel) = (vec![0.0; robot.nq()], vec![0.0; robot.nv()]);
+    let mut bits = Vec::new();
+    for _ in 0..steps {
+        for (ctrl, motor) in ctrl.iter_mut().zip(&robot.actuators) {
+            *ctrl = rng.uniform_in(motor.range[0], motor.range[1]);
+        }
+        physics.step(&ctrl, robot.frame_skip).unwrap();
+        physics.qpos(&mut qpos);
+        physics.qvel(&mut qvel);
+        bits.extend(qpos.iter().chain(&qvel).map(|value| value.to_bits()));
+    }
+    bits
+}
+
+/// The robot at its start.
+pub fn reset(physics: &mut dyn Physics, robot: &RobotSpec) {
+    physics.reset_to(&robot.initial_qpos, &vec![0.0; robot.nv()]).unwrap();
+}
