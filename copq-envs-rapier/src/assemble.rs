@@ -2,13 +2,14 @@
 
 use copq::{Error, Result};
 use copq_envs::RobotSpec;
-use copq_envs::robot::{Body, Joint};
-use rapier3d_f64::prelude::{MassProperties, MultibodyIndex, RigidBody, RigidBodyBuilder, RigidBodyHandle, Vector};
+use copq_envs::robot::JointKind;
+use rapier3d_f64::prelude::{MassProperties, MultibodyIndex, Pose, RigidBody, RigidBodyBuilder, RigidBodyHandle};
 
-use crate::collider::collider;
-use crate::coordinate::Coordinate;
-use crate::frame::rotation;
-use crate::link::Link;
+use crate::collider::{collider, groups};
+use crate::coordinate::{Coordinate, coordinates};
+use crate::frame::pose;
+use crate::link::{Link, Moves, chain};
+use crate::weld::{Weld, mass, welds};
 use crate::world::World;
 
 /// A robot at its reference pose, never stepped.
@@ -17,91 +18,113 @@ pub(crate) struct Assembly {
     pub robot: MultibodyIndex,
     /// One for each joint, in the order of qpos and qvel.
     pub coordinates: Vec<Coordinate>,
-    /// The rigid bodies, in the order of the description.
-    pub bodies: Vec<RigidBodyHandle>,
+    /// Where each body of the description rides.
+    pub welds: Vec<Weld>,
+    /// The multibody's link of each body with joints; 0, the base, for the others.
+    pub links: Vec<usize>,
 }
 
 impl Assembly {
     pub(crate) fn new(robot: &RobotSpec) -> Result<Self> {
         robot.check()?;
-        let mut world = World::empty();
-        // The robot hangs from a fixed body; the floor belongs to none, so that robot and floor may touch.
-        let base = world.bodies.insert(RigidBodyBuilder::fixed());
-        let bodies: Vec<_> = robot.bodies.iter().map(|body| world.bodies.insert(rigid_body(body))).collect();
-        add_colliders(robot, &bodies, &mut world)?;
-        let axes = add_joints(robot, base, &bodies, &mut world)?;
-        let index = multibody(robot, base, &world)?;
-        settle(index, &mut world);
-        let coordinates = axes.iter().map(|axis| coordinate(robot, &world, &bodies, *axis)).collect();
-        let mut assembly = Self { world, robot: index, coordinates, bodies };
-        assembly.set_passive(robot);
-        Ok(assembly)
+        check_joints(robot)?;
+        let mut builder = Builder::new(robot);
+        (0..robot.bodies.len()).try_for_each(|body| builder.add_body(body))?;
+        builder.add_colliders()?;
+        builder.finish()
     }
 
-    /// Damping, armature and springs of every joint. rapier damps angular freedoms by 0.1 unless told otherwise.
+    /// Damping and armature of every joint. rapier damps angular freedoms by 0.1 unless told otherwise.
     fn set_passive(&mut self, robot: &RobotSpec) {
         let (multibody, _) = self.world.split(self.robot);
         for (coordinate, joint) in self.coordinates.iter().zip(&robot.joints) {
-            multibody.damping_mut()[coordinate.dof] = joint.damping;
-            multibody.armature_mut()[coordinate.dof] = joint.armature;
-            if joint.stiffness > 0.0 {
-                coordinate.drive(multibody, 0.0);
+            for dof in coordinate.dofs() {
+                multibody.damping_mut()[dof] = joint.damping;
+                multibody.armature_mut()[dof] = joint.armature;
             }
         }
     }
 }
 
-fn rigid_body(body: &Body) -> RigidBody {
-    let inertial = &body.inertial;
-    let mass = MassProperties::with_principal_inertia_frame(
-        Vector::from_array(inertial.com),
-        inertial.mass,
-        Vector::from_array(inertial.moments),
-        rotation(inertial.quat),
-    );
-    RigidBodyBuilder::dynamic().can_sleep(false).additional_mass_properties(mass).build()
-}
-
-fn add_colliders(robot: &RobotSpec, bodies: &[RigidBodyHandle], world: &mut World) -> Result<()> {
-    for (index, geom) in robot.geoms.iter().enumerate() {
-        let collider = collider(robot, index)?;
-        match geom.body {
-            Some(body) => world.colliders.insert_with_parent(collider, bodies[body], &mut world.bodies),
-            None => world.colliders.insert(collider),
-        };
-    }
-    Ok(())
-}
-
-/// Where a joint went: its index, its body and rapier's axis.
-#[derive(Clone, Copy)]
-struct Axis {
-    joint: usize,
-    body: usize,
-    axis: usize,
-}
-
-fn add_joints(
-    robot: &RobotSpec,
+/// A world under construction.
+struct Builder<'a> {
+    robot: &'a RobotSpec,
+    world: World,
+    /// The robot hangs from a fixed body; the floor belongs to none, so that robot and floor may touch.
     base: RigidBodyHandle,
-    bodies: &[RigidBodyHandle],
-    world: &mut World,
-) -> Result<Vec<Axis>> {
-    let mut axes = Vec::with_capacity(robot.joints.len());
-    for (body, spec) in robot.bodies.iter().enumerate() {
-        let link = Link::new(robot, body)?;
-        let parent = spec.parent.map_or(base, |parent| bodies[parent]);
-        if world.joints.insert(parent, bodies[body], link.joint, true).is_none() {
-            return Err(refused(robot, "a tree of bodies"));
-        }
-        axes.extend(link.axes.iter().map(|&(joint, axis)| Axis { joint, body, axis }));
-    }
-    Ok(axes)
+    welds: Vec<Weld>,
+    /// rapier's body of each body with joints; the base for the others.
+    bodies: Vec<RigidBodyHandle>,
+    /// What each link moves, in the order of the joints, with rapier's body.
+    moves: Vec<(Moves, RigidBodyHandle)>,
 }
 
-fn multibody(robot: &RobotSpec, base: RigidBodyHandle, world: &World) -> Result<MultibodyIndex> {
-    let link = world.joints.rigid_body_link(base).ok_or_else(|| refused(robot, "at least one body"))?;
-    Ok(link.multibody)
+impl<'a> Builder<'a> {
+    fn new(robot: &'a RobotSpec) -> Self {
+        let mut world = World::empty();
+        let base = world.bodies.insert(RigidBodyBuilder::fixed());
+        let bodies = vec![base; robot.bodies.len()];
+        Self { robot, world, base, welds: welds(robot), bodies, moves: Vec::new() }
+    }
+
+    /// A body with joints becomes a chain of links: massless ones between its joints, its own at the end.
+    fn add_body(&mut self, body: usize) -> Result<()> {
+        let spec = &self.robot.bodies[body];
+        let parent = spec.parent.map(|parent| self.welds[parent]);
+        let frame = parent.map_or(Pose::IDENTITY, |parent| parent.pose) * pose(spec.pos, spec.quat);
+        let mut tip = parent.and_then(|parent| parent.carrier).map_or(self.base, |carrier| self.bodies[carrier]);
+        let joints: Vec<_> = self.robot.joints_of(body).collect();
+        let links = chain(&joints, frame);
+        let last = links.len().saturating_sub(1);
+        for (index, Link { joint, moves }) in links.into_iter().enumerate() {
+            let mass = if index == last { mass(self.robot, &self.welds, body) } else { MassProperties::default() };
+            let next = self.world.bodies.insert(rigid_body(mass));
+            if self.world.joints.insert(tip, next, joint, true).is_none() {
+                return Err(refused(self.robot, "a tree of bodies", "a loop"));
+            }
+            self.moves.push((moves, next));
+            tip = next;
+            self.bodies[body] = next;
+        }
+        Ok(())
+    }
+
+    fn add_colliders(&mut self) -> Result<()> {
+        let World { bodies, colliders, .. } = &mut self.world;
+        for (index, groups) in groups(self.robot)?.into_iter().enumerate() {
+            let weld = self.robot.geoms[index].body.map(|body| self.welds[body]);
+            let frame = weld.map_or(Pose::IDENTITY, |weld| weld.pose);
+            let collider = collider(self.robot, index, frame, groups);
+            match weld.and_then(|weld| weld.carrier) {
+                Some(carrier) => colliders.insert_with_parent(collider, self.bodies[carrier], bodies),
+                None => colliders.insert(collider),
+            };
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<Assembly> {
+        let Some(robot) = self.world.joints.rigid_body_link(self.base).map(|link| link.multibody) else {
+            return Err(refused(self.robot, "at least one joint", "none"));
+        };
+        settle(robot, &mut self.world);
+        let moves = self.moves.iter().map(|(moves, body)| (moves, self.link(*body)));
+        let coordinates = coordinates(self.robot, self.world.multibody(robot), moves);
+        let links = self.bodies.iter().map(|body| self.link(*body)).collect();
+        let mut assembly = Assembly { world: self.world, robot, coordinates, welds: self.welds, links };
+        assembly.set_passive(self.robot);
+        Ok(assembly)
+    }
+
+    /// The index of a body's link in the multibody.
+    fn link(&self, body: RigidBodyHandle) -> usize {
+        // Every body got a link in `add_body`; the base is the first.
+        self.world.joints.rigid_body_link(body).map_or(0, |link| link.id)
+    }
+}
+
+fn rigid_body(mass: MassProperties) -> RigidBody {
+    RigidBodyBuilder::dynamic().can_sleep(false).additional_mass_properties(mass).build()
 }
 
 /// Gives bodies their masses (rapier does so in the first step only), fixes the base (which removes its six freedoms) and
@@ -115,22 +138,22 @@ fn settle(index: MultibodyIndex, world: &mut World) {
     multibody.update_rigid_bodies(bodies, true);
 }
 
-fn coordinate(robot: &RobotSpec, world: &World, bodies: &[RigidBodyHandle], at: Axis) -> Coordinate {
-    let Joint { reference, stiffness, .. } = robot.joints[at.joint];
-    // Every body got a link in `add_joints`.
-    let id = world.joints.rigid_body_link(bodies[at.body]).map_or((0, 0), |link| {
-        let multibody = &world.joints[link.multibody];
-        (link.id, multibody.link(link.id).map_or(0, |link| first_dof(link, at.axis)))
-    });
-    Coordinate { link: id.0, axis: at.axis, dof: id.1, reference, stiffness }
+/// A free joint moves a body of the world, and is its only joint; the others have an axis.
+fn check_joints(robot: &RobotSpec) -> Result<()> {
+    for joint in &robot.joints {
+        let body = &robot.bodies[joint.body];
+        let alone = robot.joints_of(joint.body).count() == 1 && body.parent.is_none();
+        let got = format!("{} on {}", joint.name, body.name);
+        if joint.kind == JointKind::Free && !alone {
+            return Err(refused(robot, "a free joint alone on a body without a parent", got));
+        }
+        if joint.axis.iter().all(|&length| length == 0.0) {
+            return Err(refused(robot, "an axis", got));
+        }
+    }
+    Ok(())
 }
 
-/// The place of an axis among a link's free ones, counted from the link's first.
-fn first_dof(link: &rapier3d_f64::prelude::MultibodyLink, axis: usize) -> usize {
-    let locked = link.joint.data.locked_axes.bits();
-    link.assembly_id() + (0..axis).filter(|before| (locked >> before) & 1 == 0).count()
-}
-
-fn refused(robot: &RobotSpec, wanted: &str) -> Error {
-    Error::invalid(format!("rapier: bodies of {}", robot.name), wanted, "something else")
+fn refused(robot: &RobotSpec, wanted: &str, got: impl ToString) -> Error {
+    Error::invalid(format!("rapier: joints of {}", robot.name), wanted, got)
 }

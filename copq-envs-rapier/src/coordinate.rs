@@ -1,43 +1,113 @@
-//! Where a joint's coordinate and its motor live in rapier's multibody.
+//! Where a joint's entries of qpos and qvel live in rapier's multibody.
 
-use rapier3d_f64::prelude::{Multibody, Real};
+use std::ops::Range;
 
-/// The stiffness of the spring that stands for a motor on a joint without one (N m/rad), a power of two.
-///
-/// rapier has no generalised force. A spring pulled far away gives the same torque: it adds only k dt^2 of inertia and
-/// k dt of damping, here below 1e-8, while the rounding error of the torque does not depend on k.
-const MOTOR_STIFFNESS: f64 = 1.0 / (1024.0 * 1024.0);
+use copq_envs::RobotSpec;
+use rapier3d_f64::prelude::{Multibody, MultibodyLink};
 
-/// One scalar joint: an entry of qpos and of qvel.
-#[derive(Clone, Copy, Debug)]
+use crate::axis::Axis;
+use crate::free::Free;
+use crate::link::Moves;
+
+/// The place of one joint on both sides.
+#[derive(Clone, Debug)]
 pub(crate) struct Coordinate {
-    /// The multibody's link.
-    pub link: usize,
-    /// rapier's axis within the link, 0..6.
-    pub axis: usize,
-    /// Index in the multibody's velocity vector.
-    pub dof: usize,
-    /// qpos where rapier's coordinate is 0.
-    pub reference: f64,
-    /// The joint's own spring (N m/rad).
-    pub stiffness: f64,
+    /// Its entries of qpos.
+    pub qpos: Range<usize>,
+    /// Its entries of qvel.
+    pub qvel: Range<usize>,
+    /// Its place in rapier.
+    pub joint: Place,
+}
+
+/// A joint in rapier's multibody.
+#[derive(Clone, Debug)]
+pub(crate) enum Place {
+    /// A free root.
+    Free(Free),
+    /// A slide or a hinge.
+    Axis(Axis),
+}
+
+/// The coordinates of all joints, from what each link moves (in the order of the joints) and its index.
+pub(crate) fn coordinates<'a>(
+    robot: &RobotSpec,
+    multibody: &Multibody,
+    links: impl Iterator<Item = (&'a Moves, usize)>,
+) -> Vec<Coordinate> {
+    let places =
+        links.flat_map(|(moves, id)| multibody.link(id).map_or_else(Vec::new, |link| places(robot, moves, link)));
+    let (mut q, mut v) = (0, 0);
+    let joints = robot.joints.iter().zip(places).map(|(spec, joint)| {
+        let (qpos, qvel) = (q..q + spec.kind.nq(), v..v + spec.kind.nv());
+        (q, v) = (qpos.end, qvel.end);
+        Coordinate { qpos, qvel, joint }
+    });
+    joints.collect()
+}
+
+fn places(robot: &RobotSpec, moves: &Moves, link: &MultibodyLink) -> Vec<Place> {
+    let id = link.link_id();
+    let axis = |&(joint, axis): &(usize, usize)| {
+        let (reference, stiffness) = (robot.joints[joint].reference, robot.joints[joint].stiffness);
+        Place::Axis(Axis { link: id, axis, dof: first_dof(link, axis), reference, stiffness })
+    };
+    match moves {
+        Moves::Free => vec![Place::Free(Free { link: id, dof: link.assembly_id() })],
+        Moves::Axes(axes) => axes.iter().map(axis).collect(),
+    }
+}
+
+/// The place of an axis among a link's free ones, counted from the link's first.
+fn first_dof(link: &MultibodyLink, axis: usize) -> usize {
+    let locked = link.joint.data.locked_axes.bits();
+    link.assembly_id() + (0..axis).filter(|before| (locked >> before) & 1 == 0).count()
 }
 
 impl Coordinate {
-    /// The joint's value in qpos.
-    pub(crate) fn position(&self, multibody: &Multibody) -> Real {
-        // A coordinate is made from a link of this multibody, and links are never removed.
-        multibody.link(self.link).map_or(Real::NAN, |link| link.joint.coords()[self.axis]) + self.reference
+    /// rapier's freedoms, by index in the multibody's velocity vector.
+    pub(crate) fn dofs(&self) -> Range<usize> {
+        let first = match &self.joint {
+            Place::Free(free) => free.dof,
+            Place::Axis(axis) => axis.dof,
+        };
+        first..first + self.qvel.len()
     }
 
-    /// Applies a generalised force (N or N m) from now on; together with the joint's own spring, if it has one.
-    pub(crate) fn drive(&self, multibody: &mut Multibody, force: Real) {
-        let Some(link) = multibody.link_mut(self.link) else { return };
-        let (stiffness, rest) = if self.stiffness > 0.0 {
-            (self.stiffness, force / self.stiffness)
-        } else {
-            (MOTOR_STIFFNESS, link.joint.coords()[self.axis] + force / MOTOR_STIFFNESS)
-        };
-        link.joint.set_spring(self.axis, stiffness, rest);
+    /// Writes the joint's entries of qpos.
+    pub(crate) fn position(&self, multibody: &Multibody, qpos: &mut [f64]) {
+        let qpos = &mut qpos[self.qpos.clone()];
+        match &self.joint {
+            Place::Free(free) => free.position(multibody, qpos),
+            Place::Axis(axis) => qpos[0] = axis.position(multibody),
+        }
+    }
+
+    /// Writes the joint's entries of qvel.
+    pub(crate) fn velocity(&self, multibody: &Multibody, qvel: &mut [f64]) {
+        let (velocity, qvel) = (multibody.generalized_velocity(), &mut qvel[self.qvel.clone()]);
+        match &self.joint {
+            Place::Free(free) => free.velocity(multibody, velocity.as_slice(), qvel),
+            Place::Axis(axis) => qvel[0] = velocity[axis.dof],
+        }
+    }
+
+    /// Writes the displacement, by rapier's freedoms, that takes the pristine multibody to `qpos`.
+    pub(crate) fn displacement(&self, qpos: &[f64], out: &mut [f64]) {
+        let qpos = &qpos[self.qpos.clone()];
+        match &self.joint {
+            Place::Free(free) => free.displacement(qpos, out),
+            // The pristine coordinates are 0, so a displacement is a position.
+            Place::Axis(axis) => out[axis.dof] = qpos[0] - axis.reference,
+        }
+    }
+
+    /// Writes the velocity, by rapier's freedoms, that is `qvel` at `qpos`.
+    pub(crate) fn freedoms(&self, qpos: &[f64], qvel: &[f64], out: &mut [f64]) {
+        let (qpos, qvel) = (&qpos[self.qpos.clone()], &qvel[self.qvel.clone()]);
+        match &self.joint {
+            Place::Free(free) => free.freedoms(qpos, qvel, out),
+            Place::Axis(axis) => out[axis.dof] = qvel[0],
+        }
     }
 }

@@ -2,11 +2,11 @@
 
 use copq_envs::RobotSpec;
 use rapier3d_f64::prelude::{
-    CCDSolver, ImpulseJointSet, IntegrationParameters, PhysicsPipeline, Real, SoftBodySet, Vector,
+    CCDSolver, ImpulseJointSet, IntegrationParameters, MultibodyIndex, PhysicsPipeline, SoftBodySet, Vector,
 };
 
-use crate::condim::Condim;
-use crate::softness::contact_spring;
+use crate::contact::Contacts;
+use crate::law::spring;
 use crate::world::World;
 
 /// What steps a [`World`]: settings, buffers, and the kinds of thing that robots have none of.
@@ -17,22 +17,25 @@ pub(crate) struct Engine {
     impulse_joints: ImpulseJointSet,
     soft_bodies: SoftBodySet,
     ccd: CCDSolver,
+    contacts: Contacts,
 }
 
 impl Engine {
     pub(crate) fn new(robot: &RobotSpec) -> Self {
+        let contacts = Contacts::new(robot);
         Self {
             pipeline: PhysicsPipeline::new(),
-            parameters: parameters(robot),
+            parameters: parameters(robot.timestep, contacts.share()),
             gravity: Vector::from_array(robot.gravity),
             impulse_joints: ImpulseJointSet::new(),
             soft_bodies: SoftBodySet::new(),
             ccd: CCDSolver::new(),
+            contacts,
         }
     }
 
     /// Length of a step (s).
-    pub(crate) fn timestep(&self) -> Real {
+    pub(crate) fn timestep(&self) -> f64 {
         self.parameters.dt
     }
 
@@ -43,7 +46,8 @@ impl Engine {
     }
 
     /// One timestep; false if rapier had to quarantine something that is not finite.
-    pub(crate) fn step(&mut self, world: &mut World) -> bool {
+    pub(crate) fn step(&mut self, world: &mut World, robot: MultibodyIndex) -> bool {
+        self.contacts.watch(world.multibody(robot), &world.bodies);
         self.pipeline.step(
             self.gravity,
             &self.parameters,
@@ -56,21 +60,25 @@ impl Engine {
             &mut world.joints,
             &mut self.soft_bodies,
             &mut self.ccd,
-            &Condim,
+            &self.contacts,
             &(),
         );
         self.pipeline.quarantine().is_empty()
     }
 }
 
-/// One solver iteration is one substep here: four would cost three times as much. Without the stabilisation pass the
-/// ant is thrown into the air. Continuous collision detection would stop links halfway through a step.
-fn parameters(robot: &RobotSpec) -> IntegrationParameters {
-    let spring = contact_spring(robot);
+/// Contacts and limits get velocities to strive for that rapier must neither clamp nor take back afterwards, as its
+/// stabilisation would; none begins before it is touched. One solver iteration is one substep here: four would cost three
+/// times as much. Continuous collision detection would stop links halfway through a step.
+fn parameters(dt: f64, share: f64) -> IntegrationParameters {
+    let spring = spring(share, dt);
     IntegrationParameters {
-        dt: robot.timestep,
+        dt,
         num_solver_iterations: 1,
-        num_internal_stabilization_iterations: 1,
+        num_internal_pgs_iterations: 4,
+        num_internal_stabilization_iterations: 0,
+        normalized_max_corrective_velocity: f64::MAX,
+        normalized_prediction_distance: 0.0,
         max_ccd_substeps: 0,
         contact_softness: spring,
         static_contact_softness: spring,

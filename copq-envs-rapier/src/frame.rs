@@ -1,4 +1,4 @@
-//! Positions and quaternions of a [`RobotSpec`](copq_envs::RobotSpec) as rapier's poses.
+//! Positions, quaternions and axes of a [`RobotSpec`](copq_envs::RobotSpec) as rapier's poses.
 
 use rapier3d_f64::prelude::{Pose, Rotation, Vector};
 
@@ -10,4 +10,29 @@ pub(crate) fn rotation([w, x, y, z]: [f64; 4]) -> Rotation {
 /// A pose from a position and (w, x, y, z).
 pub(crate) fn pose(pos: [f64; 3], quat: [f64; 4]) -> Pose {
     Pose::from_parts(Vector::from_array(pos), rotation(quat))
+}
+
+/// A half turn about an axis, or none: what it takes to point axes along the frame's positive ones.
+const TURNS: [[f64; 4]; 4] = [[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+
+/// A turned frame in which each of some directions is a positive axis, and which axes (0..3) they are.
+///
+/// Frames stay aligned with the body's own where they can. Rotating every hinge onto x, as rapier's revolute joint does, puts
+/// rounding noise into directions that a planar robot cannot move in; in single precision all ground friction is lost to it.
+pub(crate) fn aligned(directions: &[[f64; 3]]) -> Option<(Rotation, Vec<usize>)> {
+    TURNS.iter().find_map(|&turn| {
+        let turn = Rotation::from_array(turn);
+        let axes = directions.iter().map(|&direction| axis(turn, Vector::from_array(direction)));
+        Some((turn, axes.collect::<Option<Vec<_>>>()?))
+    })
+}
+
+fn axis(turn: Rotation, direction: Vector) -> Option<usize> {
+    let local = turn.inverse() * direction;
+    [Vector::X, Vector::Y, Vector::Z].iter().position(|unit| local == *unit)
+}
+
+/// A turned frame whose x axis is this direction (not zero).
+pub(crate) fn tilted(direction: [f64; 3]) -> Rotation {
+    Rotation::from_rotation_arc(Vector::X, Vector::from_array(direction).normalize())
 }

@@ -13,33 +13,38 @@
 //! # Ok::<(), copq::Error>(())
 //! ```
 //!
-//! Masses, joint-space inertia and contact-free motion agree with MuJoCo's; contacts are rapier's own, so returns are not
-//! comparable number for number. A world belongs to one environment and one thread.
+//! Masses and joint-space inertia are MuJoCo's; contacts and joint limits follow its law of soft constraints, as far as
+//! rapier's solver can. Random policies fall as soon as on MuJoCo, but returns are not comparable number for number. A world
+//! belongs to one environment and one thread.
 
 mod assemble;
+mod axis;
 mod collider;
-mod condim;
+mod cone;
+mod contact;
 mod coordinate;
 mod engine;
+mod fields;
 mod frame;
+mod free;
+mod law;
+mod limits;
 mod link;
+mod motors;
 mod rapier;
-mod softness;
+mod touch;
+mod twist;
+mod weld;
 mod world;
 
 pub use rapier::Rapier;
 
 use copq::{Env, Result};
-use copq_envs::robot::Senses;
-use copq_envs::task::Start;
 use copq_envs::{Locomotion, Options};
 
 /// The environment of this name (see [`copq_envs::tasks`]) on rapier; an unknown name is answered with the nearest ones.
-///
-/// The ant starts with its ankles inside their limits, as in the preset `Paper`, and the humanoid shows positions and
-/// velocities only (45 numbers): rapier does not tell contact forces, which Gymnasium's humanoid has among its 348.
 pub fn make(name: &str) -> Result<Box<dyn Env>> {
-    make_with(name, &Options { start: Start::Paper, senses: Senses::Joints, ..Options::default() })
+    make_with(name, &Options::default())
 }
 
 /// The environment of this name with these options.

@@ -4,13 +4,16 @@ use std::fmt;
 
 use copq::error::check_len;
 use copq::{Error, Result, State};
-use copq_envs::robot::Actuator;
-use copq_envs::{Dims, Physics, RobotSpec};
-use rapier3d_f64::prelude::{MultibodyIndex, RigidBodyHandle};
+use copq_envs::{Dims, Field, Physics, RobotSpec};
+use rapier3d_f64::na::DMatrix;
+use rapier3d_f64::prelude::MultibodyIndex;
 
 use crate::assemble::Assembly;
 use crate::coordinate::Coordinate;
 use crate::engine::Engine;
+use crate::fields::{Fields, View};
+use crate::limits::Limits;
+use crate::motors::Motors;
 use crate::world::World;
 
 const NAME: &str = "rapier 0.36.1";
@@ -18,7 +21,8 @@ const NAME: &str = "rapier 0.36.1";
 /// rapier 0.36.1 in double precision with multibody joints, as a [`Physics`].
 ///
 /// A snapshot is the whole world, contact memory included, some tens of kilobytes; it replays bit for bit, in another
-/// process of the same build too.
+/// process of the same build too. Fields are of the state after the step; contact forces those
+/// of its last timestep.
 pub struct Rapier {
     robot: String,
     dims: Dims,
@@ -27,45 +31,63 @@ pub struct Rapier {
     engine: Engine,
     index: MultibodyIndex,
     coordinates: Vec<Coordinate>,
-    actuators: Vec<Actuator>,
-    bodies: Vec<RigidBodyHandle>,
-    /// Coordinates of a reset, by rapier's freedom.
-    displacement: Vec<f64>,
+    motors: Motors,
+    limits: Limits,
+    fields: Fields,
+    /// Room for one number a freedom.
+    scratch: Vec<f64>,
 }
 
 impl Rapier {
-    /// Builds a world for a robot: chains of hinges below a planar root, so far.
+    /// Builds a world for a robot.
     pub fn new(robot: &RobotSpec) -> Result<Self> {
-        let assembly = Assembly::new(robot)?;
+        let Assembly { world, robot: index, coordinates, welds, links } = Assembly::new(robot)?;
         let dims = Dims { nq: robot.nq(), nv: robot.nv(), nu: robot.nu() };
         Ok(Self {
             robot: robot.name.clone(),
             dims,
-            pristine: assembly.world.clone(),
-            world: assembly.world,
+            pristine: world.clone(),
+            world,
             engine: Engine::new(robot),
-            index: assembly.robot,
-            coordinates: assembly.coordinates,
-            actuators: robot.actuators.clone(),
-            bodies: assembly.bodies,
-            displacement: vec![0.0; dims.nv],
+            index,
+            motors: Motors::new(robot, &coordinates),
+            limits: Limits::new(robot, &coordinates),
+            coordinates,
+            fields: Fields::new(robot, &welds, &links),
+            scratch: vec![0.0; dims.nv],
         })
-    }
-
-    /// Sets the motors' torques for the next timestep.
-    fn drive(&mut self, ctrl: &[f64]) {
-        let (multibody, _) = self.world.split(self.index);
-        for (actuator, ctrl) in self.actuators.iter().zip(ctrl) {
-            let [low, high] = actuator.range;
-            self.coordinates[actuator.joint].drive(multibody, actuator.gear * ctrl.clamp(low, high));
-        }
     }
 
     /// rapier's own quarantine looks at bodies, this at the joints.
     fn is_finite(&self) -> bool {
         let multibody = self.world.multibody(self.index);
-        let positions = self.coordinates.iter().map(|coordinate| coordinate.position(multibody));
+        let positions = multibody.links().flat_map(|link| link.joint.coords());
         positions.chain(multibody.generalized_velocity().iter().copied()).all(f64::is_finite)
+    }
+
+    /// rapier's freedoms (rows) of unit velocities in qvel (columns), at the current position.
+    fn basis(&self) -> DMatrix<f64> {
+        let Dims { nq, nv, .. } = self.dims;
+        let mut qpos = vec![0.0; nq];
+        self.qpos(&mut qpos);
+        let mut basis = DMatrix::zeros(nv, nv);
+        for (unit, mut column) in basis.column_iter_mut().enumerate() {
+            let mut qvel = vec![0.0; nv];
+            qvel[unit] = 1.0;
+            self.coordinates.iter().for_each(|coordinate| coordinate.freedoms(&qpos, &qvel, column.as_mut_slice()));
+        }
+        basis
+    }
+
+    /// The mass matrix by rapier's freedoms, with armature, without damping or springs.
+    fn freedom_mass(&self) -> DMatrix<f64> {
+        let mut multibody = self.world.multibody(self.index).clone();
+        // Its by-product is the factorisation that is wanted.
+        multibody.dof_inverse_inertia(&self.world.bodies);
+        let factors = multibody.inv_augmented_mass();
+        let mut matrix = factors.l() * factors.u();
+        factors.p().inv_permute_rows(&mut matrix);
+        matrix
     }
 
     fn error(&self, what: impl Into<String>) -> Error {
@@ -90,13 +112,12 @@ impl Physics for Rapier {
         }
         self.world = self.pristine.clone();
         self.engine.restart();
+        self.motors.set(&[]);
         let (multibody, bodies) = self.world.split(self.index);
-        for ((coordinate, position), velocity) in self.coordinates.iter().zip(qpos).zip(qvel) {
-            // The pristine coordinates are 0, so a displacement is a position.
-            self.displacement[coordinate.dof] = position - coordinate.reference;
-            multibody.generalized_velocity_mut()[coordinate.dof] = *velocity;
-        }
-        multibody.apply_displacements(&self.displacement);
+        self.coordinates.iter().for_each(|coordinate| coordinate.displacement(qpos, &mut self.scratch));
+        multibody.apply_displacements(&self.scratch);
+        self.coordinates.iter().for_each(|coordinate| coordinate.freedoms(qpos, qvel, &mut self.scratch));
+        multibody.generalized_velocity_mut().copy_from_slice(&self.scratch);
         multibody.forward_kinematics(bodies, false);
         multibody.update_rigid_bodies(bodies, true);
         Ok(())
@@ -107,9 +128,12 @@ impl Physics for Rapier {
         if !ctrl.iter().all(|value| value.is_finite()) {
             return Err(self.error(format!("a control is not finite: {ctrl:?}")));
         }
+        self.motors.set(ctrl);
         for substep in 0..substeps {
-            self.drive(ctrl);
-            if !self.engine.step(&mut self.world) || !self.is_finite() {
+            let (multibody, _) = self.world.split(self.index);
+            self.motors.drive(multibody);
+            self.limits.apply(multibody);
+            if !self.engine.step(&mut self.world, self.index) || !self.is_finite() {
                 return Err(self.error(format!("the state stopped being finite in substep {substep}; reset first")));
             }
         }
@@ -118,18 +142,32 @@ impl Physics for Rapier {
 
     fn qpos(&self, out: &mut [f64]) {
         let multibody = self.world.multibody(self.index);
-        out.iter_mut().zip(&self.coordinates).for_each(|(out, coordinate)| *out = coordinate.position(multibody));
+        self.coordinates.iter().for_each(|coordinate| coordinate.position(multibody, out));
     }
 
     fn qvel(&self, out: &mut [f64]) {
-        let velocity = self.world.multibody(self.index).generalized_velocity();
-        out.iter_mut().zip(&self.coordinates).for_each(|(out, coordinate)| *out = velocity[coordinate.dof]);
+        let multibody = self.world.multibody(self.index);
+        self.coordinates.iter().for_each(|coordinate| coordinate.velocity(multibody, out));
+    }
+
+    fn read(&mut self, field: Field, out: &mut [f64]) -> Result<()> {
+        let view = View { world: &self.world, robot: self.index };
+        match field {
+            Field::BodyPosition => self.fields.positions(view, out),
+            Field::BodyCentre => self.fields.centres(view, out),
+            Field::Inertia => self.fields.inertias(view, out),
+            Field::Velocity => self.fields.velocities(view, out),
+            Field::ActuatorForce => self.motors.write(&self.coordinates, out),
+            Field::ContactForce => self.fields.contact_forces(view, self.engine.timestep(), out),
+        }
+        Ok(())
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
         state.put("engine", NAME.as_bytes());
         state.put("robot", self.robot.as_bytes());
         state.put("world", self.world.to_bytes()?);
+        self.motors.save(state);
         Ok(())
     }
 
@@ -140,32 +178,21 @@ impl Physics for Rapier {
                 return Err(Error::invalid(format!("{key} of a saved state"), wanted, String::from_utf8_lossy(got)));
             }
         }
+        self.motors.load(state)?;
         self.world = World::from_bytes(state.get("world")?)?;
         self.engine.restart();
         Ok(())
     }
 
     fn centre_of_mass(&self) -> Option<[f64; 3]> {
-        let mut sum = [0.0; 3];
-        let mut mass = 0.0;
-        for body in self.bodies.iter().filter_map(|handle| self.world.bodies.get(*handle)) {
-            mass += body.mass();
-            let centre = body.center_of_mass().to_array();
-            sum.iter_mut().zip(centre).for_each(|(sum, centre)| *sum += body.mass() * centre);
-        }
-        Some(sum.map(|moment| moment / mass))
+        Some(self.fields.centre_of_mass(View { world: &self.world, robot: self.index }).to_array())
     }
 
     fn mass_matrix(&self) -> Option<Vec<f64>> {
-        let mut multibody = self.world.multibody(self.index).clone();
-        // Its by-product is the factorisation of the mass matrix with armature, without damping or springs.
-        multibody.dof_inverse_inertia(&self.world.bodies);
-        let factors = multibody.inv_augmented_mass();
-        let mut matrix = factors.l() * factors.u();
-        factors.p().inv_permute_rows(&mut matrix);
-        let at = |row: &Coordinate, column: &Coordinate| matrix[(row.dof, column.dof)];
-        let rows = self.coordinates.iter();
-        Some(rows.flat_map(|row| self.coordinates.iter().map(move |column| at(row, column))).collect())
+        let n = self.dims.nv;
+        let basis = self.basis();
+        let matrix = basis.transpose() * self.freedom_mass() * basis;
+        Some((0..n * n).map(|i| matrix[(i / n, i % n)]).collect())
     }
 }
 

@@ -15,11 +15,12 @@ fn speed_after_sliding(spec: &RobotSpec) -> f64 {
     (physics.centre_of_mass().unwrap()[0] - before) / spec.timestep
 }
 
-/// The foot (friction 2) sticks and the body tips over it. MuJoCo 3.17.0: 0.440 m/s; measured here: 0.477.
+/// The foot (friction 2) sticks and the body tips over it. MuJoCo 3.17.0: 0.440 m/s.
 #[test]
 fn the_floor_slows_a_sliding_hopper_as_in_mujoco() {
     let speed = speed_after_sliding(&robot::hopper(Preset::GymV5));
-    assert!((speed - 0.440).abs() < 0.06, "{speed}");
+    println!("{speed}");
+    assert!((speed - 0.440).abs() < 0.03, "{speed}");
 }
 
 #[test]

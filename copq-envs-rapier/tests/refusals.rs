@@ -14,7 +14,7 @@ fn an_unknown_environment_is_answered_with_the_nearest() {
 #[test]
 fn a_state_that_blows_up_is_an_error() {
     let mut physics = Rapier::new(&robot::hopper(Preset::GymV5)).unwrap();
-    physics.reset_to(&[0.0, 1.25, 0.0, 0.0, 0.0, 0.0], &[0.0, 0.0, 1e200, 0.0, 0.0, -1e200]).unwrap();
+    physics.reset_to(&[0.0, 1.25, 0.0, 0.0, 0.0, 0.0], &[0.0, 0.0, 1e308, 0.0, 0.0, -1e308]).unwrap();
     let error = (0..50).find_map(|_| physics.step(&[0.0; 3], 4).err()).unwrap();
     assert!(matches!(error, Error::Env { .. }) && error.to_string().contains("stopped being finite"), "{error}");
     // A reset mends it.
@@ -32,24 +32,42 @@ fn numbers_that_are_not_finite_are_refused() {
 }
 
 #[test]
-fn joints_that_are_not_supported_yet_are_named() {
-    let mut tilted = robot::hopper(Preset::GymV5);
-    tilted.joints[3].axis = [0.6, -0.8, 0.0];
-    let mut free = robot::hopper(Preset::GymV5);
-    free.joints[0].kind = JointKind::Free;
-    free.initial_qpos = vec![0.0; free.nq()];
-    let mut twice = robot::hopper(Preset::GymV5);
-    twice.joints[4].body = 1;
-    for (spec, body) in [(tilted, "thigh"), (free, "torso"), (twice, "thigh")] {
-        let error = Rapier::new(&spec).unwrap_err().to_string();
-        assert!(error.contains(&format!("joints of hopper's {body}")), "{error}");
-    }
+fn a_free_joint_in_the_wrong_place_is_named() {
+    let mut inner = robot::hopper(Preset::GymV5);
+    inner.joints[3].kind = JointKind::Free;
+    inner.initial_qpos = vec![0.0; inner.nq()];
+    inner.actuators.remove(0);
+    let error = Rapier::new(&inner).unwrap_err().to_string();
+    assert!(error.contains("a free joint alone") && error.contains("thigh_joint on thigh"), "{error}");
 }
 
 #[test]
-fn more_geoms_than_collision_groups_are_refused() {
+fn an_axis_of_no_length_is_named() {
+    let mut spec = robot::hopper(Preset::GymV5);
+    spec.joints[4].axis = [0.0; 3];
+    let error = Rapier::new(&spec).unwrap_err().to_string();
+    assert!(error.contains("leg_joint"), "{error}");
+}
+
+#[test]
+fn a_robot_without_joints_is_refused() {
+    let mut spec = robot::hopper(Preset::GymV5);
+    spec.joints.clear();
+    spec.actuators.clear();
+    spec.initial_qpos.clear();
+    assert!(Rapier::new(&spec).is_err());
+}
+
+/// Geoms that touch the same others share one of rapier's 32 groups; these all differ.
+#[test]
+fn more_kinds_of_geom_than_collision_groups_are_refused() {
     let mut spec = robot::hopper(Preset::GymV5);
     let floor: Geom = spec.geoms[0].clone();
-    spec.geoms.resize(33, floor);
+    spec.geoms.resize(100, floor);
+    Rapier::new(&spec).unwrap();
+    for (index, geom) in spec.geoms.iter_mut().enumerate() {
+        geom.body = (index % 2 == 0).then_some(0);
+        (geom.contype, geom.conaffinity) = if index < 66 { (1 << (index / 2 % 32), 1 << (index % 32)) } else { (1, 1) };
+    }
     assert!(Rapier::new(&spec).unwrap_err().to_string().contains("at most 32"));
 }

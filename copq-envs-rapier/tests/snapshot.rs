@@ -8,7 +8,7 @@ use copq::{Env, Outcome, Rng, State};
 use copq_envs::robot::Preset;
 use copq_envs::{Physics, robot};
 use copq_envs_rapier::{Rapier, make};
-use support::Walk;
+use support::{ROBOTS, Walk};
 
 /// Observation and reward bits of the next `steps` steps under a fixed sequence of actions, with resets.
 fn replay(env: &mut dyn Env, steps: usize) -> Vec<u32> {
@@ -29,20 +29,23 @@ fn replay(env: &mut dyn Env, steps: usize) -> Vec<u32> {
 
 #[test]
 fn a_new_environment_goes_on_from_the_middle_of_an_episode() {
-    for seed in 0..20 {
-        let mut walk = Walk::new(make("a/hopper").unwrap(), seed);
-        (0..7 + 3 * seed).for_each(|_| {
-            walk.step();
-        });
-        let mut state = State::default();
-        walk.env.save(&mut state).unwrap();
-        let wanted = replay(&mut *walk.env, 200);
+    for robot in ROBOTS {
+        for seed in 0..6 {
+            let task = format!("gym/{robot}");
+            let mut walk = Walk::new(make(&task).unwrap(), seed);
+            (0..7 + 9 * seed).for_each(|_| {
+                walk.step();
+            });
+            let mut state = State::default();
+            walk.env.save(&mut state).unwrap();
+            let wanted = replay(&mut *walk.env, 60);
 
-        let mut fresh = make("a/hopper").unwrap();
-        fresh.load(&state).unwrap();
-        assert!(replay(&mut *fresh, 200) == wanted, "seed {seed}: a new environment");
-        walk.env.load(&state).unwrap();
-        assert!(replay(&mut *walk.env, 200) == wanted, "seed {seed}: the old environment");
+            let mut fresh = make(&task).unwrap();
+            fresh.load(&state).unwrap();
+            assert!(replay(&mut *fresh, 60) == wanted, "{task} seed {seed}: a new environment");
+            walk.env.load(&state).unwrap();
+            assert!(replay(&mut *walk.env, 60) == wanted, "{task} seed {seed}: the old environment");
+        }
     }
 }
 

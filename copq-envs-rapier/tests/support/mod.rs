@@ -1,77 +1,59 @@
-//! What several of the tests need: golden tables, random actions.
-#![allow(dead_code)]
+//! What several of the tests need: golden data, robots, random actions.
+#![allow(dead_code, unused_imports)]
 
-use copq::{Env, Outcome, Rng};
+pub mod crane;
+pub mod parts;
+mod table;
+mod walk;
 
-/// A CSV file of numbers with one line of names.
-pub struct Table {
-    names: Vec<String>,
-    rows: Vec<Vec<f64>>,
-}
+use copq_envs::robot::{self, Preset};
+use copq_envs::{Physics, RobotSpec};
+use copq_envs_rapier::Rapier;
 
-impl Table {
-    pub fn parse(text: &str) -> Self {
-        let mut lines = text.lines();
-        let names = lines.next().unwrap().split(',').map(String::from).collect();
-        let rows = lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
-        Self { names, rows }
-    }
+pub use table::{Table, row};
+pub use walk::Walk;
 
-    pub fn len(&self) -> usize {
-        self.rows.len()
-    }
+pub const ROBOTS: [&str; 5] = ["hopper", "walker2d", "halfcheetah", "ant", "humanoid"];
 
-    /// The cells of a row under `name0`, `name1`, ...
-    pub fn vector(&self, row: usize, name: &str) -> Vec<f64> {
-        (0..).map_while(|i| self.cell(row, &format!("{name}{i}"))).collect()
-    }
-
-    pub fn get(&self, row: usize, name: &str) -> f64 {
-        self.cell(row, name).unwrap()
-    }
-
-    fn cell(&self, row: usize, name: &str) -> Option<f64> {
-        let column = self.names.iter().position(|known| known == name)?;
-        Some(self.rows[row][column])
+pub fn robot(name: &str, preset: Preset) -> RobotSpec {
+    match name {
+        "hopper" => robot::hopper(preset),
+        "walker2d" => robot::walker2d(preset),
+        "halfcheetah" => robot::halfcheetah(preset),
+        "ant" => robot::ant(preset),
+        "humanoid" => robot::humanoid(preset),
+        _ => panic!("no robot {name}"),
     }
 }
 
-/// An environment driven by uniform random actions, reset whenever an episode ends.
-pub struct Walk {
-    pub env: Box<dyn Env>,
-    rng: Rng,
-    pub obs: Vec<f32>,
-    pub action: Vec<f32>,
-    pub reward: Vec<f32>,
-    pub length: usize,
-    /// Lengths of the finished episodes.
-    pub lengths: Vec<usize>,
+/// A file under tests/data.
+pub fn data(name: &str) -> String {
+    let path = format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-impl Walk {
-    pub fn new(env: Box<dyn Env>, seed: u64) -> Self {
-        let spec = env.spec();
-        let (obs, action) = (vec![0.0; spec.observation], vec![0.0; spec.action()]);
-        let reward = vec![0.0; spec.objectives.len()];
-        let mut walk =
-            Self { env, rng: Rng::with_stream(seed, 99), obs, action, reward, length: 0, lengths: Vec::new() };
-        walk.reset();
-        walk
-    }
+pub fn qpos(physics: &Rapier) -> Vec<f64> {
+    let mut qpos = vec![0.0; physics.dims().nq];
+    physics.qpos(&mut qpos);
+    qpos
+}
 
-    pub fn reset(&mut self) {
-        self.env.reset(self.rng.next_u64(), &mut self.obs).unwrap();
-        self.length = 0;
-    }
+pub fn qvel(physics: &Rapier) -> Vec<f64> {
+    let mut qvel = vec![0.0; physics.dims().nv];
+    physics.qvel(&mut qvel);
+    qvel
+}
 
-    pub fn step(&mut self) -> Outcome {
-        self.action.iter_mut().for_each(|value| *value = self.rng.uniform_in(-1.0, 1.0) as f32);
-        let outcome = self.env.step(&self.action, &mut self.obs, &mut self.reward).unwrap();
-        self.length += 1;
-        if outcome != Outcome::Running {
-            self.lengths.push(self.length);
-            self.reset();
-        }
-        outcome
-    }
+/// The largest difference; fails if a number is not finite or one is missing.
+pub fn worst(got: &[f64], wanted: &[f64]) -> f64 {
+    assert_eq!(got.len(), wanted.len());
+    got.iter().zip(wanted).fold(0.0, |worst, (got, wanted)| {
+        assert!((got - wanted).is_finite(), "{got} against {wanted}");
+        f64::max(worst, (got - wanted).abs())
+    })
+}
+
+/// The controls for actions in [-1, 1].
+pub fn controls(robot: &RobotSpec, actions: &[f64]) -> Vec<f64> {
+    robot.actuators.iter().zip(actions).map(|(actuator, action)| actuator.range[1] * action).collect()
 }

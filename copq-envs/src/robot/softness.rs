@@ -15,8 +15,50 @@ impl Softness {
     /// MuJoCo's default.
     pub const MUJOCO: Self = Self { solref: [0.02, 1.0], solimp: [0.9, 0.95, 0.001, 0.5, 2.0] };
 
-    /// The impedance d at full depth, in (0, 1): what engines without MuJoCo's depth curve should use.
-    pub fn impedance(&self) -> f64 {
-        self.solimp[1]
+    /// The impedance d in (0, 1) at a depth (m or rad): the share of an acceleration that the constraint takes over.
+    pub fn impedance(&self, depth: f64) -> f64 {
+        let [shallow, deep, width, midpoint, power] = self.solimp;
+        let x = (depth.abs() / width.max(1e-15)).min(1.0);
+        let y = if x <= midpoint {
+            x.powf(power) / midpoint.powf(power - 1.0)
+        } else {
+            1.0 - (1.0 - x).powf(power) / (1.0 - midpoint).powf(power - 1.0)
+        };
+        (shallow + y * (deep - shallow)).clamp(1e-4, 0.9999)
+    }
+
+    /// Damping b (1/s) and stiffness k (1/s^2) of the acceleration that the constraint strives for, -b v - k d r (MuJoCo's
+    /// aref), with v the velocity out of the violation, r the negative depth, and d the impedance there.
+    pub fn reference(&self) -> [f64; 2] {
+        let ([time_constant, damping_ratio], full) = (self.solref, self.solimp[1]);
+        [2.0 / (full * time_constant), (full * time_constant * damping_ratio).powi(-2)]
+    }
+
+    /// The softness of a pair of geoms of equal priority: the mean.
+    pub fn mean(&self, other: &Self) -> Self {
+        let solref = std::array::from_fn(|i| 0.5 * (self.solref[i] + other.solref[i]));
+        let solimp = std::array::from_fn(|i| 0.5 * (self.solimp[i] + other.solimp[i]));
+        Self { solref, solimp }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn impedance_rises_from_shallow_to_deep() {
+        let softness = Softness::MUJOCO;
+        let wanted = [(0.0, 0.9), (0.00025, 0.90625), (0.0005, 0.925), (0.00075, 0.94375), (0.001, 0.95), (1.0, 0.95)];
+        for (depth, impedance) in wanted {
+            assert!((softness.impedance(-depth) - impedance).abs() < 1e-12, "{depth}");
+        }
+    }
+
+    #[test]
+    fn the_reference_is_critically_damped_at_full_impedance() {
+        // With the constraint's share d of the acceleration: x'' = -2 x' / tc - x / tc^2.
+        let ([damping, stiffness], d) = (Softness::MUJOCO.reference(), 0.95);
+        assert!((d * damping - 100.0).abs() < 1e-9 && (d * stiffness * d - 2500.0).abs() < 1e-9);
     }
 }
