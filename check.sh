@@ -12,7 +12,7 @@ run cargo clippy --workspace --all-targets --locked -- -D warnings
 skipped=()
 mujoco=()
 if run scripts/fetch-mujoco.sh; then
-    mujoco=(--features copq-envs-mujoco/mujoco-rs,copq-tests/mujoco-rs,copq-examples/mujoco)
+    mujoco=(--features copq-envs-mujoco/mujoco-rs,copq-tests/mujoco-rs,copq-examples/mujoco,copq-bench/mujoco)
     run cargo clippy --workspace "${mujoco[@]}" --all-targets --locked -- -D warnings
 else
     skipped+=("mujoco-rs: MuJoCo 3.17.0 could not be fetched")
