@@ -37,7 +37,7 @@ fn make_physics(engine: &str, robot: &RobotSpec) -> Result<Box<dyn Physics>> {
         "mujoco" => Ok(Box::new(copq_envs_mujoco::mujoco_rs::physics(robot)?)),
         #[cfg(feature = "system")]
         "system" => Ok(Box::new(copq_envs_mujoco::system::physics(robot)?)),
-        "mujoco" | "system" => {
+        known if ENGINES.contains(&known) => {
             let wanted =
                 format!("a build with it: cargo run --release --features copq-examples/{engine} --example ...");
             Err(Error::invalid(format!("engine {engine}"), wanted, "one without"))

@@ -15,6 +15,8 @@ unpack() {
     local target=third_party/mujoco-debian work packages
     if ! test -e $target/usr/include/mujoco/mujoco.h; then
         work=$(mktemp -d third_party/debian.XXXXXX)
+        # A fresh machine may know no packages yet.
+        apt-cache show libmujoco-dev > /dev/null 2>&1 || apt-get update -qq >&2 || true
         packages=$(apt-cache depends --recurse --no-recommends --no-suggests --no-conflicts --no-breaks --no-replaces \
             --no-enhances libmujoco-dev | grep '^lib' | grep -v -e '^libc6' -e '^libgcc' -e '^libstdc++' -e '^libcrypt')
         # shellcheck disable=SC2086 # a list of names
