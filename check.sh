@@ -5,7 +5,7 @@ cd "$(dirname "$0")"
 
 run() { printf '\n== %s\n' "$*"; "$@"; }
 # The engine of MuJoCo 3.17.0, in every crate that can have it.
-mujoco=copq-envs-mujoco/mujoco-rs,copq-tests/mujoco-rs,copq-examples/mujoco
+mujoco=copq-envs-mujoco/mujoco-rs,copq-tests/mujoco-rs,copq-examples/mujoco,copq-bench/mujoco
 
 run cargo fmt --all --check
 run cargo clippy --workspace --all-targets --locked -- -D warnings

@@ -15,13 +15,13 @@ unpack() {
     local target=third_party/mujoco-debian work packages
     if ! test -e $target/usr/include/mujoco/mujoco.h; then
         work=$(mktemp -d third_party/debian.XXXXXX)
+        # A fresh machine may know no packages yet.
+        apt-cache show libmujoco-dev > /dev/null 2>&1 || apt-get update -qq >&2 || true
         packages=$(apt-cache depends --recurse --no-recommends --no-suggests --no-conflicts --no-breaks --no-replaces \
             --no-enhances libmujoco-dev | grep '^lib' | grep -v -e '^libc6' -e '^libgcc' -e '^libstdc++' -e '^libcrypt')
         # shellcheck disable=SC2086 # a list of names
-        (cd "$work" && apt-get download -qq $packages) || { rm -rf "$work"; return 1; }
-        for package in "$work"/*.deb; do dpkg -x "$package" "$work/root"; done
-        rm -rf $target
-        mv "$work/root" $target
+        (cd "$work" && test -n "$packages" && apt-get download -qq $packages && find . -name '*.deb' -exec dpkg -x {} root \;) &&
+            rm -rf $target && mv "$work/root" $target || { rm -rf "$work"; return 1; }
         rm -rf "$work"
     fi
     echo "export COPQ_MUJOCO_DIR='$PWD/$target/usr'"

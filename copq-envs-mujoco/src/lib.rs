@@ -6,7 +6,7 @@
 //! * feature `system`: module `system`, the MuJoCo that is installed, from 2.2.2 (Debian's) on.
 //!
 //! Without features the crate builds with nothing installed, and can do nothing. The README tells how to get MuJoCo, and
-//! `cargo run -p copq-envs-mujoco --bin mujoco-doctor` what is missing.
+//! `cargo run -p copq-envs-mujoco --bin mujoco-doctor`, with the features of the build, what is missing.
 #![cfg_attr(
     feature = "mujoco-rs",
     doc = r#"

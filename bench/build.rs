@@ -1,0 +1,8 @@
+//! Lets the benchmarks find the linked MuJoCo when they are started without cargo.
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    if let Ok(folder) = std::env::var("DEP_COPQ_MUJOCO_LIB_DIR") {
+        println!("cargo::rustc-link-arg-bins=-Wl,-rpath,{folder}");
+    }
+}
