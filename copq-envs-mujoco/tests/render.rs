@@ -80,9 +80,9 @@ fn a_robot_is_where_its_position_says() {
         println!("{name}: {:.1} % of the picture", 100.0 * pixels);
         assert!((0.005..0.2).contains(&pixels), "{name} fills {pixels}");
         assert!(start.picture == again.picture, "{name}: one position, two pictures");
-        for axis in 0..2 {
+        for (axis, size) in SIZE.into_iter().enumerate() {
             let [low, high] = start.extent(axis);
-            assert!(low > 0 && high < i64::from(SIZE[axis]) - 1, "{name} is cut off at {low} or {high}");
+            assert!(low > 0 && high < i64::from(size) - 1, "{name} is cut off at {low} or {high}");
         }
         // The camera goes with it: the robot stays in its place, and the tiles pass by.
         let shift = (0..2).flat_map(|axis| (0..2).map(move |end| (axis, end)));
