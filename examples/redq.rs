@@ -3,7 +3,7 @@
 //! `cargo run --release --example redq` trains the hopper on rapier; `--help` explains the rest.
 
 use clap::Parser;
-use copq::{Config, Learner, Optimistic, Rng, Stream, Trainer, projection};
+use copq::{Config, Learner, Optimism, Optimistic, Rng, Stream, Trainer, projection};
 use copq_examples::make_env;
 use copq_experiments::{Args, Plan, Run};
 
@@ -23,8 +23,8 @@ struct Cli {
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     start_steps: Option<u64>,
 
-    /// Explore with the policy's Gaussian noise alone, without optimism; say so again with --resume.
-    #[arg(long)]
+    /// Explore with the policy's Gaussian noise alone, without optimism.
+    #[arg(long, conflicts_with = "resume")]
     gaussian: bool,
 }
 
@@ -32,9 +32,11 @@ fn main() -> anyhow::Result<()> {
     let Cli { args, start_steps, gaussian } = Cli::parse();
 
     // The settings: TD3's, with REDQ's over them.
-    let config = Config { start_steps: start_steps.unwrap_or(5_000), ..Config::td3().redq() };
+    let optimism = (!gaussian).then(Optimism::default);
+    let config = Config { start_steps: start_steps.unwrap_or(5_000), optimism, ..Config::td3().redq() };
     let config = args.settings(config)?;
-    let mut plan = args.plan(Plan::new(if gaussian { "redq-gaussian" } else { "redq" }))?;
+    let method = if gaussian { "redq-gaussian" } else { "redq" }.to_owned();
+    let mut plan = args.plan(Plan { method, ..Plan::new("redq") })?;
     plan.run.discount = config.discount;
 
     // The world, and the networks: ten critics of N values each, and a deterministic actor.
@@ -44,9 +46,10 @@ fn main() -> anyhow::Result<()> {
     let critic = copq_candle::critic(&spec, CRITICS, &config.networks, &mut rng)?.threads(plan.threads)?;
     let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?;
 
-    // The learner: its targets take the smaller of two random critics, its actor the mean of all ten.
+    // The learner: its targets take the smaller of two random critics, its actor the mean of all ten, and all ten
+    // explore, by the upper bound of another projection than that of the targets.
     let mut learner = Learner::new(config.clone(), &spec, Box::new(critic), Box::new(actor), plan.run.seed)?;
-    if !gaussian {
+    if config.optimism.is_some() {
         learner = learner.explore(Optimistic::new(projection::by_name(&plan.projection)?));
     }
 

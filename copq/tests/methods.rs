@@ -389,6 +389,17 @@ fn another_order_moves_names_weights_limits_and_rewards_together() {
     assert!(error(&["reward", "costs"]).starts_with("unknown objective 'costs'; known: cost, "));
 }
 
+#[test]
+fn an_order_is_written_in_letters_or_names() {
+    let parse = |order: &str| Ordered::parse(Box::new(Toy::constrained()), order);
+    for order in ["rc", "reward,cost", "reward, cost"] {
+        assert_eq!(parse(order).unwrap().spec().objectives, ["reward", "cost"]);
+    }
+    let error = |order: &str| parse(order).unwrap_err().to_string();
+    assert!(error("rx").ends_with("one objective each, or names with commas between: cost,reward, got 'x'"));
+    assert!(error("r").starts_with("order of objectives: wanted each of cost, reward once, got reward"));
+}
+
 /// Extremum knows no priorities: turned round, it is the same run with its objectives exchanged. Cholesky does.
 #[test]
 fn the_order_matters_to_cholesky_alone() {
