@@ -1,8 +1,11 @@
-//! What the examples share: a world by the names of its task, engine and preset.
+//! What the examples share: a world by the names of its task, engine and preset, and ways to draw it.
+
+mod view;
 
 use copq::{Env, Error, Ordered, Result};
 use copq_envs::{Locomotion, Options, Physics, RobotSpec};
 use copq_experiments::Plan;
+pub use view::{VIEWS, make_view};
 
 /// The engines that [`make_env`] knows.
 pub const ENGINES: [&str; 3] = ["rapier", "mujoco", "system"];
