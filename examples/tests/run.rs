@@ -16,7 +16,7 @@ fn run(name: &str, arguments: &[&str]) -> String {
     text(output.stdout)
 }
 
-/// Runs a training program twice, the second time as a resumed run, and returns its metrics' names.
+/// Runs a training program twice, the second time as a resumed run, and looks at its policy; returns its metrics' names.
 fn train(name: &str, arguments: &[&str], start: &str, halves: [&str; 2]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -25,6 +25,8 @@ fn train(name: &str, arguments: &[&str], start: &str, halves: [&str; 2]) -> Stri
     let fresh = ["--out", out, "--steps", halves[0], "--start-steps", start];
     run(name, &[arguments, &cadence, &fresh].concat());
     run(name, &["--resume", out, "--steps", halves[1]]);
+    let film = folder.path().join("rollout.gif");
+    run("rollout", &[out, "--steps", "3", "--out", film.to_str().unwrap()]);
     let metrics = std::fs::read_to_string(PathBuf::from(out).join("metrics.csv")).unwrap();
     metrics.lines().next().unwrap().to_owned()
 }
