@@ -42,11 +42,12 @@ fn td3() {
 fn redq() {
     assert!(train("redq", &[], "280", ["283", "285"]).contains("q_spread/safety"));
     train("redq", &["--gaussian"], "280", ["281", "282"]);
+    assert!(train("redq", &["--sac"], "280", ["281", "282"]).contains("actor/temperature"));
 }
 
 #[test]
 fn sac_lagrangian() {
-    for method in ["cop-cal", "cal", "saclag-ucb", "sac-lagrangian"] {
+    for method in ["cop-cal", "cal", "cal-original", "saclag-ucb", "sac-lagrangian", "sac-pid"] {
         let metrics = train("sac_lagrangian", &["--method", method], "150", ["200", "240"]);
         for name in ["multiplier/cost", "multiplier_effective/cost", "cost_violation/cost", "actor/temperature"] {
             assert!(metrics.contains(name), "{method}: {metrics}");
