@@ -46,8 +46,8 @@ fn main() -> anyhow::Result<()> {
     let mut world = make_world(&run.plan)?;
     let (networks, mut rng) = (&run.settings.networks, Rng::new(0, Stream::Init));
     let mut policy: Box<dyn Actor> = match run.settings.entropy {
-        Some(_) => Box::new(copq_candle::gaussian_actor(world.spec(), networks, &mut rng)?),
         None => Box::new(copq_candle::actor(world.spec(), networks, &mut rng)?),
+        Some(_) => Box::new(copq_candle::gaussian_actor(world.spec(), networks, &mut rng)?),
     };
     policy.load(read_checkpoint(&cli.run)?.child("trainer")?.child("agent")?.child("actor")?)?;
 
@@ -56,7 +56,7 @@ fn main() -> anyhow::Result<()> {
     let mut seeds = Rng::new(cli.seed.unwrap_or(run.plan.run.seed), Stream::Evaluation);
     let mut film = Animation::default();
     for episode in 1..=cli.episodes {
-        let end = play(&mut world, &mut *policy, seeds.next_u64(), cli.steps, &mut film)?;
+        let end = play(&mut world, policy.as_mut(), seeds.next_u64(), cli.steps, &mut film)?;
         let readings: Vec<_> = end.readings.iter().map(|(name, value)| format!("{name} {value}")).collect();
         println!("episode {episode}: {}", readings.join(", "));
     }

@@ -16,7 +16,7 @@ fn run(name: &str, arguments: &[&str]) -> String {
     text(output.stdout)
 }
 
-/// Runs a training program twice, the second time as a resumed run, shows its policy, and returns its metrics' names.
+/// Runs a training program twice, the second time as a resumed run, and looks at its policy; returns its metrics' names.
 fn train(name: &str, arguments: &[&str], start: &str, halves: [&str; 2]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -25,10 +25,8 @@ fn train(name: &str, arguments: &[&str], start: &str, halves: [&str; 2]) -> Stri
     let fresh = ["--out", out, "--steps", halves[0], "--start-steps", start];
     run(name, &[arguments, &cadence, &fresh].concat());
     run(name, &["--resume", out, "--steps", halves[1]]);
-    // What it has learned can be looked at, whatever the kind of its policy.
-    let film = folder.path().join("film.gif");
-    let said = run("rollout", &[out, "--steps", "10", "--out", film.to_str().unwrap()]);
-    assert!(said.contains("episode 1: steps ") && film.exists(), "{said}");
+    let film = folder.path().join("rollout.gif");
+    run("rollout", &[out, "--steps", "3", "--out", film.to_str().unwrap()]);
     let metrics = std::fs::read_to_string(PathBuf::from(out).join("metrics.csv")).unwrap();
     metrics.lines().next().unwrap().to_owned()
 }
@@ -44,11 +42,12 @@ fn td3() {
 fn redq() {
     assert!(train("redq", &[], "280", ["283", "285"]).contains("q_spread/safety"));
     train("redq", &["--gaussian"], "280", ["281", "282"]);
+    assert!(train("redq", &["--sac"], "280", ["281", "282"]).contains("actor/temperature"));
 }
 
 #[test]
 fn sac_lagrangian() {
-    for method in ["cop-cal", "cal", "saclag-ucb", "sac-lagrangian"] {
+    for method in ["cop-cal", "cal", "cal-original", "saclag-ucb", "sac-lagrangian", "sac-pid"] {
         let metrics = train("sac_lagrangian", &["--method", method], "150", ["200", "240"]);
         for name in ["multiplier/cost", "multiplier_effective/cost", "cost_violation/cost", "actor/temperature"] {
             assert!(metrics.contains(name), "{method}: {metrics}");
