@@ -41,7 +41,7 @@ fn main() -> anyhow::Result<()> {
     let config = Config { start_steps: start_steps.unwrap_or(5_000), optimism, ..base.redq() };
     let config = args.settings(config)?;
     let method = ["redq", if sac { "-sac" } else { "" }, if gaussian { "-gaussian" } else { "" }].concat();
-    let mut plan = args.plan(Plan { method, ..Plan::new("redq") })?;
+    let mut plan = args.plan(Plan { method: Some(method), ..Plan::new("redq") })?;
     plan.run.discount = config.discount;
 
     // The world, and the networks: ten critics of N values each, and an actor.

@@ -61,17 +61,17 @@ fn main() -> anyhow::Result<()> {
     let Cli { args, method, start_steps } = Cli::parse();
 
     // The plan: the options over the defaults, or with --resume what the run's folder holds.
-    let method =
-        method.and_then(|method| method.to_possible_value()).map_or("cop-cal".into(), |m| m.get_name().to_owned());
+    let value = method.unwrap_or(Method::CopCal).to_possible_value();
+    let method = value.map(|value| value.get_name().to_owned());
     let mut plan = args.plan(Plan { method, task: "b/hopper".to_owned(), ..Plan::new("sac_lagrangian") })?;
 
     // The settings: the method's preset, and the options over it.
-    let (preset, separate, own) = Method::from_str(&plan.method, false).map_err(anyhow::Error::msg)?.parts();
+    let (preset, separate, own) = Method::from_str(plan.method(), false).map_err(anyhow::Error::msg)?.parts();
     let start_steps = start_steps.unwrap_or(preset.start_steps);
     let config = args.settings(Config { start_steps, ..preset })?;
     plan.run.discount = config.discount;
     if let (Some(own), Some(given)) = (&own, &args.projection) {
-        anyhow::bail!("--projection {given}: wanted none, for --method {} has its own, {}", plan.method, own.name());
+        anyhow::bail!("--projection {given}: wanted none, for --method {} has its own, {}", plan.method(), own.name());
     }
     let projection = own.map_or_else(|| projection::by_name(&plan.projection), Ok)?;
     plan.projection = projection.name().to_owned();

@@ -271,6 +271,7 @@ fn a_method_that_does_not_suit_the_task_is_a_readable_error() {
         build(Config::cop_cal(), Box::new(critics(3, 0)), gaussian()),
         "a constraint on 'toy': wanted a task with at least one cost (EnvSpec::limits), got none"
     );
+    assert!(build(Config::cal(), Box::new(separate(&[4, 2, 2], 0)), gaussian()).starts_with("a constraint on 'toy'"));
     assert_eq!(
         build(Config::sac(), Box::new(critics(3, 0)), Box::new(LinearActor::new(0.005))),
         "the actor: wanted a stochastic policy, for the entropy bonus, got a deterministic one"
