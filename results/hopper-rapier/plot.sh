@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The README's curves and table from the runs here.
+# The README's curves and table from the runs here. The picture is, where the checkpoint still is,
+#   cargo run --release --example rollout -- results/hopper-rapier/cholesky-s2 --steps 250 --out results/hopper-rapier/hopper.gif
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 out=results/hopper-rapier
