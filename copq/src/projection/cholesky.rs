@@ -113,6 +113,8 @@ fn clipped_direction<T: Number>(
 ) -> T {
     factor.transposed_times(u, sum, p);
     let (std, rounding) = (dot(p, p).sqrt(), rounding(x.chunks_exact(sum.len()), u));
-    p.iter_mut().for_each(|p| *p = T::if_less(rounding, std, *p, T::all(0.0)));
+    for p in p.iter_mut() {
+        *p = T::if_less(rounding, std, *p, T::all(0.0));
+    }
     turn(u, p, turned)
 }

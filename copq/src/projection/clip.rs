@@ -17,7 +17,9 @@ pub(super) fn turn<T: Number>(u: &[T], p: &[T], out: &mut [T]) -> T {
     }
     reject(u, p, out);
     normalise(out);
-    out.iter_mut().zip(u).for_each(|(out, &u)| *out = T::if_less(a, zero, *out, u));
+    for (out, &u) in out.iter_mut().zip(u) {
+        *out = T::if_less(a, zero, *out, u);
+    }
     fired
 }
 

@@ -31,7 +31,9 @@ fn orthonormal<T: Number>(column: &[T], before: &[T], e: &mut [T], room: T) -> T
     let length = rms(e);
     let own = T::if_less(T::all(ROUNDING) * rms(column), length, length, zero);
     let pivot = T::if_less(zero, room, own, zero);
-    e.iter_mut().for_each(|e| *e = T::if_less(zero, pivot, *e / pivot, zero));
+    for e in e.iter_mut() {
+        *e = T::if_less(zero, pivot, *e / pivot, zero);
+    }
     pivot
 }
 
@@ -54,7 +56,9 @@ pub(super) fn orthonormalise_vjp<T: Number>((x, e, pivots): (&[T], &[T], &[T]), 
     for (j, &pivot) in pivots.iter().enumerate().rev() {
         let (before, after) = grad_e.split_at_mut(j * critics);
         let (column, grad) = (j * critics..(j + 1) * critics, &mut after[..critics]);
-        grad.iter_mut().for_each(|grad| *grad = T::if_less(zero, pivot, *grad, zero));
+        for grad in grad.iter_mut() {
+            *grad = T::if_less(zero, pivot, *grad, zero);
+        }
         let parts = (&e[..j * critics], &e[column.clone()]);
         turn_back(parts, grad, before);
         divide_back(parts, &x[column.clone()], T::if_less(zero, pivot, pivot, one), grad, before);

@@ -4,7 +4,7 @@ use super::number::Number;
 use super::vector::{centre, mean, normalise, over};
 use super::{Directions, QView};
 
-/// The row that is being projected, and the vectors that go in and out of an ellipsoid; `T::ROWS` rows from `row` on.
+/// The row that is being projected (`T::ROWS` rows, from `row` on), and the vectors that go in and out of an ellipsoid.
 #[derive(Clone, Debug)]
 pub(super) struct Row<T> {
     critics: usize,
@@ -63,7 +63,9 @@ impl<T: Number> Row<T> {
             // Deviations from the value nearest zero lose nothing: a difference of two f32 is right to half an ulp of
             // the difference, however far from zero both are, and adding it back gives the f32 again, to the bit.
             let reference = column.iter().copied().fold(T::all(f64::INFINITY), nearer_zero);
-            column.iter_mut().for_each(|x| *x = *x - reference);
+            for x in column.iter_mut() {
+                *x = *x - reference;
+            }
             self.reference[i] = reference;
             self.shift[i] = centre(column);
         }

@@ -11,7 +11,11 @@ pub(super) fn dot<T: Number>(a: &[T], b: &[T]) -> T {
 /// From left to right; -0 is what leaves every first term as it is.
 #[inline(always)]
 pub(super) fn sum<T: Number>(terms: impl Iterator<Item = T>) -> T {
-    terms.fold(T::all(-0.0), |sum, term| sum + term)
+    let mut sum = T::all(-0.0);
+    for term in terms {
+        sum = sum + term;
+    }
+    sum
 }
 
 /// y <- y + a x
@@ -32,7 +36,9 @@ pub(super) fn mean<T: Number>(x: &[T]) -> T {
 #[inline(always)]
 pub(super) fn centre<T: Number>(x: &mut [T]) -> T {
     let mean = mean(x);
-    x.iter_mut().for_each(|x| *x = *x - mean);
+    for x in x.iter_mut() {
+        *x = *x - mean;
+    }
     mean
 }
 
@@ -53,11 +59,14 @@ pub(super) fn normalise<T: Number>(x: &mut [T]) {
 /// x <- x / a
 #[inline(always)]
 pub(super) fn divide<T: Number>(x: &mut [T], a: T) {
-    x.iter_mut().for_each(|x| *x = *x / a);
+    for x in x.iter_mut() {
+        *x = *x / a;
+    }
 }
 
 /// x / n
 #[inline(always)]
 pub(super) fn over<T: Number>(x: T, n: usize) -> T {
-    x / T::all(n as f64)
+    // The reciprocal of a power of two is exact: the same bits, without a division.
+    if n.is_power_of_two() { x * T::all(1.0 / n as f64) } else { x / T::all(n as f64) }
 }
