@@ -83,22 +83,34 @@ fn add_product<S: Simd, const V: usize>(simd: S, sum: &mut [S::f32s; V], x: f32,
     }
 }
 
+/// Stores a tile vector by vector; a slice's copy would go through memory.
+#[inline(always)]
+fn put<T: Copy, const V: usize, const HEIGHT: usize>(tile: [[T; V]; HEIGHT], out: &mut [[T; V]]) {
+    for (out, line) in out.as_flattened_mut().iter_mut().zip(tile.as_flattened()) {
+        *out = *line;
+    }
+}
+
 /// One panel of a result, computed in tiles.
 trait Tiles {
     /// Computes and stores `HEIGHT` lines from `first` on.
     fn tile<const HEIGHT: usize>(&mut self, first: usize);
 }
 
-/// Computes `count` lines in tiles as high as the registers hold, 16 lines of one vector or 6 of more, then lower ones.
+/// Computes `count` lines in tiles as high as the registers hold: 16 lines of one vector, or 6 of more. A low tile waits
+/// for its few sums, so the last two share what is left.
 #[inline(always)]
 fn cover<const V: usize>(count: usize, tiles: &mut impl Tiles) {
     let mut first = 0;
     while first < count {
-        first += match count - first {
+        let left = count - first;
+        first += match if (7..12).contains(&left) { left.div_ceil(2) } else { left } {
             16.. if V == 1 => height::<16>(first, tiles),
             6.. => height::<6>(first, tiles),
-            4.. => height::<4>(first, tiles),
-            2.. => height::<2>(first, tiles),
+            5 => height::<5>(first, tiles),
+            4 => height::<4>(first, tiles),
+            3 => height::<3>(first, tiles),
+            2 => height::<2>(first, tiles),
             _ => height::<1>(first, tiles),
         };
     }
@@ -189,7 +201,7 @@ impl<S: Simd, const V: usize> AffinePanel<'_, S, V> {
                 }
             }
         }
-        self.out[row..row + HEIGHT].copy_from_slice(&sums);
+        put(sums, &mut self.out[row..row + HEIGHT]);
     }
 }
 
@@ -233,7 +245,7 @@ impl<S: Simd, const V: usize> Tiles for GradientPanel<'_, S, V> {
                 add_product(self.simd, sum, left, right);
             }
         }
-        self.out[input..input + HEIGHT].copy_from_slice(&sums);
+        put(sums, &mut self.out[input..input + HEIGHT]);
     }
 }
 

@@ -1,51 +1,112 @@
 //! A layer's weight turned round, for the way back.
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::panels::{Line, WIDTH};
 use crate::shape::Layer;
 
-/// Writes the map from a layer's outputs to its inputs, whose start is zero, given the layer's own; only the panels of
+/// Values in a square block.
+const SQUARE: usize = WIDTH * WIDTH;
+
+/// Writes the map from a layer's outputs to its inputs, which starts from zero, given the layer's own; only the panels of
 /// inputs from `first` on.
 pub(super) fn transpose(layer: &Layer, map: &[Line], first: usize, out: &mut Vec<Line>) {
     let panels = layer.input.div_ceil(WIDTH) - first;
     out.resize(panels * (layer.output + 1), Line::default());
-    Arch::new().dispatch(|| {
+    Arch::new().dispatch(Transpose { layer, map, first, out });
+}
+
+struct Transpose<'a> {
+    layer: &'a Layer,
+    map: &'a [Line],
+    first: usize,
+    out: &'a mut [Line],
+}
+
+impl WithSimd for Transpose<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { layer, map, first, out } = self;
         for (panel, out) in (first..).zip(out.chunks_exact_mut(layer.output + 1)) {
             let inputs = panel * WIDTH..layer.input.min((panel + 1) * WIDTH);
             let (out, start) = out.split_at_mut(layer.output);
             for (map, out) in map.chunks_exact(layer.input + 1).zip(out.chunks_mut(WIDTH)) {
-                let mut block = [Line::default(); WIDTH];
-                block[..inputs.len()].copy_from_slice(&map[inputs.clone()]);
-                out.copy_from_slice(&turned(block)[..out.len()]);
+                turn(&map[inputs.clone()], out);
             }
             start.fill(Line::default());
         }
-    });
+    }
 }
 
-/// The transpose of 16 x 16 values: exchanges its off-diagonal quarters, then theirs, and so on.
+/// Writes the columns of at most 16 lines as lines, of which at most 16 are wanted.
 #[inline(always)]
-fn turned(mut block: [Line; WIDTH]) -> [Line; WIDTH] {
-    exchange::<8>(&mut block);
-    exchange::<4>(&mut block);
-    exchange::<2>(&mut block);
-    exchange::<1>(&mut block);
-    block
+fn turn(lines: &[Line], out: &mut [Line]) {
+    let (from, to): (&[f32], &mut [f32]) = (bytemuck::cast_slice(lines), bytemuck::cast_slice_mut(out));
+    if let (Ok(from), Ok(to)) = (from.try_into(), (&mut *to).try_into()) {
+        return turn_square(from, to);
+    }
+    let (mut square, mut turned) = ([0.0; SQUARE], [0.0; SQUARE]);
+    square[..from.len()].copy_from_slice(from);
+    turn_square(&square, &mut turned);
+    to.copy_from_slice(&turned[..to.len()]);
 }
 
-/// Exchanges the upper right and lower left quarters of every `2 SIZE x 2 SIZE` block on the diagonal's grid.
+/// Transposes by four interleavings: each makes a position's highest bit its lowest, so row and column change places. The
+/// compiler makes vector instructions of them, as it does not of the plain loops.
 #[inline(always)]
-fn exchange<const SIZE: usize>(block: &mut [Line; WIDTH]) {
-    for pair in block.chunks_exact_mut(2 * SIZE) {
-        let (upper, lower) = pair.split_at_mut(SIZE);
-        for (upper, lower) in upper.iter_mut().zip(lower) {
-            let (a, b) = (upper.0, lower.0);
-            for i in 0..WIDTH {
-                let right = i & SIZE > 0;
-                upper.0[i] = if right { b[i ^ SIZE] } else { a[i] };
-                lower.0[i] = if right { b[i] } else { a[i ^ SIZE] };
-            }
+fn turn_square(from: &[f32; SQUARE], to: &mut [f32; SQUARE]) {
+    let (mut a, mut b) = ([0.0; SQUARE], [0.0; SQUARE]);
+    interleave(from, &mut a);
+    interleave(&a, &mut b);
+    interleave(&b, &mut a);
+    interleave(&a, to);
+}
+
+/// Takes values in turns from the first and the second half.
+#[inline(always)]
+fn interleave(from: &[f32; SQUARE], to: &mut [f32; SQUARE]) {
+    let (upper, lower) = from.split_at(SQUARE / 2);
+    for ((to, &a), &b) in to.as_chunks_mut().0.iter_mut().zip(upper).zip(lower) {
+        *to = [a, b];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use copq::{EnvSpec, Networks};
+
+    use super::super::layout::Layout;
+    use super::super::panels::Panels;
+    use super::*;
+    use crate::shape::Shape;
+
+    #[test]
+    fn rows_become_columns_from_any_panel() {
+        let spec = EnvSpec {
+            name: "test".into(),
+            observation: 37,
+            action_low: vec![-1.0; 21],
+            action_high: vec![1.0; 21],
+            objectives: vec!["only".into()],
+            weights: vec![1.0],
+            limits: vec![],
+            horizon: 1,
+        };
+        let shape = Shape::actor(&spec, &Networks { hidden: vec![], ..Networks::default() });
+        let flat: Vec<f32> = (0..shape.len()).map(|i| i as f32 + 1.0).collect();
+        let layer = &shape.layers()[0];
+        let map = Layout::new(shape.clone()).pack(&flat);
+        for first in 0..3 {
+            let inputs = layer.input - first * WIDTH;
+            let mut out = vec![Line([9.0; WIDTH]); 2];
+            transpose(layer, &map, first, &mut out);
+            let mut wanted = Panels::default();
+            let columns = (0..layer.output).flat_map(|o| flat[o * layer.input + first * WIDTH..][..inputs].to_vec());
+            let dense: Vec<f32> = columns.chain(vec![0.0; inputs]).collect();
+            wanted.set(layer.output + 1, &[&dense]);
+            assert_eq!(out, wanted.lines(), "from panel {first} on");
         }
     }
 }
