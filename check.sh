@@ -4,8 +4,8 @@ set -euo pipefail
 cd "$(dirname "$0")"
 
 run() { printf '\n== %s\n' "$*"; "$@"; }
-# The engine of MuJoCo 3.17.0, in every crate that can have it.
-mujoco=copq-envs-mujoco/mujoco-rs,copq-tests/mujoco-rs,copq-examples/mujoco,copq-bench/mujoco
+# The engine of MuJoCo 3.17.0 and its renderer, in every crate that can have them.
+mujoco=copq-envs-mujoco/render,copq-tests/mujoco-rs,copq-examples/render,copq-bench/mujoco
 
 run cargo fmt --all --check
 run cargo clippy --workspace --all-targets --locked -- -D warnings
@@ -27,6 +27,12 @@ done
 # Its policy in pictures, and the paper's hopper on MuJoCo.
 run cargo run --locked --features "$mujoco" --example rollout -- "$smoke/run" --out "$smoke/rollout.gif" --png "$smoke/frames"
 test -s "$smoke/rollout.gif" && test -s "$smoke/frames/frame-00000.png"
+if PATH="$PATH:/sbin" ldconfig -p 2> /dev/null | grep 'libEGL\.so\.1' > /dev/null; then
+    run cargo run --locked --features "$mujoco" --example rollout -- "$smoke/run" --steps 20 --view mujoco --out "$smoke/mujoco.gif"
+    test -s "$smoke/mujoco.gif"
+else
+    printf '\n!! SKIPPED: feature `render` of copq-envs-mujoco, for there is no EGL (Debian: apt-get install libegl1 libgl1-mesa-dri)\n'
+fi
 run cargo run --locked --features "$mujoco" --example td3 -- --engine mujoco --preset paper \
     --steps 400 --start-steps 300 --eval-every 400 --eval-episodes 2 --out "$smoke/mujoco"
 

@@ -1,10 +1,11 @@
-//! What the examples share: a world by the names of its task, engine and preset.
+//! What the examples share: a world by the names of its task, engine and preset, and ways to draw it.
 
-use copq::{Env, Error, Result};
-use copq_envs::robot::Senses;
-use copq_envs::task::Start;
+mod view;
+
+use copq::{Env, Error, Ordered, Result};
 use copq_envs::{Locomotion, Options, Physics, RobotSpec};
 use copq_experiments::Plan;
+pub use view::{VIEWS, make_view};
 
 /// The engines that [`make_env`] knows.
 pub const ENGINES: [&str; 3] = ["rapier", "mujoco", "system"];
@@ -12,19 +13,18 @@ pub const ENGINES: [&str; 3] = ["rapier", "mujoco", "system"];
 /// A robot and its task, on an engine chosen at run time.
 pub type World = Locomotion<Box<dyn Physics>>;
 
-/// A plan's task on its engine.
+/// A plan's task on its engine, its objectives in the plan's order.
 pub fn make_env(plan: &Plan) -> Result<Box<dyn Env>> {
-    Ok(Box::new(make_world(plan)?))
+    let world = Box::new(make_world(plan)?);
+    Ok(match &plan.order {
+        Some(order) => Box::new(Ordered::parse(world, order)?),
+        None => world,
+    })
 }
 
 /// A plan's task on its engine, whose robot can be looked at.
 pub fn make_world(plan: &Plan) -> Result<World> {
     let options = Options { preset: plan.preset.parse()?, ..Options::default() };
-    let options = match plan.engine.as_str() {
-        // Its joints cannot start outside their limits, and it does not tell contact forces.
-        "rapier" => Options { start: Start::Paper, senses: Senses::Joints, ..options },
-        _ => options,
-    };
     let task = copq_envs::task_with(&plan.task, &options)?;
     let physics = make_physics(&plan.engine, &task.robot)?;
     Locomotion::new(task, physics)

@@ -3,7 +3,7 @@
 //! `cargo run --release --example redq` trains the hopper on rapier; `--help` explains the rest.
 
 use clap::Parser;
-use copq::{Config, Learner, Optimistic, Rng, Stream, Trainer, projection};
+use copq::{Actor, Config, Learner, Optimism, Optimistic, Rng, Stream, Trainer, projection};
 use copq_examples::make_env;
 use copq_experiments::{Args, Plan, Run};
 
@@ -23,30 +23,41 @@ struct Cli {
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     start_steps: Option<u64>,
 
-    /// Explore with the policy's Gaussian noise alone, without optimism; say so again with --resume.
-    #[arg(long)]
+    /// Explore with the policy's Gaussian noise alone, without optimism.
+    #[arg(long, conflicts_with = "resume")]
     gaussian: bool,
+
+    /// REDQ on SAC, with a stochastic policy, instead of on TD3.
+    #[arg(long, conflicts_with = "resume")]
+    sac: bool,
 }
 
 fn main() -> anyhow::Result<()> {
-    let Cli { args, start_steps, gaussian } = Cli::parse();
+    let Cli { args, start_steps, gaussian, sac } = Cli::parse();
 
-    // The settings: TD3's, with REDQ's over them.
-    let config = Config { start_steps: start_steps.unwrap_or(5_000), ..Config::td3().redq() };
+    // The settings: TD3's or SAC's, with REDQ's over them.
+    let base = if sac { Config::sac() } else { Config::td3() };
+    let optimism = (!gaussian).then(Optimism::default);
+    let config = Config { start_steps: start_steps.unwrap_or(5_000), optimism, ..base.redq() };
     let config = args.settings(config)?;
-    let mut plan = args.plan(Plan::new(if gaussian { "redq-gaussian" } else { "redq" }))?;
+    let method = ["redq", if sac { "-sac" } else { "" }, if gaussian { "-gaussian" } else { "" }].concat();
+    let mut plan = args.plan(Plan { method: Some(method), ..Plan::new("redq") })?;
     plan.run.discount = config.discount;
 
-    // The world, and the networks: ten critics of N values each, and a deterministic actor.
+    // The world, and the networks: ten critics of N values each, and an actor.
     let env = make_env(&plan)?;
     let spec = env.spec().clone();
     let mut rng = Rng::new(plan.run.seed, Stream::Init);
     let critic = copq_candle::critic(&spec, CRITICS, &config.networks, &mut rng)?.threads(plan.threads)?;
-    let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?;
+    let actor: Box<dyn Actor> = match config.entropy {
+        None => Box::new(copq_candle::actor(&spec, &config.networks, &mut rng)?),
+        Some(_) => Box::new(copq_candle::gaussian_actor(&spec, &config.networks, &mut rng)?),
+    };
 
-    // The learner: its targets take the smaller of two random critics, its actor the mean of all ten.
-    let mut learner = Learner::new(config.clone(), &spec, Box::new(critic), Box::new(actor), plan.run.seed)?;
-    if !gaussian {
+    // The learner: its targets take the smaller of two random critics, its actor the mean of all ten, and all ten
+    // explore, by the upper bound of another projection than that of the targets.
+    let mut learner = Learner::new(config.clone(), &spec, Box::new(critic), actor, plan.run.seed)?;
+    if config.optimism.is_some() {
         learner = learner.explore(Optimistic::new(projection::by_name(&plan.projection)?));
     }
 

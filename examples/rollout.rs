@@ -6,9 +6,8 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use copq::{Actor, Config, Env, Net, Outcome, Result, Rng, Stream};
-use copq_envs::robot::Segment;
-use copq_examples::{World, make_world};
-use copq_experiments::animation::{Animation, Capsule, Scene, limb_colour};
+use copq_examples::{VIEWS, World, make_view, make_world};
+use copq_experiments::animation::{Animation, Scene};
 use copq_experiments::{read_checkpoint, read_config};
 
 /// Plays episodes of a trained policy without exploration; writes a GIF in real time, with the returns so far.
@@ -28,6 +27,9 @@ struct Cli {
     /// Most steps to play of an episode.
     #[arg(long, value_name = "N", default_value_t = 1000)]
     steps: usize,
+    /// How to draw: `side` needs nothing, `mujoco` is MuJoCo's own picture, of whichever engine's run.
+    #[arg(long, value_parser = VIEWS, default_value = "side")]
+    view: String,
     /// The GIF to write.
     #[arg(long, value_name = "FILE", default_value = "rollout.gif")]
     out: PathBuf,
@@ -42,19 +44,25 @@ fn main() -> anyhow::Result<()> {
 
     // The run's task on its engine, and the policy that it has learned.
     let mut world = make_world(&run.plan)?;
-    let mut policy = copq_candle::actor(world.spec(), &run.settings.networks, &mut Rng::new(0, Stream::Init))?;
+    let (networks, mut rng) = (&run.settings.networks, Rng::new(0, Stream::Init));
+    let mut policy: Box<dyn Actor> = match run.settings.entropy {
+        None => Box::new(copq_candle::actor(world.spec(), networks, &mut rng)?),
+        Some(_) => Box::new(copq_candle::gaussian_actor(world.spec(), networks, &mut rng)?),
+    };
     policy.load(read_checkpoint(&cli.run)?.child("trainer")?.child("agent")?.child("actor")?)?;
 
+    // Before anything is played, for it may have something to complain of.
+    let mut draw = make_view(&cli.view, &world.task().robot)?;
     let mut seeds = Rng::new(cli.seed.unwrap_or(run.plan.run.seed), Stream::Evaluation);
     let mut film = Animation::default();
     for episode in 1..=cli.episodes {
-        let end = play(&mut world, &mut policy, seeds.next_u64(), cli.steps, &mut film)?;
+        let end = play(&mut world, policy.as_mut(), seeds.next_u64(), cli.steps, &mut film)?;
         let readings: Vec<_> = end.readings.iter().map(|(name, value)| format!("{name} {value}")).collect();
         println!("episode {episode}: {}", readings.join(", "));
     }
-    film.write_gif(&cli.out)?;
+    film.write_gif(&cli.out, &mut *draw)?;
     println!("{} frames in {}", film.frames(), cli.out.display());
-    Ok(cli.png.map_or(Ok(()), |folder| film.write_png(&folder))?)
+    Ok(cli.png.map_or(Ok(()), |folder| film.write_png(&folder, &mut *draw))?)
 }
 
 /// Plays an episode into the film, its end for a second; returns the end.
@@ -78,14 +86,10 @@ fn play(world: &mut World, policy: &mut dyn Actor, seed: u64, steps: usize, film
     Ok(scene)
 }
 
-/// The robot as it is now, with the steps and returns so far.
+/// Where the robot is now, with the steps and returns so far.
 fn look(world: &World, steps: usize, returns: &[f64]) -> Scene {
-    let robot = &world.task().robot;
-    let bodies = robot.body_poses(world.qpos());
-    let capsule = |Segment { limb, ends, radius }| Capsule { ends, radius, colour: limb_colour(limb) };
-    let capsules = robot.segments(&bodies).into_iter().map(capsule).collect();
     let returns = returns.iter().map(|sum| format!("{sum:.1}"));
     let mut readings = vec![("steps".to_owned(), steps.to_string())];
     readings.extend(world.spec().objectives.iter().cloned().zip(returns));
-    Scene { capsules, centre: robot.centre_of_mass(&bodies), readings }
+    Scene { position: world.qpos().to_vec(), readings }
 }

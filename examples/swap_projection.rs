@@ -1,39 +1,62 @@
-//! Every projection on the same robot and seed, in one loop: what a bound is worth.
+//! Every projection on the same robot and seed: what a bound is worth, in one table and one picture.
 //!
-//! `cargo run --release --example swap_projection -- 20000` trains each for that many steps.
+//! `cargo run --release --example swap_projection` trains each for 20,000 steps on rapier's hopper.
 
-use copq::{Config, Learner, Projection, Result, Rng, Silent, Stream, Trainer, evaluate, projection};
+use std::path::{Path, PathBuf};
 
-const TASK: &str = "a/hopper";
-const SEED: u64 = 0;
-const EPISODES: usize = 10;
+use clap::Parser;
+use copq::{Config, Learner, Projection, Rng, Stream, Trainer, projection};
+use copq_examples::make_env;
+use copq_experiments::{Ending, Labelled, Plan, Run, RunFolder, RunSettings, compare, comparison_table};
 
-fn main() -> Result<()> {
-    let steps = std::env::args().nth(1).map_or(20_000, |steps| steps.parse().expect("a number of steps"));
-    for name in projection::names() {
-        let returns = train(projection::by_name(name)?, steps)?;
-        println!("{name:16} {returns:.1?}");
+/// Trains the same learner under every projection, and compares them.
+#[derive(Parser)]
+#[command(name = "swap_projection")]
+struct Cli {
+    /// Environment steps for each.
+    #[arg(long, value_name = "N", default_value_t = 20_000)]
+    steps: u64,
+
+    /// New folder for the runs, the table and the picture.
+    #[arg(long, value_name = "DIR", default_value = "runs/swap_projection")]
+    out: PathBuf,
+}
+
+fn main() -> anyhow::Result<()> {
+    let Cli { steps, out } = Cli::parse();
+    let mut runs = Vec::new();
+    for &name in projection::names() {
+        let run = RunSettings { steps, eval_every: steps.min(5_000), ..RunSettings::default() };
+        let plan = Plan { projection: name.to_owned(), run, ..Plan::new("swap_projection") };
+        let folder = out.join(name);
+        if let interrupted @ Ending::Interrupted { .. } = train(&plan, &folder)? {
+            anyhow::bail!("{interrupted}");
+        }
+        runs.push(Labelled { label: name.to_owned(), folder });
     }
+    let table = comparison_table(&runs)?;
+    print!("{table}");
+    std::fs::write(out.join("table.md"), table)?;
+    for picture in ["curves.svg", "curves.png"] {
+        compare("Every projection on the same robot", &runs, &out.join(picture))?;
+    }
+    println!("\neverything is in {}", out.display());
     Ok(())
 }
 
-/// The mean return of every objective after training.
-fn train(projection: Box<dyn Projection>, steps: u64) -> Result<Vec<f64>> {
-    let env = copq_envs_rapier::make(TASK)?;
-    let config = Config { start_steps: (steps / 4).min(1_000), ..Config::td3() };
-    let discount = config.discount;
+/// One run of COP-Q's learner under a plan's projection.
+fn train(plan: &Plan, folder: &Path) -> copq::Result<Ending> {
+    let (env, seed, steps) = (make_env(plan)?, plan.run.seed, plan.run.steps);
+    let config = Config { start_steps: (steps / 4).clamp(1, 1_000), ..Config::td3() };
 
     // The one thing besides the projection itself that a projection decides: how many critics it wants.
-    let (spec, mut rng) = (env.spec().clone(), Rng::new(SEED, Stream::Init));
+    let projection = projection::by_name(&plan.projection)?;
+    let (spec, mut rng) = (env.spec().clone(), Rng::new(seed, Stream::Init));
     let critics = projection.critics(spec.objectives.len());
     let critic = copq_candle::critic(&spec, critics, &config.networks, &mut rng)?;
     let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?;
-    let learner = Learner::new(config, &spec, Box::new(critic), Box::new(actor), SEED)?.projection(projection);
+    let learner = Learner::new(config.clone(), &spec, Box::new(critic), Box::new(actor), seed)?.projection(projection);
 
-    let mut trainer = Trainer::new(env, Box::new(learner), SEED)?;
-    while trainer.steps() < steps {
-        trainer.step(&mut Silent)?;
-    }
-    let mut world = copq_envs_rapier::make(TASK)?;
-    Ok(evaluate(trainer.agent_mut(), world.as_mut(), EPISODES, SEED, discount)?.mean())
+    let folder = RunFolder::create(folder, plan, &config)?;
+    Run::new(Trainer::new(env, Box::new(learner), seed)?, make_env(plan)?, folder, plan.run)?.train()
 }

@@ -47,7 +47,8 @@ fn main() -> anyhow::Result<()> {
     let mut rng = Rng::new(plan.run.seed, Stream::Init);
     let (objectives, critics) = (spec.objectives.len(), projection.critics(spec.objectives.len()));
     let critic: Box<dyn Critic> = if projection.name() == "independent-min" {
-        Box::new(copq_candle::separate_critics(&spec, &vec![critics; objectives], &config.networks, &mut rng)?)
+        let counts = vec![critics; objectives];
+        Box::new(copq_candle::separate_critics(&spec, &counts, &config.networks, plan.threads, &mut rng)?)
     } else {
         Box::new(copq_candle::critic(&spec, critics, &config.networks, &mut rng)?.threads(plan.threads)?)
     };

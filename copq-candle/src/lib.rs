@@ -58,9 +58,15 @@ pub fn gaussian_actor(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Res
 }
 
 /// Separate scalar critics for each objective, `counts[i]` of them for objective i, in the fast implementation: such as
-/// 4 for the cost and 2 for the reward (CAL), or pairs (independent double-Q).
-pub fn separate_critics(spec: &EnvSpec, counts: &[usize], networks: &Networks, rng: &mut Rng) -> Result<Separate> {
+/// 4 for the cost and 2 for the reward (CAL), or pairs (independent double-Q). See [`fused::Critics::threads`].
+pub fn separate_critics(
+    spec: &EnvSpec,
+    counts: &[usize],
+    networks: &Networks,
+    threads: usize,
+    rng: &mut Rng,
+) -> Result<Separate> {
     let scalar =
         EnvSpec { objectives: vec!["value".to_owned()], weights: vec![1.0], limits: Vec::new(), ..spec.clone() };
-    Separate::new(Box::new(critic(&scalar, counts.iter().sum(), networks, rng)?), counts)
+    Separate::new(Box::new(critic(&scalar, counts.iter().sum(), networks, rng)?.threads(threads)?), counts)
 }

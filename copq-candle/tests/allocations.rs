@@ -2,40 +2,11 @@
 
 mod common;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use common::{Case, given, given_action, init};
 use copq::{Actor, Critic, Net};
 
-/// The system's allocator, counting this thread's calls.
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call goes on to the system's allocator unchanged; the counter does not allocate.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: as the caller promised.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promised.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn allocations(mut work: impl FnMut()) -> usize {
-    let before = COUNT.with(Cell::get);
-    work();
-    COUNT.with(Cell::get) - before
+fn allocations(work: impl FnMut()) -> u64 {
+    allocation_counter::measure(work).count_total
 }
 
 /// Layer sizes of a network.
@@ -45,7 +16,7 @@ fn layers(input: usize, hidden: &[usize], output: usize) -> Vec<(usize, usize)> 
 }
 
 /// What `gemm` alone allocates for `out (m x n) = left (m x k) * right (k x n)`, called as the crate calls it.
-fn product(m: usize, n: usize, k: usize, left_t: bool, right_t: bool) -> usize {
+fn product(m: usize, n: usize, k: usize, left_t: bool, right_t: bool) -> u64 {
     let (left, right, mut out) = (vec![0f32; m * k], vec![0f32; k * n], vec![0f32; m * n]);
     let steps = |rows: usize, cols: usize, t: bool| if t { (1, rows as isize) } else { (cols as isize, 1) };
     let ((left_row, left_col), (right_row, right_col)) = (steps(m, k, left_t), steps(k, n, right_t));
@@ -64,16 +35,16 @@ fn product(m: usize, n: usize, k: usize, left_t: bool, right_t: bool) -> usize {
     allocations(call)
 }
 
-fn forward(rows: usize, layers: &[(usize, usize)]) -> usize {
+fn forward(rows: usize, layers: &[(usize, usize)]) -> u64 {
     layers.iter().map(|&(input, output)| product(rows, output, input, false, true)).sum()
 }
 
-fn backward(rows: usize, layers: &[(usize, usize)]) -> usize {
-    let weights = layers.iter().map(|&(input, output)| product(output, input, rows, true, false)).sum::<usize>();
+fn backward(rows: usize, layers: &[(usize, usize)]) -> u64 {
+    let weights = layers.iter().map(|&(input, output)| product(output, input, rows, true, false)).sum::<u64>();
     weights + down(rows, &layers[1..])
 }
 
-fn down(rows: usize, layers: &[(usize, usize)]) -> usize {
+fn down(rows: usize, layers: &[(usize, usize)]) -> u64 {
     layers.iter().map(|&(input, output)| product(rows, input, output, false, false)).sum()
 }
 
@@ -103,7 +74,7 @@ fn warm_updates() {
             + backward(case.rows, &of_critic)
             + down(case.rows, &of_critic[1..])
             + to_action;
-        let gemms = case.critics * critics + 2 * forward(case.rows, &of_actor) + backward(case.rows, &of_actor);
+        let gemms = case.critics as u64 * critics + 2 * forward(case.rows, &of_actor) + backward(case.rows, &of_actor);
         println!("{case:?}: {ours} allocations, {gemms} of them in gemm");
         assert_eq!(ours, gemms, "{case:?}");
     }

@@ -26,6 +26,12 @@ fn critics_check_every_slice() {
         assert_says(critic.values(Net::Online, &[], &[], &mut q), &["observations", "positive", "0"]);
         assert_says(critic.values(Net::Target, &obs, &act[2..], &mut q), &["actions", "14 values", "12"]);
         assert_says(critic.values(Net::Online, &obs, &act, &mut q[1..]), &["critic values", "42 values", "41"]);
+        for chosen in [&[][..], &[0, 0], &[0, 2]] {
+            let error = critic.values_of(Net::Target, chosen, &obs, &act, &mut q);
+            assert_says(error, &["chosen critics", "different ones below 2", &format!("{chosen:?}")]);
+        }
+        let error = critic.values_of(Net::Target, &[1], &obs, &act, &mut q[..20]);
+        assert_says(error, &["critic values", "values, got"]);
         assert_says(critic.fit(short, &act, nothing), &["observations", "41"]);
         assert_says(critic.fit(&obs, &act[1..], nothing), &["actions", "13"]);
         assert_says(critic.action_grad(&obs, &act, nothing, &mut [0.0; 3]), &["action gradients", "14 values", "3"]);

@@ -47,6 +47,22 @@ fn values_and_actions() {
     }
 }
 
+#[test]
+fn chosen_critics_answer_as_among_all() {
+    for case in Case::all() {
+        let (rows, n) = (case.rows, case.objectives);
+        for mut critic in case.critics(1) {
+            let all = values(critic.as_mut(), Net::Target, &case, 1);
+            let chosen: Vec<_> = (0..critic.critics()).rev().step_by(2).collect();
+            let mut q = vec![0.0; chosen.len() * rows * n];
+            critic.values_of(Net::Target, &chosen, &case.obs(1), &case.act(1), &mut q).unwrap();
+            for (q, k) in q.chunks_exact(rows * n).zip(chosen) {
+                assert_eq!(q, &all[k * rows * n..][..rows * n], "critic {k} of {case:?}");
+            }
+        }
+    }
+}
+
 /// Adam's first moment after one step is a tenth of the gradient.
 #[test]
 fn single_gradients() {

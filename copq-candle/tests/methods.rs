@@ -100,7 +100,7 @@ impl Reference {
         let name = method["name"].as_str().unwrap();
         let (spec, config, rng) = (self.spec(name), self.config(name), &mut Rng::new(SEED, Stream::Init));
         let separate = |counts, rng: &mut Rng| -> Separate {
-            copq_candle::separate_critics(&spec, counts, &config.networks, rng).unwrap()
+            copq_candle::separate_critics(&spec, counts, &config.networks, 1, rng).unwrap()
         };
         let critic: Box<dyn Critic> = match name {
             "saclag-ucb" => Box::new(separate(&[2, 2], rng)),

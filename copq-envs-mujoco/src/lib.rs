@@ -5,6 +5,8 @@
 //! * feature `mujoco-rs`: module `mujoco_rs`, MuJoCo 3.17.0, bit for bit Gymnasium's v5 robots. For results to report.
 //! * feature `system`: module `system`, the MuJoCo that is installed, from 2.2.2 (Debian's) on.
 //!
+//! Feature `render` adds `Renderer` to the first: pictures of a robot, without a window.
+//!
 //! Without features the crate builds with nothing installed, and can do nothing. The README tells how to get MuJoCo, and
 //! `cargo run -p copq-envs-mujoco --bin mujoco-doctor`, with the features of the build, what is missing.
 #![cfg_attr(
@@ -42,10 +44,14 @@ mod words;
 
 #[cfg(feature = "mujoco-rs")]
 pub mod mujoco_rs;
+#[cfg(feature = "render")]
+mod render;
 #[cfg(feature = "system")]
 pub mod system;
 
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 pub use engine::Mujoco;
+#[cfg(feature = "render")]
+pub use render::Renderer;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 pub use version::dotted;

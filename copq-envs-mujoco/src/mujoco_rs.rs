@@ -44,6 +44,13 @@ pub fn version() -> Result<i32> {
 }
 
 fn open(mjcf: &str) -> Result<Box<dyn Simulation>> {
+    let data =
+        MjData::try_new(Arc::new(compile(mjcf)?)).map_err(|error| Error::other("making MuJoCo's data", error))?;
+    Ok(Box::new(Linked(data)))
+}
+
+/// A model, with our handlers in place for all that MuJoCo will have to say.
+pub(crate) fn compile(mjcf: &str) -> Result<MjModel> {
     version()?;
     static HANDLERS: Once = Once::new();
     HANDLERS.call_once(|| {
@@ -53,9 +60,7 @@ fn open(mjcf: &str) -> Result<Box<dyn Simulation>> {
             mujoco_c::mju_user_warning = Some(copq_warning);
         }
     });
-    let model = MjModel::from_xml_string(mjcf).map_err(|error| Error::other("compiling a robot's MJCF", error))?;
-    let data = MjData::try_new(Arc::new(model)).map_err(|error| Error::other("making MuJoCo's data", error))?;
-    Ok(Box::new(Linked(data)))
+    MjModel::from_xml_string(mjcf).map_err(|error| Error::other("compiling a robot's MJCF", error))
 }
 
 /// mujoco-rs's model and data.

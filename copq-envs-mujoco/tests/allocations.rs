@@ -4,34 +4,10 @@
 #[path = "support/engines.rs"]
 mod engines;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use copq::Env;
 use copq_envs::robot::{Preset, Senses};
 use copq_envs::{Locomotion, Options, task_with};
 use engines::ENGINES;
-
-struct Counting;
-
-thread_local!(static COUNT: Cell<u64> = const { Cell::new(0) });
-
-// SAFETY: every call goes unchanged to the system allocator, which upholds the contract.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's layout is passed on as it came.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the pointer came from `alloc` above with this layout.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn a_step_allocates_nothing() {
@@ -45,11 +21,12 @@ fn a_step_allocates_nothing() {
             let (mut obs, mut reward) = (vec![0.0; env.spec().observation], vec![0.0; env.spec().objectives.len()]);
             let action = vec![0.1; env.spec().action()];
             env.reset(1, &mut obs).unwrap();
-            let before = COUNT.get();
-            for _ in 0..10 {
-                env.step(&action, &mut obs, &mut reward).unwrap();
-            }
-            assert_eq!(COUNT.get() - before, 0, "{name}");
+            let steps = || {
+                for _ in 0..10 {
+                    env.step(&action, &mut obs, &mut reward).unwrap();
+                }
+            };
+            assert_eq!(allocation_counter::measure(steps).count_total, 0, "{name}");
         }
     }
 }

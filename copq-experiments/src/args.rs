@@ -22,6 +22,12 @@ pub struct Args {
     #[arg(long, value_name = "NAME", conflicts_with = "task")]
     pub robot: Option<String>,
 
+    /// Another priority order of the objectives, most important first: first letters (vsc), or names between commas.
+    ///
+    /// Weights and limits follow. Only projections that know priorities care.
+    #[arg(long, value_name = "ORDER")]
+    pub order: Option<String>,
+
     /// Physics engine: rapier (pure Rust, nothing to install), mujoco or system (your libmujoco). [default: rapier]
     ///
     /// Engines differ a little in contacts and integration; compare runs of one engine only.
@@ -121,6 +127,7 @@ impl Args {
     fn over(&self, mut plan: Plan) -> Plan {
         let run = &mut plan.run;
         set(&mut plan.task, &self.task());
+        plan.order = self.order.clone().or(plan.order);
         set(&mut plan.engine, &self.engine);
         set(&mut plan.preset, &self.preset);
         set(&mut plan.projection, &self.projection);
@@ -137,6 +144,7 @@ impl Args {
     fn check_against(&self, saved: &Plan) -> Result<()> {
         let run = &saved.run;
         check_given("--task", &self.task(), &saved.task)?;
+        check_given("--order", &self.order, &saved.order.clone().unwrap_or("order".to_owned()))?;
         check_given("--engine", &self.engine, &saved.engine)?;
         check_given("--preset", &self.preset, &saved.preset)?;
         check_given("--projection", &self.projection, &saved.projection)?;

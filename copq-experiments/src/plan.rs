@@ -9,8 +9,12 @@ use serde::{Deserialize, Serialize};
 pub struct Plan {
     /// The program that trains, such as `td3`; another program does not resume its runs.
     pub program: String,
+    /// What it trains by, if it knows several methods.
+    pub method: Option<String>,
     /// Robot and task, such as `a/hopper`.
     pub task: String,
+    /// Another priority order of the task's objectives, such as `vsc`, if any.
+    pub order: Option<String>,
     /// The physics engine.
     pub engine: String,
     /// Whose robots: the name of a preset such as `gym-v5`.
@@ -83,7 +87,9 @@ impl Plan {
     pub fn new(program: &str) -> Self {
         Self {
             program: program.to_owned(),
+            method: None,
             task: "a/hopper".to_owned(),
+            order: None,
             engine: "rapier".to_owned(),
             preset: "gym-v5".to_owned(),
             projection: "cholesky".to_owned(),
@@ -100,11 +106,19 @@ impl Plan {
         self.run.check()
     }
 
+    /// The method's name, which is the program's if it has but one.
+    pub fn method(&self) -> &str {
+        self.method.as_deref().unwrap_or(&self.program)
+    }
+
     /// A folder's name that tells runs apart: `td3-a-hopper-cholesky-s0`, or `td3-a-hopper-mujoco-paper-cholesky-s0` if engine
     /// and preset are not the usual ones.
     pub fn folder_name(&self) -> String {
         let usual = Self::new(&self.program);
-        let mut name = format!("{}-{}", self.program, self.task.replace(['/', '\\'], "-"));
+        let mut name = format!("{}-{}", self.method(), self.task.replace(['/', '\\'], "-"));
+        if let Some(order) = &self.order {
+            name += &format!("-{}", order.replace([',', ' '], "-"));
+        }
         for (part, usual) in [(&self.engine, usual.engine), (&self.preset, usual.preset)] {
             if *part != usual {
                 name += &format!("-{part}");

@@ -2,23 +2,30 @@
 
 use std::fs::File;
 
-use copq_experiments::animation::{Animation, Capsule, Scene, limb_colour};
+use copq::Result;
+use copq_experiments::animation::{Animation, Capsule, Draw, Scene, SideView, limb_colour};
 use gif::{ColorOutput, DecodeOptions};
 
 const STEP: f64 = 0.008;
 
 /// A ball at a height (m), seen from where it is.
-fn ball(x: f64, z: f64) -> Scene {
-    let capsule = Capsule { ends: [[x, 0.0, z]; 2], radius: 0.5, colour: limb_colour(1) };
-    Scene { capsules: vec![capsule], centre: [x, 0.0, z], readings: vec![("height".into(), format!("{z:.2}"))] }
+fn scene(x: f64, z: f64) -> Scene {
+    Scene { position: vec![x, z], readings: vec![("height".into(), format!("{z:.2}"))] }
+}
+
+/// Draws a scene's ball.
+fn draw() -> Box<Draw<'static>> {
+    let ball = |x, z| Capsule { ends: [[x, 0.0, z]; 2], radius: 0.5, colour: limb_colour(1) };
+    let mut view = SideView::new(&[ball(0.0, 0.5)]).unwrap();
+    Box::new(move |at| Ok(view.draw(&[ball(at[0], at[1])], [at[0], 0.0, at[1]])))
 }
 
 /// A hundred scenes of 8 ms and a last one of a second: a ball rolls, then leaps.
 fn film() -> Animation {
     let mut film = Animation::default();
     (0..100_i32)
-        .for_each(|step| film.push(ball(0.02 * f64::from(step), 0.5 + 0.01 * f64::from((step - 50).max(0))), STEP));
-    film.push(ball(2.0, 1.0), 1.0);
+        .for_each(|step| film.push(scene(0.02 * f64::from(step), 0.5 + 0.01 * f64::from((step - 50).max(0))), STEP));
+    film.push(scene(2.0, 1.0), 1.0);
     film
 }
 
@@ -40,7 +47,7 @@ fn decode(path: &std::path::Path) -> Vec<(u64, Vec<u8>)> {
 fn a_gif_runs_in_real_time_and_shows_the_motion() {
     let (folder, film) = (tempfile::tempdir().unwrap(), film());
     let path = folder.path().join("ball.gif");
-    film.write_gif(&path).unwrap();
+    film.write_gif(&path, &mut *draw()).unwrap();
     let frames = decode(&path);
     assert_eq!(frames.len(), film.frames());
     // 0.8 s at 50 frames a second at most, then one frame for the last second.
@@ -55,8 +62,8 @@ fn a_gif_runs_in_real_time_and_shows_the_motion() {
 #[test]
 fn png_frames_are_those_of_the_gif() {
     let (folder, film) = (tempfile::tempdir().unwrap(), film());
-    film.write_gif(&folder.path().join("ball.gif")).unwrap();
-    film.write_png(&folder.path().join("frames")).unwrap();
+    film.write_gif(&folder.path().join("ball.gif"), &mut *draw()).unwrap();
+    film.write_png(&folder.path().join("frames"), &mut *draw()).unwrap();
     let frames = decode(&folder.path().join("ball.gif"));
     assert_eq!(std::fs::read_dir(folder.path().join("frames")).unwrap().count(), frames.len());
     for (index, (_, gif)) in frames.iter().enumerate() {
@@ -84,7 +91,7 @@ fn extent(pixels: &[u8], width: usize) -> [usize; 4] {
 fn the_ball_is_round_stays_in_the_middle_and_rises_with_its_height() {
     let (folder, film) = (tempfile::tempdir().unwrap(), film());
     let path = folder.path().join("ball.gif");
-    film.write_gif(&path).unwrap();
+    film.write_gif(&path, &mut *draw()).unwrap();
     let frames = decode(&path);
     let [first, last] = [&frames[0], &frames[frames.len() - 1]].map(|frame| extent(&frame.1, 640));
     for [low, high, left, right] in [first, last] {
@@ -98,6 +105,15 @@ fn the_ball_is_round_stays_in_the_middle_and_rises_with_its_height() {
 
 #[test]
 fn an_animation_of_nothing_is_an_error() {
-    let message = Animation::default().write_gif(std::path::Path::new("never.gif")).unwrap_err().to_string();
-    assert_eq!(message, "animation: wanted at least one scene, got none");
+    assert_eq!(refused(&Animation::default(), &mut *draw()), "animation: wanted at least one scene, got none");
+}
+
+fn refused(film: &Animation, draw: &mut Draw<'_>) -> String {
+    film.write_gif(std::path::Path::new("never.gif"), draw).unwrap_err().to_string()
+}
+
+#[test]
+fn a_picture_of_another_size_is_an_error() {
+    let mut small = |_: &[f64]| -> Result<Vec<u8>> { Ok(vec![0; 3]) };
+    assert!(refused(&film(), &mut small).starts_with("picture: wanted"), "{}", refused(&film(), &mut small));
 }

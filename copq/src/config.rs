@@ -241,6 +241,9 @@ impl Config {
         if self.subset == Some(0) {
             return Err(Error::invalid("subset", "at least 1 critic", 0));
         }
+        if self.subset.is_some() && self.own_cost_targets {
+            return Err(Error::invalid("subset", "none with own_cost_targets, which needs every critic", "both"));
+        }
         check_not_negative("pessimism", self.pessimism)?;
         check_not_negative("actor_pessimism", self.actor_pessimism)?;
         check_not_negative("exploration_std", self.exploration_std)?;

@@ -1,5 +1,6 @@
 //! The critics' seam: an ensemble of vector-valued Q-networks, spoken to in slices and vector-Jacobian products.
 
+use crate::error::{check_chosen, check_len};
 use crate::{QView, Result, State};
 
 /// Which copy of a network.
@@ -27,6 +28,21 @@ pub trait Critic: Send {
 
     /// Writes Q(s, a) of every critic into `q`.
     fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()>;
+
+    /// Writes Q(s, a) of the `chosen` critics, each at most once, into `q` (`chosen x rows x objectives`, in that order).
+    ///
+    /// Left as it is, it evaluates all and copies; an ensemble of networks saves the others' work, for REDQ four fifths.
+    fn values_of(&mut self, net: Net, chosen: &[usize], obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
+        check_chosen(chosen, self.critics())?;
+        let share = q.len() / chosen.len();
+        check_len("critic values", q.len(), share * chosen.len())?;
+        let mut all = vec![0.0; share * self.critics()];
+        self.values(net, obs, act, &mut all)?;
+        for (q, &k) in q.chunks_exact_mut(share).zip(chosen) {
+            q.copy_from_slice(&all[k * share..(k + 1) * share]);
+        }
+        Ok(())
+    }
 
     /// One optimiser step of the online critics: forward, `grad` fills dL/dq, backward, step.
     fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>) -> Result<()>;

@@ -81,6 +81,15 @@ pub fn check_len(what: &str, got: usize, wanted: usize) -> Result<()> {
     if got == wanted { Ok(()) } else { Err(Error::invalid(what, format!("{wanted} values"), got)) }
 }
 
+/// An error unless `chosen` names one or more different critics out of `critics`.
+pub fn check_chosen(chosen: &[usize], critics: usize) -> Result<()> {
+    let repeated = |(i, k)| chosen[..i].contains(k);
+    if chosen.is_empty() || chosen.iter().any(|&k| k >= critics) || chosen.iter().enumerate().any(repeated) {
+        return Err(Error::invalid("chosen critics", format!("different ones below {critics}"), format!("{chosen:?}")));
+    }
+    Ok(())
+}
+
 /// Checks a setting: `Ok` or an [`Error::Invalid`] that names it.
 pub(crate) fn check_not_negative(name: &str, value: f64) -> Result<()> {
     if value.is_finite() && value >= 0.0 {

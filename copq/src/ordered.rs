@@ -48,6 +48,30 @@ impl Ordered {
         };
         Ok(Self { reward: vec![0.0; from.len()], env, spec, from })
     }
+
+    /// The order as people write it: names with commas between, or first letters, such as `vsc` (velocity, safety,
+    /// control).
+    pub fn parse(env: Box<dyn Env>, order: &str) -> Result<Self> {
+        let names = env.spec().objectives.clone();
+        let objectives = match order.contains(',') || names.iter().any(|name| name == order) {
+            true => order.split(',').map(|name| name.trim().to_owned()).collect(),
+            false => order.chars().map(|letter| only(&names, letter)).collect::<Result<Vec<_>>>()?,
+        };
+        Self::new(env, &objectives)
+    }
+}
+
+/// The one name that begins with a letter.
+fn only(names: &[String], letter: char) -> Result<String> {
+    let mut found = names.iter().filter(|name| name.starts_with(letter));
+    match (found.next(), found.next()) {
+        (Some(name), None) => Ok(name.clone()),
+        _ => {
+            let wanted =
+                format!("first letters, one objective each, or names with commas between: {}", names.join(","));
+            Err(Error::invalid("order of objectives", wanted, format!("'{letter}'")))
+        }
+    }
 }
 
 impl Env for Ordered {

@@ -2,39 +2,16 @@
 
 mod toy;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use copq::projection::{Cholesky, Conservative};
 use copq::{Config, Constraint, Learner, Optimistic, PidConfig, Separate, Silent, Trainer, projection};
 use toy::{LinearCritics, Toy};
 
-struct Counting;
-
-thread_local!(static COUNT: Cell<u64> = const { Cell::new(0) });
-
-// SAFETY: every call goes unchanged to the system allocator, which upholds the contract.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's layout is passed on as it came.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the pointer came from `alloc` above with this layout.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: the pointer came from `alloc` above with this layout.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
+/// Allocations in steps 301 to 319, one episode's middle: acting, stepping, storing, sampling, updating, all of it warm.
+/// The episode's own vector of returns, made at its first step, is the one thing made anew.
+fn an_episodes_middle(trainer: &mut Trainer) -> u64 {
+    let steps = || (301..=319).for_each(|_| drop(trainer.step(&mut Silent).unwrap()));
+    allocation_counter::measure(steps).count_total
 }
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn a_warm_step_allocates_only_the_episode_it_returns() {
@@ -43,11 +20,7 @@ fn a_warm_step_allocates_only_the_episode_it_returns() {
         let critics = projection.critics(2);
         let mut trainer = toy::trainer(toy::learner(toy::config(), critics, 1).projection(projection), 1);
         (0..300).for_each(|_| drop(trainer.step(&mut Silent).unwrap()));
-        let before = COUNT.get();
-        // Steps 301 to 319 are one episode's middle: acting, stepping, storing, sampling, updating, all of it warm.
-        (301..=319).for_each(|_| drop(trainer.step(&mut Silent).unwrap()));
-        // The episode's own vector of returns, made at its first step, is the one thing made anew.
-        assert_eq!(COUNT.get() - before, 1, "{name}");
+        assert_eq!(an_episodes_middle(&mut trainer), 1, "{name}");
     }
 }
 
@@ -71,8 +44,6 @@ fn warm_steps_of_the_other_methods_allocate_no_more() {
     for (name, env, learner) in methods {
         let mut trainer = Trainer::new(Box::new(env), Box::new(learner), 1).unwrap();
         (0..300).for_each(|_| drop(trainer.step(&mut Silent).unwrap()));
-        let before = COUNT.get();
-        (301..=319).for_each(|_| drop(trainer.step(&mut Silent).unwrap()));
-        assert_eq!(COUNT.get() - before, 1, "{name}");
+        assert_eq!(an_episodes_middle(&mut trainer), 1, "{name}");
     }
 }

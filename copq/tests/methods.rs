@@ -271,6 +271,7 @@ fn a_method_that_does_not_suit_the_task_is_a_readable_error() {
         build(Config::cop_cal(), Box::new(critics(3, 0)), gaussian()),
         "a constraint on 'toy': wanted a task with at least one cost (EnvSpec::limits), got none"
     );
+    assert!(build(Config::cal(), Box::new(separate(&[4, 2, 2], 0)), gaussian()).starts_with("a constraint on 'toy'"));
     assert_eq!(
         build(Config::sac(), Box::new(critics(3, 0)), Box::new(LinearActor::new(0.005))),
         "the actor: wanted a stochastic policy, for the entropy bonus, got a deterministic one"
@@ -387,6 +388,17 @@ fn another_order_moves_names_weights_limits_and_rewards_together() {
     let error = |names: &[&str]| Ordered::new(Box::new(Toy::constrained()), names).unwrap_err().to_string();
     assert_eq!(error(&["cost", "cost"]), "order of objectives: wanted each of cost, reward once, got cost, cost");
     assert!(error(&["reward", "costs"]).starts_with("unknown objective 'costs'; known: cost, "));
+}
+
+#[test]
+fn an_order_is_written_in_letters_or_names() {
+    let parse = |order: &str| Ordered::parse(Box::new(Toy::constrained()), order);
+    for order in ["rc", "reward,cost", "reward, cost"] {
+        assert_eq!(parse(order).unwrap().spec().objectives, ["reward", "cost"]);
+    }
+    let error = |order: &str| parse(order).unwrap_err().to_string();
+    assert!(error("rx").ends_with("one objective each, or names with commas between: cost,reward, got 'x'"));
+    assert!(error("r").starts_with("order of objectives: wanted each of cost, reward once, got reward"));
 }
 
 /// Extremum knows no priorities: turned round, it is the same run with its objectives exchanged. Cholesky does.

@@ -16,7 +16,7 @@ fn run(name: &str, arguments: &[&str]) -> String {
     text(output.stdout)
 }
 
-/// Runs a training program twice, the second time as a resumed run, and returns its metrics' names.
+/// Runs a training program twice, the second time as a resumed run, and looks at its policy; returns its metrics' names.
 fn train(name: &str, arguments: &[&str], start: &str, halves: [&str; 2]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -24,16 +24,16 @@ fn train(name: &str, arguments: &[&str], start: &str, halves: [&str; 2]) -> Stri
     let cadence = ["--eval-every", halves[0], "--eval-episodes", "1", "--log-every", "20"];
     let fresh = ["--out", out, "--steps", halves[0], "--start-steps", start];
     run(name, &[arguments, &cadence, &fresh].concat());
-    let again = ["--resume", out, "--steps", halves[1]];
-    let again = if arguments.contains(&"--gaussian") { [&again[..], &["--gaussian"]].concat() } else { again.to_vec() };
-    run(name, &again);
+    run(name, &["--resume", out, "--steps", halves[1]]);
+    let film = folder.path().join("rollout.gif");
+    run("rollout", &[out, "--steps", "3", "--out", film.to_str().unwrap()]);
     let metrics = std::fs::read_to_string(PathBuf::from(out).join("metrics.csv")).unwrap();
     metrics.lines().next().unwrap().to_owned()
 }
 
 #[test]
 fn td3() {
-    for arguments in [&[][..], &["--projection", "independent-min"]] {
+    for arguments in [&[][..], &["--projection", "independent-min"], &["--order", "vsc", "--gaussian"]] {
         assert!(train("td3", arguments, "150", ["180", "200"]).contains("critic_loss/safety"));
     }
 }
@@ -42,21 +42,29 @@ fn td3() {
 fn redq() {
     assert!(train("redq", &[], "280", ["283", "285"]).contains("q_spread/safety"));
     train("redq", &["--gaussian"], "280", ["281", "282"]);
+    assert!(train("redq", &["--sac"], "280", ["281", "282"]).contains("actor/temperature"));
 }
 
 #[test]
 fn sac_lagrangian() {
-    for arguments in [&[][..], &["--cal"], &["--projection", "independent-min"]] {
-        let metrics = train("sac_lagrangian", arguments, "150", ["200", "240"]);
+    for method in ["cop-cal", "cal", "cal-original", "saclag-ucb", "sac-lagrangian", "sac-pid"] {
+        let metrics = train("sac_lagrangian", &["--method", method], "150", ["200", "240"]);
         for name in ["multiplier/cost", "multiplier_effective/cost", "cost_violation/cost", "actor/temperature"] {
-            assert!(metrics.contains(name), "{arguments:?}: {metrics}");
+            assert!(metrics.contains(name), "{method}: {metrics}");
         }
     }
 }
 
 #[test]
 fn swap_projection() {
-    assert_eq!(run("swap_projection", &["120"]).lines().count(), 6);
+    let folder = tempfile::tempdir().unwrap();
+    let table = run("swap_projection", &["--steps", "120", "--out", folder.path().to_str().unwrap()]);
+    for name in copq::projection::names() {
+        assert!(table.contains(&format!("| {name} | 1 |")), "{table}");
+    }
+    for file in ["table.md", "curves.svg", "curves.png"] {
+        assert!(folder.path().join(file).exists(), "no {file}");
+    }
 }
 
 #[test]

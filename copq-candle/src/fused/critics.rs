@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use copq::error::check_len;
+use copq::error::{check_chosen, check_len};
 use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
 
 use super::network::Network;
@@ -114,6 +114,17 @@ impl Critic for Critics {
         check_len("critic values", q.len(), self.networks.len() * rows * self.objectives)?;
         let input = &self.input[..rows * (self.observation + self.action)];
         self.workers.each(&mut self.networks, q, |_, network, q| network.forward(net, input, rows, q));
+        Ok(())
+    }
+
+    fn values_of(&mut self, net: Net, chosen: &[usize], obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
+        let rows = self.gather(obs, act)?;
+        check_chosen(chosen, self.networks.len())?;
+        let share = rows * self.objectives;
+        check_len("critic values", q.len(), chosen.len() * share)?;
+        let input = &self.input[..rows * (self.observation + self.action)];
+        let parts = q.chunks_exact_mut(share).zip(chosen);
+        parts.for_each(|(q, &k)| self.networks[k].forward(net, input, rows, q));
         Ok(())
     }
 

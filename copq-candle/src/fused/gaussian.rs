@@ -4,21 +4,17 @@ use std::path::Path;
 
 use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, SampleGrad, State};
 
-use super::network::Network;
 use super::perceptron::room;
-use crate::learned::Learned;
+use super::policy::Policy;
+use crate::check;
 use crate::shape::Shape;
 use crate::squash::Component;
-use crate::{check, weights};
 
 /// SAC's policy: observation -> hidden layers with ReLU -> mean and log std, clamped to [-20, 2], of a Gaussian that a
 /// tanh squashes. It needs one standard normal an action component; without noise its action is the squashed mean.
 #[derive(Debug)]
 pub struct Gaussian {
-    network: Network,
-    observation: usize,
-    action: usize,
-    lr: f64,
+    policy: Policy,
     /// Means and log stds, `rows x (2 action)`, and their gradients.
     output: Vec<f32>,
     grad: Vec<f32>,
@@ -31,14 +27,8 @@ pub struct Gaussian {
 impl Gaussian {
     /// An actor for an environment, with fresh weights drawn from `rng`.
     pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<Self> {
-        check::settings(spec, networks)?;
-        let shape = Shape::gaussian(spec, networks);
-        let learned = Learned::new(&shape, rng);
         Ok(Self {
-            network: Network::new(shape, learned),
-            observation: spec.observation,
-            action: spec.action(),
-            lr: networks.actor_lr,
+            policy: Policy::new(spec, networks, Shape::gaussian, rng)?,
             output: Vec::new(),
             grad: Vec::new(),
             sample: Vec::new(),
@@ -51,20 +41,17 @@ impl Gaussian {
     /// Writes the online parameters to a safetensors file: `actor.layer.0.weight` (`output x input`) and so on; the last
     /// layer's outputs are the means, then the log stds.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
-        let named = [(weights::actor_prefix(), self.network.learned().online.as_slice())];
-        weights::save(path.as_ref(), &named, self.network.shape())
+        self.policy.save_safetensors(path.as_ref())
     }
 
     /// Starts from a safetensors file's parameters: the target becomes equal to them and the optimiser begins anew.
     pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
-        let online = weights::load(path.as_ref(), &[weights::actor_prefix()], self.network.shape())?;
-        online.into_iter().for_each(|online| self.network.set_learned(Learned::from_online(online)));
-        Ok(())
+        self.policy.load_safetensors(path.as_ref())
     }
 
     /// Means and log stds of a batch into `self.output`.
     fn forward(&mut self, net: Net, obs: &[f32], rows: usize) {
-        self.network.forward(net, obs, rows, room(&mut self.output, rows * 2 * self.action));
+        self.policy.forward(net, obs, rows, room(&mut self.output, rows * 2 * self.policy.action));
     }
 }
 
@@ -91,21 +78,24 @@ fn squash(output: &[f32], noise: &[f32], action: &mut [f32], log_prob: &mut [f32
 
 impl Actor for Gaussian {
     fn action(&self) -> usize {
-        self.action
+        self.policy.action
     }
 
     fn noise(&self) -> usize {
-        self.action
+        self.policy.action
     }
 
     fn sample(&mut self, net: Net, obs: &[f32], noise: &[f32], action: &mut [f32], log_prob: &mut [f32]) -> Result<()> {
-        let rows = check::rows(obs, self.observation)?;
-        check::batch("actions", action, rows, self.action)?;
-        check::stochastic(noise, log_prob, rows, self.action)?;
+        let rows = self.policy.rows(obs)?;
+        check::batch("actions", action, rows, self.policy.action)?;
+        check::stochastic(noise, log_prob, rows, self.policy.action)?;
         self.forward(net, obs, rows);
         if noise.is_empty() {
             let output = &self.output;
-            action.iter_mut().enumerate().for_each(|(at, a)| *a = component(output, self.action, at, 0.0).action);
+            action
+                .iter_mut()
+                .enumerate()
+                .for_each(|(at, a)| *a = component(output, self.policy.action, at, 0.0).action);
         } else {
             squash(&self.output, noise, action, log_prob);
         }
@@ -113,48 +103,46 @@ impl Actor for Gaussian {
     }
 
     fn improve(&mut self, obs: &[f32], noise: &[f32], grad: ActionGrad<'_>) -> Result<()> {
-        let rows = check::rows(obs, self.observation)?;
-        check::batch("noise", noise, rows, self.action)?;
+        let rows = self.policy.rows(obs)?;
+        check::batch("noise", noise, rows, self.policy.action)?;
         self.forward(Net::Online, obs, rows);
         let (action, log_prob) = (room(&mut self.sample, noise.len()), room(&mut self.log_prob, rows));
         squash(&self.output, noise, action, log_prob);
         let (grad_action, grad_log_prob) =
             (room(&mut self.grad_action, noise.len()), room(&mut self.grad_log_prob, rows));
         grad(Sample { action, log_prob }, SampleGrad { action: grad_action, log_prob: grad_log_prob })?;
-        let out = room(&mut self.grad, rows * 2 * self.action);
+        let out = room(&mut self.grad, rows * 2 * self.policy.action);
         for (at, &noise) in noise.iter().enumerate() {
-            let (row, mean) = (at / self.action, at / self.action * 2 * self.action + at % self.action);
-            let sample = component(&self.output, self.action, at, noise);
-            (out[mean], out[mean + self.action]) = sample.backward(grad_action[at], grad_log_prob[row]);
+            let (row, mean) =
+                (at / self.policy.action, at / self.policy.action * 2 * self.policy.action + at % self.policy.action);
+            let sample = component(&self.output, self.policy.action, at, noise);
+            (out[mean], out[mean + self.policy.action]) = sample.backward(grad_action[at], grad_log_prob[row]);
         }
-        self.network.learn(obs, rows, out, self.lr);
+        self.policy.learn(obs, rows, out);
         Ok(())
     }
 
     fn noise_grad(&mut self, obs: &[f32], noise: &[f32], grad_action: &[f32], out: &mut [f32]) -> Result<()> {
-        let rows = check::rows(obs, self.observation)?;
+        let rows = self.policy.rows(obs)?;
         for (what, values) in [("noise", noise), ("action gradients", grad_action), ("noise gradients", &*out)] {
-            check::batch(what, values, rows, self.action)?;
+            check::batch(what, values, rows, self.policy.action)?;
         }
         self.forward(Net::Online, obs, rows);
         for (at, (out, grad)) in out.iter_mut().zip(grad_action).enumerate() {
-            *out = grad * component(&self.output, self.action, at, noise[at]).noise_slope();
+            *out = grad * component(&self.output, self.policy.action, at, noise[at]).noise_slope();
         }
         Ok(())
     }
 
     fn track(&mut self, tau: f32) -> Result<()> {
-        check::tau(tau)?;
-        self.network.track(tau);
-        Ok(())
+        self.policy.track(tau)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
-        self.network.save(state);
-        Ok(())
+        self.policy.save(state)
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
-        self.network.load(state)
+        self.policy.load(state)
     }
 }

@@ -14,6 +14,7 @@ mod matmul;
 mod network;
 mod passes;
 mod perceptron;
+mod policy;
 mod workers;
 
 pub use actor::Deterministic;

@@ -6,61 +6,36 @@ use candle_core::{Device, Tensor, Var};
 use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, SampleGrad, State};
 
 use super::failed;
-use super::network::{Network, values};
-use crate::learned::Learned;
+use super::network::values;
+use super::policy::Policy;
+use crate::check;
 use crate::shape::Shape;
 use crate::squash::LOG_STD;
-use crate::{check, weights};
 
 /// SAC's policy, like the fused one: see [`crate::fused::Gaussian`].
 #[derive(Debug)]
-pub struct Gaussian {
-    network: Network,
-    shape: Shape,
-    observation: usize,
-    action: usize,
-    lr: f64,
-    device: Device,
-}
+pub struct Gaussian(Policy);
 
 impl Gaussian {
     /// An actor on a device, with fresh weights: the same as the fused one from an equal `rng`.
     pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng, device: &Device) -> Result<Self> {
-        check::settings(spec, networks)?;
-        let shape = Shape::gaussian(spec, networks);
-        let learned = Learned::new(&shape, rng);
-        Ok(Self {
-            network: Network::new(&shape, &learned, device).map_err(failed)?,
-            shape,
-            observation: spec.observation,
-            action: spec.action(),
-            lr: networks.actor_lr,
-            device: device.clone(),
-        })
+        Ok(Self(Policy::new(spec, networks, Shape::gaussian, rng, device)?))
     }
 
     /// Writes the online parameters to a safetensors file, as the fused actor does.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
-        let learned = self.network.learned().map_err(failed)?;
-        weights::save(path.as_ref(), &[(weights::actor_prefix(), &learned.online)], &self.shape)
+        self.0.save_safetensors(path.as_ref())
     }
 
     /// Starts from a safetensors file's parameters: the target becomes equal to them and the optimiser begins anew.
     pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
-        let online = weights::load(path.as_ref(), &[weights::actor_prefix()], &self.shape)?;
-        online.into_iter().try_for_each(|online| self.place(&Learned::from_online(online)))
-    }
-
-    fn place(&mut self, learned: &Learned) -> Result<()> {
-        self.network = Network::new(&self.shape, learned, &self.device).map_err(failed)?;
-        Ok(())
+        self.0.load_safetensors(path.as_ref())
     }
 
     /// A checked batch's mean and log std, each `rows x action`.
     fn forward(&self, net: Net, obs: &[f32], rows: usize) -> candle_core::Result<(Tensor, Tensor)> {
-        let obs = Tensor::from_slice(obs, (rows, self.observation), &self.device)?;
-        let output = self.network.forward(net, &obs)?;
-        let (mean, log_std) = (output.narrow(1, 0, self.action)?, output.narrow(1, self.action, self.action)?);
+        let output = self.0.forward(net, obs, rows)?;
+        let (mean, log_std) = (output.narrow(1, 0, self.0.action)?, output.narrow(1, self.0.action, self.0.action)?);
         Ok((mean, log_std.clamp(LOG_STD.0, LOG_STD.1)?))
     }
 
@@ -77,7 +52,7 @@ impl Gaussian {
     }
 
     fn noise_tensor(&self, noise: &[f32], rows: usize) -> Result<Tensor> {
-        Tensor::from_slice(noise, (rows, self.action), &self.device).map_err(failed)
+        Tensor::from_slice(noise, (rows, self.0.action), &self.0.device).map_err(failed)
     }
 }
 
@@ -88,17 +63,17 @@ fn softplus(y: &Tensor) -> candle_core::Result<Tensor> {
 
 impl Actor for Gaussian {
     fn action(&self) -> usize {
-        self.action
+        self.0.action
     }
 
     fn noise(&self) -> usize {
-        self.action
+        self.0.action
     }
 
     fn sample(&mut self, net: Net, obs: &[f32], noise: &[f32], action: &mut [f32], log_prob: &mut [f32]) -> Result<()> {
-        let rows = check::rows(obs, self.observation)?;
-        check::batch("actions", action, rows, self.action)?;
-        check::stochastic(noise, log_prob, rows, self.action)?;
+        let rows = self.0.rows(obs)?;
+        check::batch("actions", action, rows, self.0.action)?;
+        check::stochastic(noise, log_prob, rows, self.0.action)?;
         if noise.is_empty() {
             let mode = self.forward(net, obs, rows).and_then(|(mean, _)| mean.tanh());
             action.copy_from_slice(&mode.and_then(|mode| values(&mode)).map_err(failed)?);
@@ -111,33 +86,34 @@ impl Actor for Gaussian {
     }
 
     fn improve(&mut self, obs: &[f32], noise: &[f32], grad: ActionGrad<'_>) -> Result<()> {
-        let rows = check::rows(obs, self.observation)?;
-        check::batch("noise", noise, rows, self.action)?;
+        let rows = self.0.rows(obs)?;
+        check::batch("noise", noise, rows, self.0.action)?;
         let noise = self.noise_tensor(noise, rows)?;
         let (sampled, log) = self.squashed(Net::Online, obs, &noise).map_err(failed)?;
         let (action, log_prob) = (values(&sampled).map_err(failed)?, values(&log).map_err(failed)?);
         let (mut da, mut dlog) = (vec![0.0; action.len()], vec![0.0; rows]);
         let sample = Sample { action: &action, log_prob: &log_prob };
         grad(sample, SampleGrad { action: &mut da, log_prob: &mut dlog })?;
-        let step = |network: &mut Network| {
+        let Self(policy) = self;
+        let step = || {
             // A loss with these gradients: sum(action * da) + sum(log_prob * dlog), with da and dlog constants.
-            let da = Tensor::from_vec(da, sampled.dims(), &self.device)?;
-            let dlog = Tensor::from_vec(dlog, log.dims(), &self.device)?;
+            let da = Tensor::from_vec(da, sampled.dims(), &policy.device)?;
+            let dlog = Tensor::from_vec(dlog, log.dims(), &policy.device)?;
             let loss = ((sampled * da)?.sum_all()? + (log * dlog)?.sum_all()?)?;
-            network.step(&loss.backward()?, self.lr)
+            policy.step(&loss.backward()?)
         };
-        step(&mut self.network).map_err(failed)
+        step().map_err(failed)
     }
 
     fn noise_grad(&mut self, obs: &[f32], noise: &[f32], grad_action: &[f32], out: &mut [f32]) -> Result<()> {
-        let rows = check::rows(obs, self.observation)?;
+        let rows = self.0.rows(obs)?;
         for (what, values) in [("noise", noise), ("action gradients", grad_action), ("noise gradients", &*out)] {
-            check::batch(what, values, rows, self.action)?;
+            check::batch(what, values, rows, self.0.action)?;
         }
         let noise = Var::from_tensor(&self.noise_tensor(noise, rows)?).map_err(failed)?;
         let slopes = || {
             let (sampled, _) = self.squashed(Net::Online, obs, &noise)?;
-            let grad = Tensor::from_slice(grad_action, sampled.dims(), &self.device)?;
+            let grad = Tensor::from_slice(grad_action, sampled.dims(), &self.0.device)?;
             let grads = (sampled * grad)?.sum_all()?.backward()?;
             grads.get(&noise).map_or(Ok(vec![0.0; grad_action.len()]), values)
         };
@@ -146,16 +122,14 @@ impl Actor for Gaussian {
     }
 
     fn track(&mut self, tau: f32) -> Result<()> {
-        check::tau(tau)?;
-        self.network.track(tau).map_err(failed)
+        self.0.track(tau)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
-        self.network.learned().map_err(failed)?.save(&self.shape, state);
-        Ok(())
+        self.0.save(state)
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
-        self.place(&Learned::load(&self.shape, state)?)
+        self.0.load(state)
     }
 }

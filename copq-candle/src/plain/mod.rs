@@ -4,6 +4,7 @@ mod actor;
 mod critics;
 mod gaussian;
 mod network;
+mod policy;
 
 pub use actor::Deterministic;
 pub use critics::Critics;

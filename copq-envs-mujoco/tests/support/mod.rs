@@ -151,7 +151,7 @@ pub fn one_step_errors(make: Make, robot: &RobotSpec, table: &Table) -> Vec<f64>
 
 /// An environment on a recorded run.
 pub struct Replay {
-    env: Locomotion<Start>,
+    pub env: Locomotion<Start>,
     pub obs: Vec<f32>,
     pub reward: Vec<f32>,
 }

@@ -62,8 +62,8 @@ impl RobotSpec {
         self.geoms.iter().filter_map(segment).collect()
     }
 
-    /// The limb of each body: an only child goes on with its parent's.
-    fn limbs(&self) -> Vec<usize> {
+    /// The limb of each body, as [`Segment::limb`] counts them: an only child goes on with its parent's.
+    pub fn limbs(&self) -> Vec<usize> {
         let children = |parent| self.bodies.iter().filter(|body| body.parent == Some(parent)).count();
         let (mut limbs, mut next) = (Vec::<usize>::with_capacity(self.bodies.len()), 0..);
         for body in &self.bodies {

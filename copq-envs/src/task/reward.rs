@@ -74,14 +74,6 @@ impl Objective {
     pub fn reward(&self, motion: &Motion<'_>) -> f64 {
         self.terms.iter().map(|(factor, signal)| factor * motion.value(*signal)).sum()
     }
-
-    /// The limit in the units of a discounted value: d = D (1 - gamma^T) / ((1 - gamma) T), the value of a constant
-    /// cost whose sum over T steps is the limit D (as in CVPO and CAL). With gamma = 1 it is D.
-    pub fn discounted_limit(&self, gamma: f64, horizon: usize) -> Option<f64> {
-        let steps = horizon as f64;
-        let factor = if gamma == 1.0 { 1.0 } else { (1.0 - gamma.powf(steps)) / ((1.0 - gamma) * steps) };
-        self.limit.map(|limit| limit * factor)
-    }
 }
 
 impl Motion<'_> {
@@ -99,21 +91,5 @@ impl Motion<'_> {
                 forces.map(|force| force.clamp(-clip, clip).powi(2)).sum::<f64>().min(cap)
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Benchmark B's thresholds as the paper states them, one tenth of the episode's to three digits.
-    #[test]
-    fn limits_are_discounted_as_in_cvpo() {
-        for (limit, wanted) in [(740.2, 74.0168), (2341.5, 234.1399), (2622.2, 262.2087), (1411.9, 141.1839)] {
-            let cost = Objective { limit: Some(limit), ..Objective::new("cost", 0.0, &[(1.0, Signal::Speed)]) };
-            assert!((cost.discounted_limit(0.99, 1000).unwrap() - wanted).abs() < 5e-5);
-            assert_eq!(cost.discounted_limit(1.0, 1000), Some(limit));
-        }
-        assert_eq!(Objective::new("reward", 1.0, &[]).discounted_limit(0.99, 1000), None);
     }
 }

@@ -2,7 +2,7 @@
 
 use tiny_skia::Transform;
 
-use super::Scene;
+use super::Capsule;
 
 /// Where the floor below the robot is, in parts of the picture's height.
 const FLOOR: f64 = 0.8;
@@ -24,10 +24,10 @@ pub(super) struct Camera {
 }
 
 impl Camera {
-    /// Stands as far away as the scene needs for a picture of this size.
-    pub fn new(scene: &Scene, width: u32, height: u32) -> Self {
+    /// Stands as far away as the capsules need for a picture of this size.
+    pub fn new(capsules: &[Capsule], width: u32, height: u32) -> Self {
         let (mut low, mut high, mut top) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
-        for capsule in &scene.capsules {
+        for capsule in capsules {
             for [x, _, z] in capsule.ends {
                 (low, high) = (low.min(x - capsule.radius), high.max(x + capsule.radius));
                 top = top.max(z + capsule.radius);

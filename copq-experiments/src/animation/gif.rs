@@ -4,24 +4,23 @@ use color_quant::NeuQuant;
 use copq::{Error, Result};
 use gif::{Encoder, EncodingError, Frame, Repeat};
 
-use super::Animation;
-use super::painter::{HEIGHT, Painter, WIDTH};
+use super::{Animation, Draw, HEIGHT, Scene, WIDTH};
 
 /// One of so many pixels teaches the palette.
 const SAMPLE: i32 = 7;
 const COLOURS: usize = 256;
 
 /// The bytes of a GIF file.
-pub(super) fn encode(animation: &Animation) -> Result<Vec<u8>> {
-    let mut painter = Painter::new(animation)?;
-    let palette = palette(animation, &mut painter);
+pub(super) fn encode(animation: &Animation, draw: &mut Draw<'_>) -> Result<Vec<u8>> {
+    let mut picture = animation.pictures(draw)?;
+    let palette = palette(animation, &mut picture)?;
     let mut bytes = Vec::new();
     let failed = |e: EncodingError| Error::other("encoding a GIF", e);
     let (width, height) = (WIDTH as u16, HEIGHT as u16);
     let mut encoder = Encoder::new(&mut bytes, width, height, &palette.color_map_rgb()).map_err(failed)?;
     encoder.set_repeat(Repeat::Infinite).map_err(failed)?;
     for (frame, delay) in animation.frames.iter().zip(animation.delays()) {
-        let buffer = opaque(&painter.paint(&frame.scene)).map(|pixel| palette.index_of(&pixel) as u8).collect();
+        let buffer = opaque(&picture(&frame.scene)?).map(|pixel| palette.index_of(&pixel) as u8).collect();
         let delay = u16::try_from(delay).unwrap_or(u16::MAX);
         encoder.write_frame(&Frame { width, height, delay, buffer, ..Frame::default() }).map_err(failed)?;
     }
@@ -30,11 +29,13 @@ pub(super) fn encode(animation: &Animation) -> Result<Vec<u8>> {
 }
 
 /// The colours of the first, the middle and the last frame.
-fn palette(animation: &Animation, painter: &mut Painter) -> NeuQuant {
+fn palette(animation: &Animation, picture: &mut impl FnMut(&Scene) -> Result<Vec<u8>>) -> Result<NeuQuant> {
     let last = animation.frames.len() - 1;
-    let frames = [0, last / 2, last].map(|index| painter.paint(&animation.frames[index].scene));
-    let pixels: Vec<u8> = frames.iter().flat_map(|pixels| opaque(pixels)).flatten().collect();
-    NeuQuant::new(SAMPLE, COLOURS, &pixels)
+    let mut pixels = Vec::new();
+    for index in [0, last / 2, last] {
+        pixels.extend(opaque(&picture(&animation.frames[index].scene)?).flatten());
+    }
+    Ok(NeuQuant::new(SAMPLE, COLOURS, &pixels))
 }
 
 /// Red, green and blue with an opacity of one.

@@ -1,19 +1,31 @@
-//! A robot in motion, as an animated GIF or as PNG frames: drawn in plain Rust, without a window or a graphics card.
+//! A robot in motion, as an animated GIF or as PNG frames, with a row of numbers above it.
 //!
-//! The picture knows no robots and no engines: it shows [`Capsule`]s above a floor, and a row of numbers.
+//! An animation knows no robots and no engines: it keeps positions, and is handed a [`Draw`] that turns one into a picture.
+//! [`SideView`] draws the capsules that a robot is made of, and needs nothing for it.
 
 mod camera;
+mod caption;
 mod gif;
-mod painter;
+mod side;
 mod text;
 
 use std::path::Path;
 
-use copq::Result;
+use copq::{Error, Result};
+use tiny_skia::Pixmap;
 
 use crate::figure::{colour, encode_png};
 use crate::files;
-use painter::Painter;
+use caption::Caption;
+pub use side::SideView;
+
+/// Pixels of a picture from left to right.
+pub const WIDTH: u32 = 640;
+/// Pixels of a picture from top to bottom.
+pub const HEIGHT: u32 = 420;
+
+/// Draws a scene's position: red, green and blue of [`WIDTH`] x [`HEIGHT`] pixels, row by row from the top.
+pub type Draw<'a> = dyn FnMut(&[f64]) -> Result<Vec<u8>> + 'a;
 
 /// Shortest time that a GIF's frame is shown, in hundredths of a second: viewers slow down anything shorter.
 const SHORTEST: u64 = 2;
@@ -32,10 +44,8 @@ pub struct Capsule {
 /// One moment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
-    /// What is there.
-    pub capsules: Vec<Capsule>,
-    /// The point that the camera follows, sideways and in depth (m).
-    pub centre: [f64; 3],
+    /// Where the robot is, as the [`Draw`] takes it: its qpos.
+    pub position: Vec<f64>,
     /// Names with their values, shown above the robot.
     pub readings: Vec<(String, String)>,
 }
@@ -78,19 +88,28 @@ impl Animation {
     }
 
     /// Writes a GIF that runs in real time, again and again.
-    pub fn write_gif(&self, path: &Path) -> Result<()> {
-        files::replace(path, &gif::encode(self)?)
+    pub fn write_gif(&self, path: &Path, draw: &mut Draw<'_>) -> Result<()> {
+        files::replace(path, &gif::encode(self, draw)?)
     }
 
     /// Writes every frame as a picture of its own, `frame-00000.png` and so on; makes the folder.
-    pub fn write_png(&self, folder: &Path) -> Result<()> {
+    pub fn write_png(&self, folder: &Path, draw: &mut Draw<'_>) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
-        let mut painter = Painter::new(self)?;
+        let mut picture = self.pictures(draw)?;
         for (index, frame) in self.frames.iter().enumerate() {
-            let bytes = encode_png(&painter.paint(&frame.scene), painter::WIDTH, painter::HEIGHT)?;
+            let bytes = encode_png(&picture(&frame.scene)?, WIDTH, HEIGHT)?;
             files::replace(&folder.join(format!("frame-{index:05}.png")), &bytes)?;
         }
         Ok(())
+    }
+
+    /// What draws a scene and writes its readings; an error if there is no scene.
+    fn pictures<'a>(&self, draw: &'a mut Draw<'_>) -> Result<impl FnMut(&Scene) -> Result<Vec<u8>> + 'a> {
+        if self.frames.is_empty() {
+            return Err(Error::invalid("animation", "at least one scene", "none"));
+        }
+        let mut caption = Caption::new()?;
+        Ok(move |scene: &Scene| caption.write(&draw(&scene.position)?, &scene.readings))
     }
 
     /// How long each frame is seen, in hundredths of a second.
@@ -102,4 +121,13 @@ impl Animation {
 
 fn hundredths(seconds: f64) -> u64 {
     (100.0 * seconds).round() as u64
+}
+
+fn sheet() -> Result<Pixmap> {
+    Pixmap::new(WIDTH, HEIGHT).ok_or_else(|| Error::invalid("picture", "a width and height", "none"))
+}
+
+/// Red, green and blue of every pixel, row by row, of a sheet without holes.
+fn rgb(sheet: &Pixmap) -> Vec<u8> {
+    sheet.data().as_chunks::<4>().0.iter().flat_map(|&[red, green, blue, _]| [red, green, blue]).collect()
 }

@@ -59,7 +59,11 @@ pub(crate) fn draw_run(folder: &Path) -> Result<()> {
     let plan = crate::folder::read_plan(folder)?;
     let title = format!(
         "{}, {} on {}, {} projection, seed {}",
-        plan.program, plan.task, plan.engine, plan.projection, plan.run.seed
+        plan.method(),
+        plan.task,
+        plan.engine,
+        plan.projection,
+        plan.run.seed
     );
     let note = "Line: mean of the evaluation episodes. Band: lowest to highest episode.".to_owned();
     let panels = run.quantities().into_iter().map(|quantity| Panel {

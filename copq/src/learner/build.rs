@@ -29,14 +29,17 @@ impl Learner {
         actor: Box<dyn Actor>,
         seed: u64,
     ) -> Result<Self> {
-        check(&config, spec, critic.as_ref(), actor.as_ref())?;
-        let (n, rows) = (spec.objectives.len(), config.batch);
-        let entropy = config.entropy.as_ref();
-        let temperature = entropy.map(|entropy| Temperature::new(entropy, spec)).transpose()?;
+        config.check()?;
+        spec.check()?;
+        // A task that does not suit the method is worth more words than critics that do not suit the task.
         let multiplier: Box<dyn Multiplier> = match &config.constraint {
             Some(constraint) => constraint.multiplier(spec, config.discount)?,
             None => Box::new(Fixed::new(&spec.weights)?),
         };
+        check_parts(&config, spec, critic.as_ref(), actor.as_ref())?;
+        let (n, rows) = (spec.objectives.len(), config.batch);
+        let entropy = config.entropy.as_ref();
+        let temperature = entropy.map(|entropy| Temperature::new(entropy, spec)).transpose()?;
         let famo = config.famo.map(|famo| Famo::new(famo, n)).transpose()?;
         let mut batch = Batch::default();
         batch.reserve(rows, spec.observation, spec.action(), n);
@@ -92,9 +95,7 @@ fn exploration(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
 }
 
 /// An error that names the first part that does not fit the others.
-fn check(config: &Config, spec: &EnvSpec, critic: &dyn Critic, actor: &dyn Actor) -> Result<()> {
-    config.check()?;
-    spec.check()?;
+fn check_parts(config: &Config, spec: &EnvSpec, critic: &dyn Critic, actor: &dyn Actor) -> Result<()> {
     check_len("the critic's objectives", critic.objectives(), spec.objectives.len())?;
     check_len("the actor's action", actor.action(), spec.action())?;
     if critic.critics() == 0 {

@@ -11,15 +11,18 @@ impl Learner {
     pub(super) fn targets(&mut self, log: &mut dyn Observer) -> Result<()> {
         let (critics, n) = (self.critic.critics(), self.objectives.len());
         let shared = self.batch.reward.len();
-        let Work { q, drawn, drawn_q, target, next_action, log_prob, scratch, mean, .. } = &mut self.work;
-        self.critic.values(Net::Target, &self.batch.next_obs, next_action, q)?;
+        let Work { q, positions, target, next_action, log_prob, scratch, mean, .. } = &mut self.work;
         let promising = match self.config.subset {
             Some(subset) => {
-                draw(&mut self.streams.subset, subset, drawn);
-                select(q, &drawn[..subset], drawn_q);
-                QView::new(drawn_q, subset, n)?
+                draw(&mut self.streams.subset, subset, positions);
+                let q = &mut q[..subset * shared];
+                self.critic.values_of(Net::Target, &positions[..subset], &self.batch.next_obs, next_action, q)?;
+                QView::new(q, subset, n)?
             }
-            None => QView::new(q, critics, n)?,
+            None => {
+                self.critic.values(Net::Target, &self.batch.next_obs, next_action, q)?;
+                QView::new(q, critics, n)?
+            }
         };
         let step = -self.config.pessimism as f32;
         let bound = Bound { q: promising, weights: self.multiplier.weights(), step };
@@ -54,14 +57,6 @@ fn draw(rng: &mut Rng, count: usize, positions: &mut [usize]) {
     for i in 0..count {
         let j = i + rng.below(positions.len() - i);
         positions.swap(i, j);
-    }
-}
-
-/// Copies the chosen critics' values, one critic after another.
-fn select(q: &[f32], chosen: &[usize], out: &mut [f32]) {
-    let share = out.len() / chosen.len();
-    for (out, &k) in out.chunks_exact_mut(share).zip(chosen) {
-        out.copy_from_slice(&q[k * share..(k + 1) * share]);
     }
 }
 

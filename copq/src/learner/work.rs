@@ -15,9 +15,8 @@ pub(super) struct Work {
     pub(super) log_prob: Vec<f32>,
     /// Critic values, `critics x rows x objectives`.
     pub(super) q: Vec<f32>,
-    /// The positions of all critics, the first few of them drawn for a target, and those critics' values.
-    pub(super) drawn: Vec<usize>,
-    pub(super) drawn_q: Vec<f32>,
+    /// The positions of all critics, the first few of them drawn for a target.
+    pub(super) positions: Vec<usize>,
     /// TD targets, `rows x objectives`, or `critics x rows x objectives` if critics have targets of their own.
     pub(super) target: Vec<f32>,
     /// Projected bounds and their gradients, `rows x objectives`.
@@ -54,8 +53,7 @@ impl Work {
             policy_noise: vec![0.0; rows * actor.noise()],
             log_prob: vec![0.0; rows * stochastic],
             q: vec![0.0; critics * rows * n],
-            drawn: (0..critics).collect(),
-            drawn_q: vec![0.0; config.subset.unwrap_or(0) * rows * n],
+            positions: (0..critics).collect(),
             target: vec![0.0; targets * rows * n],
             bound: row_values(),
             grad_bound: row_values(),

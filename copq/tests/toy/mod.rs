@@ -227,6 +227,15 @@ impl Critic for LinearCritics {
         Ok(())
     }
 
+    fn values_of(&mut self, net: Net, chosen: &[usize], obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
+        let (mut all, share) = (std::mem::take(&mut self.q), obs.len() * self.objectives);
+        all.resize(self.critics * share, 0.0);
+        self.values(net, obs, act, &mut all)?;
+        q.chunks_exact_mut(share).zip(chosen).for_each(|(q, &k)| q.copy_from_slice(&all[k * share..][..share]));
+        self.q = all;
+        Ok(())
+    }
+
     fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>) -> Result<()> {
         self.values_and_grad(obs, act, grad)?;
         self.grad.fill(0.0);

@@ -1,9 +1,11 @@
 //! The engines and their robots.
 
 use copq::{Env, Result, Rng};
+use copq_envs::robot::Preset;
 use copq_envs::task::Start;
 use copq_envs::{Options, Physics, RobotSpec, task_with};
 
+pub const PRESETS: [Preset; 2] = [Preset::GymV5, Preset::Paper];
 pub const ROBOTS: [&str; 5] = ["hopper", "walker2d", "halfcheetah", "ant", "humanoid"];
 
 /// An engine, as its crate offers it.
@@ -34,37 +36,27 @@ pub const ENGINES: &[Engine] = &[
 ];
 
 impl Engine {
-    /// An engine without a robot says so when it is made; only rapier may, and not of the hopper.
-    pub fn make(&self, robot: &RobotSpec) -> Option<Box<dyn Physics>> {
-        match (self.physics)(robot) {
-            Ok(physics) => Some(physics),
-            Err(error) if self.name == "rapier" && robot.name != "hopper" => {
-                println!("no {} on rapier: {error}", robot.name);
-                None
-            }
-            Err(error) => panic!("{} on {}: {error}", robot.name, self.name),
-        }
+    /// The engine with a robot in it: every engine has every robot.
+    pub fn make(&self, robot: &RobotSpec) -> Box<dyn Physics> {
+        (self.physics)(robot).unwrap_or_else(|error| panic!("{} on {}: {error}", robot.name, self.name))
     }
 }
 
-/// A robot at a start that every engine can bear.
-pub fn robot(name: &str) -> RobotSpec {
-    task_with(&format!("a/{name}"), &everywhere()).unwrap().robot
+/// Every robot of both presets, at a start that every engine can bear.
+pub fn robots() -> impl Iterator<Item = RobotSpec> {
+    let robot = |preset| move |name| task_with(&format!("a/{name}"), &everywhere(preset)).unwrap().robot;
+    PRESETS.into_iter().flat_map(move |preset| ROBOTS.map(robot(preset)))
 }
 
 /// Options whose start every engine can bear.
-pub fn everywhere() -> Options {
-    Options { start: Start::Paper, ..Options::default() }
+pub fn everywhere(preset: Preset) -> Options {
+    Options { preset, start: Start::Paper, ..Options::default() }
 }
 
-/// Every engine with every robot that it has.
+/// Every engine with every robot.
 pub fn each(mut test: impl FnMut(&Engine, &RobotSpec, Box<dyn Physics>)) {
     for engine in ENGINES {
-        for robot in ROBOTS.map(robot) {
-            if let Some(physics) = engine.make(&robot) {
-                test(engine, &robot, physics);
-            }
-        }
+        robots().for_each(|robot| test(engine, &robot, engine.make(&robot)));
     }
 }
 

@@ -49,7 +49,7 @@ fn a_saved_state_goes_on_bit_for_bit() {
         let wanted = play(&mut *physics, robot, 2, 30);
         physics.load(&state).unwrap();
         assert!(play(&mut *physics, robot, 2, 30) == wanted, "{what}, the same engine");
-        let mut other = engine.make(robot).unwrap();
+        let mut other = engine.make(robot);
         other.load(&state).unwrap();
         assert!(play(&mut *other, robot, 2, 30) == wanted, "{what}, a new engine");
         assert!(other.load(&State::default()).is_err(), "{what}, an empty state");
@@ -83,7 +83,7 @@ fn an_explosion_is_an_error_until_the_next_reset() {
         assert!(matches!(error, Error::Env { .. }), "{what}: {error}");
         reset(&mut *physics, robot);
         let mended = play(&mut *physics, robot, 1, 10);
-        let mut fresh = engine.make(robot).unwrap();
+        let mut fresh = engine.make(robot);
         reset(&mut *fresh, robot);
         assert!(play(&mut *fresh, robot, 1, 10) == mended, "{what}: a reset mends it");
     });
@@ -96,7 +96,7 @@ fn threads_do_not_disturb_each_other() {
         reset(&mut *physics, robot);
         let wanted = play(&mut *physics, robot, 3, 25);
         let run = || {
-            let mut own = engine.make(robot).unwrap();
+            let mut own = engine.make(robot);
             reset(&mut *own, robot);
             play(&mut *own, robot, 3, 25)
         };

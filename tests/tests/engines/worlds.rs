@@ -1,25 +1,22 @@
 //! Environments on every engine, and what engines must agree on.
 
 use copq::check_env;
+use copq_envs::robot::Preset;
 use copq_envs::tasks;
 
-use crate::engine::{ENGINES, everywhere, robot};
+use crate::engine::{ENGINES, PRESETS, everywhere, robots};
 
 #[test]
 fn every_environment_keeps_the_contract() {
     for engine in ENGINES {
         let mut checked = 0;
-        for name in tasks() {
-            match (engine.env)(name, &everywhere()) {
-                Ok(mut env) => {
-                    let report = check_env(&mut *env).unwrap();
-                    assert_eq!(env.spec().name, name);
-                    checked += report.lengths.len();
-                }
-                Err(error) => {
-                    assert!(engine.name == "rapier" && name != "a/hopper", "{name} on {}: {error}", engine.name)
-                }
-            }
+        for (preset, name) in PRESETS.into_iter().flat_map(|preset| tasks().into_iter().map(move |name| (preset, name)))
+        {
+            let made = (engine.env)(name, &everywhere(preset));
+            let mut env = made.unwrap_or_else(|error| panic!("{name} on {}: {error}", engine.name));
+            let report = check_env(&mut *env).unwrap_or_else(|error| panic!("{name} on {}: {error}", engine.name));
+            assert_eq!(env.spec().name, name);
+            checked += report.lengths.len();
         }
         println!("{checked} episodes on {}", engine.name);
     }
@@ -28,7 +25,7 @@ fn every_environment_keeps_the_contract() {
 #[test]
 fn an_unknown_environment_is_answered_with_the_nearest() {
     for engine in ENGINES {
-        let Err(error) = (engine.env)("a/hoper", &everywhere()) else { panic!("there is no a/hoper") };
+        let Err(error) = (engine.env)("a/hoper", &everywhere(Preset::default())) else { panic!("there is no a/hoper") };
         assert!(error.to_string().contains("known: a/hopper"), "{error}");
     }
 }
@@ -36,13 +33,13 @@ fn an_unknown_environment_is_answered_with_the_nearest() {
 /// Masses, lengths and axes show in the mass matrix and the centre of mass, here away from the start.
 #[test]
 fn engines_agree_on_the_robot() {
-    for robot in ["hopper", "walker2d", "halfcheetah", "ant", "humanoid"].map(robot) {
+    for robot in robots() {
         let mut qpos = robot.initial_qpos.clone();
         qpos.iter_mut().enumerate().for_each(|(i, value)| *value += 0.1 * (i as f64).sin());
         robot.normalise(&mut qpos);
         let qvel = vec![0.0; robot.nv()];
         let told = ENGINES.iter().filter_map(|engine| {
-            let mut physics = engine.make(&robot)?;
+            let mut physics = engine.make(&robot);
             physics.reset_to(&qpos, &qvel).unwrap();
             Some((engine.name, physics.mass_matrix()?, physics.centre_of_mass()?))
         });

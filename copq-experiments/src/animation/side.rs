@@ -1,16 +1,13 @@
-//! One picture: sky, floor, shadows, capsules, numbers.
+//! Capsules from the side: sky, floor, shadows, bodies.
 
-use copq::{Error, Result};
+use std::fmt;
+
+use copq::Result;
 use tiny_skia::{Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, Rect, Stroke, Transform};
 
 use super::camera::Camera;
 use super::text::Pen;
-use super::{Animation, Capsule, Scene};
-
-/// Pixels from left to right.
-pub(super) const WIDTH: u32 = 640;
-/// Pixels from top to bottom.
-pub(super) const HEIGHT: u32 = 420;
+use super::{Capsule, HEIGHT, WIDTH, rgb, sheet};
 
 const SKY: [u8; 3] = [246, 248, 251];
 const TILES: [[u8; 3]; 2] = [[211, 218, 227], [197, 206, 217]];
@@ -18,37 +15,32 @@ const INK: [u8; 3] = [45, 45, 45];
 const GREY: [u8; 3] = [112, 118, 128];
 /// Side of a tile (m).
 const TILE: f64 = 0.5;
-/// Room to the left and right of the readings, in pixels.
-const EDGE: f32 = 24.0;
 /// Where the distances are written, in parts of the way from below the robot to the picture's lower edge.
 const MARKS: f64 = 0.45;
 
-/// Draws the scenes of one animation, all from the same distance.
-pub(super) struct Painter {
+/// Draws capsules above a floor, always from the same distance: in plain Rust, without a window or a graphics card.
+pub struct SideView {
     camera: Camera,
     pen: Pen,
     sheet: Pixmap,
 }
 
-impl Painter {
-    pub fn new(animation: &Animation) -> Result<Self> {
-        let first =
-            animation.frames.first().ok_or_else(|| Error::invalid("animation", "at least one scene", "none"))?;
-        let sheet =
-            Pixmap::new(WIDTH, HEIGHT).ok_or_else(|| Error::invalid("picture", "a width and height", "none"))?;
-        Ok(Self { camera: Camera::new(&first.scene, WIDTH, HEIGHT), pen: Pen::new()?, sheet })
+impl SideView {
+    /// A view from as far away as these capsules need.
+    pub fn new(capsules: &[Capsule]) -> Result<Self> {
+        Ok(Self { camera: Camera::new(capsules, WIDTH, HEIGHT), pen: Pen::new()?, sheet: sheet()? })
     }
 
-    /// Red, green and blue of every pixel, row by row.
-    pub fn paint(&mut self, scene: &Scene) -> Vec<u8> {
+    /// A picture of [`WIDTH`] by [`HEIGHT`] pixels, red, green and blue, row by row. The camera follows `centre` (m) sideways
+    /// and in depth.
+    pub fn draw(&mut self, capsules: &[Capsule], centre: [f64; 3]) -> Vec<u8> {
         self.sheet.fill(Color::from_rgba8(SKY[0], SKY[1], SKY[2], 255));
-        self.floor(scene.centre);
-        self.shadows(scene);
-        let mut capsules: Vec<_> = scene.capsules.iter().collect();
+        self.floor(centre);
+        self.shadows(capsules, centre);
+        let mut capsules: Vec<_> = capsules.iter().collect();
         capsules.sort_by(|a, b| depth(b).total_cmp(&depth(a)));
-        capsules.into_iter().for_each(|capsule| self.capsule(scene.centre, capsule));
-        self.readings(&scene.readings);
-        self.sheet.data().as_chunks::<4>().0.iter().flat_map(|&[red, green, blue, _]| [red, green, blue]).collect()
+        capsules.into_iter().for_each(|capsule| self.capsule(centre, capsule));
+        rgb(&self.sheet)
     }
 
     /// A chequered floor with distances; both stay where they are while the camera moves.
@@ -70,9 +62,9 @@ impl Painter {
         }
     }
 
-    fn shadows(&mut self, scene: &Scene) {
-        for capsule in &scene.capsules {
-            let [a, b] = capsule.ends.map(|[x, y, _]| ((x - scene.centre[0]) as f32, (y - scene.centre[1]) as f32));
+    fn shadows(&mut self, capsules: &[Capsule], centre: [f64; 3]) {
+        for capsule in capsules {
+            let [a, b] = capsule.ends.map(|[x, y, _]| ((x - centre[0]) as f32, (y - centre[1]) as f32));
             self.stroke([a, b], 2.0 * capsule.radius as f32, paint(INK, 36), self.camera.on_floor());
         }
     }
@@ -97,14 +89,11 @@ impl Painter {
             self.sheet.stroke_path(&path, &paint, &stroke, transform, None);
         }
     }
+}
 
-    fn readings(&mut self, readings: &[(String, String)]) {
-        let column = (WIDTH as f32 - 2.0 * EDGE) / readings.len().max(1) as f32;
-        for (index, (name, value)) in readings.iter().enumerate() {
-            let left = EDGE + column * index as f32;
-            self.pen.write(&mut self.sheet, name, (left, 30.0), 14.0, GREY);
-            self.pen.write(&mut self.sheet, value, (left, 54.0), 22.0, INK);
-        }
+impl fmt::Debug for SideView {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("SideView").field("camera", &self.camera).finish_non_exhaustive()
     }
 }
 
