@@ -24,6 +24,9 @@ struct Block {
     bars: Vec<(String, [f64; 3])>,
 }
 
+/// Programs with the times of their rounds.
+type Programs = Vec<(String, Vec<f64>)>;
+
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 fn main() -> Result<()> {
@@ -44,7 +47,7 @@ fn main() -> Result<()> {
 
 /// The wall times of a file in which each program's rounds follow one another.
 fn read(text: &str) -> Result<Vec<Block>> {
-    let mut rounds: Vec<(String, Vec<(String, Vec<f64>)>)> = Vec::new();
+    let mut rounds: Vec<(String, Programs)> = Vec::new();
     for line in text.lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
         let [workload, threads, program, _, wall, _] = cells[..] else { bail!("wanted six cells: {line}") };
@@ -58,9 +61,8 @@ fn read(text: &str) -> Result<Vec<Block>> {
         }
         programs.last_mut().context("a program")?.1.push(wall.parse()?);
     }
-    let bars = |programs: Vec<(String, Vec<f64>)>| {
-        programs.into_iter().map(|(name, mut times)| (name, spread(&mut times))).collect()
-    };
+    let bar = |(name, mut times): (String, Vec<f64>)| (name, spread(&mut times));
+    let bars = |programs: Programs| programs.into_iter().map(bar).collect();
     Ok(rounds.into_iter().map(|(title, programs)| Block { title, bars: bars(programs) }).collect())
 }
 

@@ -29,7 +29,7 @@ fn main() -> Result<()> {
         }
         let steps: u64 = steps.parse()?;
         let (start, cpu) = (Instant::now(), process_time());
-        for trainer in trainers.get_mut(name) {
+        if let Some(trainer) = trainers.get_mut(name) {
             (0..steps).try_for_each(|_| trainer.step(&mut Silent).map(drop))?;
         }
         let scale = 1e-6 / steps as f64;
