@@ -1,4 +1,4 @@
-//! What benchmarks share: clocks, medians, and one update of TD3-COP in several programs.
+//! What benchmarks share: clocks, medians, episodes, and one update of TD3-COP in several programs.
 
 #![allow(missing_debug_implementations)] // Programs, not values to print.
 
@@ -6,7 +6,11 @@ pub mod rounds;
 pub mod update;
 pub mod workload;
 
+use copq::{Env, Outcome, Result, Rng};
 use rustix::time::{ClockId, clock_gettime};
+
+/// All robots, by the names of their tasks.
+pub const ROBOTS: [&str; 5] = ["hopper", "walker2d", "halfcheetah", "ant", "humanoid"];
 
 /// CPU time of this thread so far (ns); what others do on the machine is not in it.
 pub fn cpu_time() -> f64 {
@@ -27,4 +31,29 @@ fn clock(clock: ClockId) -> f64 {
 pub fn spread(values: &mut [f64]) -> [f64; 3] {
     values.sort_by(f64::total_cmp);
     [values[0], values[values.len() / 2], values[values.len() - 1]]
+}
+
+/// A [`spread`] as a cell of a table.
+pub fn text([low, median, high]: [f64; 3]) -> String {
+    format!("{median:.2} ({low:.2}-{high:.2})")
+}
+
+/// Nanoseconds a step over episodes of random actions; resets are not in the time.
+pub fn episodes(env: &mut dyn Env, steps: usize, seed: u64) -> Result<f64> {
+    let (mut obs, mut reward) = (vec![0.0; env.spec().observation], vec![0.0; env.spec().objectives.len()]);
+    let mut rng = Rng::with_stream(seed, 2);
+    let action = |_| (0..env.spec().action()).map(|_| rng.uniform_in(-1.0, 1.0) as f32).collect();
+    let actions: Vec<Vec<f32>> = (0..steps).map(action).collect();
+    let (mut actions, mut time) = (actions.iter().peekable(), 0.0);
+    while actions.peek().is_some() {
+        env.reset(rng.next_u64(), &mut obs)?;
+        let start = cpu_time();
+        for action in actions.by_ref() {
+            if env.step(action, &mut obs, &mut reward)? != Outcome::Running {
+                break;
+            }
+        }
+        time += cpu_time() - start;
+    }
+    Ok(time / steps as f64)
 }

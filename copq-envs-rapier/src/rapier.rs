@@ -206,3 +206,35 @@ impl fmt::Debug for Rapier {
             .finish_non_exhaustive()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use copq::Rng;
+    use copq_envs::robot::{self, Preset};
+
+    use super::*;
+
+    /// How deep the deepest contact of the last timestep was (m).
+    fn depth(physics: &Rapier) -> f64 {
+        let manifolds = physics.world.narrow_phase.contact_pairs().flat_map(|pair| pair.solver_manifolds());
+        manifolds.flat_map(|manifold| &manifold.points).fold(0.0, |depth, contact| f64::max(depth, -contact.dist))
+    }
+
+    /// Random motors throw the walker in by 7 cm, the others by less.
+    #[test]
+    fn limbs_do_not_sink_into_the_floor() {
+        for robot in [robot::hopper, robot::walker2d, robot::halfcheetah, robot::ant, robot::humanoid] {
+            let spec = robot(Preset::GymV5);
+            let (mut physics, mut rng) = (Rapier::new(&spec).unwrap(), Rng::with_stream(1, 95));
+            physics.reset_to(&spec.initial_qpos, &vec![0.0; spec.nv()]).unwrap();
+            for _ in 0..100 {
+                let motors = spec.actuators.iter();
+                let ctrl: Vec<_> = motors.map(|motor| rng.uniform_in(motor.range[0], motor.range[1])).collect();
+                for _ in 0..spec.frame_skip {
+                    physics.step(&ctrl, 1).unwrap();
+                    assert!(depth(&physics) < 0.1, "{}: {} m", spec.name, depth(&physics));
+                }
+            }
+        }
+    }
+}

@@ -2,7 +2,8 @@
 
 use copq::{Error, Result};
 use rapier3d_f64::prelude::{
-    BroadPhaseBvh, ColliderSet, IslandManager, Multibody, MultibodyIndex, MultibodyJointSet, NarrowPhase, RigidBodySet,
+    BroadPhaseBvh, BvhOptimizationStrategy, ColliderSet, IslandManager, Multibody, MultibodyIndex, MultibodyJointSet,
+    NarrowPhase, RigidBodySet,
 };
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +22,8 @@ impl World {
     pub(crate) fn empty() -> Self {
         Self {
             islands: IslandManager::new(),
-            broad_phase: BroadPhaseBvh::new(),
+            // A robot's tree of some twenty leaves costs less than to optimise it.
+            broad_phase: BroadPhaseBvh::with_optimization_strategy(BvhOptimizationStrategy::None),
             narrow_phase: NarrowPhase::new(),
             bodies: RigidBodySet::new(),
             colliders: ColliderSet::new(),

@@ -20,7 +20,7 @@ fn a_landing_gives_way_and_rebounds_as_in_mujoco() {
     let (mut height, mut rates) = (0.0_f64, 0.0_f64);
     for step in 1..golden.len() {
         physics.step(&[0.0; 3], 1).unwrap();
-        height = height.max((physics.centre_of_mass().unwrap()[2] - golden.get(step, "comz")).abs());
+        height = height.max((physics.centre_of_mass().unwrap()[2] - golden.get(step, "comz").unwrap()).abs());
         if step <= TOE {
             rates = rates.max(worst(&qvel(&physics), &golden.vector(step, "qvel")));
         }

@@ -36,6 +36,21 @@ fn the_mass_matrix_is_mujocos() {
     });
 }
 
+/// The diagonal at the reference pose, against what MuJoCo compiles from Gymnasium's own models: ours have no part in it.
+#[test]
+fn the_mass_matrix_is_that_of_gymnasiums_models() {
+    let golden = data("mass_gym.csv");
+    for name in ROBOTS {
+        let mut physics = Rapier::new(&robot(name, Preset::GymV5)).unwrap();
+        let wanted = row(&golden, &format!("{name}_mass"));
+        physics.reset_to(&row(&golden, &format!("{name}_qpos0")), &vec![0.0; wanted.len()]).unwrap();
+        let matrix = physics.mass_matrix().unwrap();
+        let got: Vec<f64> = matrix.iter().copied().step_by(wanted.len() + 1).collect();
+        let error = worst(&got, &wanted);
+        assert!(error < 1e-9, "{name}: {error:e}");
+    }
+}
+
 #[test]
 fn the_centre_of_mass_is_mujocos() {
     each(|name, physics, golden| {

@@ -61,3 +61,15 @@ fn names_are_escaped() {
     robot.bodies[0].name = "a \"<b>&".into();
     assert!(robot.mjcf(NEW).contains("<body name=\"a &quot;&lt;b>&amp;\""));
 }
+
+/// Masses are written out: MuJoCo rescales them only for an attribute that is deprecated. Tendons would do nothing.
+#[test]
+fn nothing_deprecated_or_idle_is_written() {
+    for preset in [Preset::GymV5, Preset::Paper] {
+        for robot in [robot::hopper, robot::walker2d, robot::halfcheetah, robot::ant, robot::humanoid] {
+            let text = robot(preset).mjcf(NEW);
+            assert!(!text.contains("settotalmass") && !text.contains("tendon"), "{text}");
+            assert_eq!(values(&text, "inertial", "mass").len(), values(&text, "body", "name").len());
+        }
+    }
+}

@@ -27,7 +27,7 @@ pub struct RunConfig<S> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MadeWith {
-    /// The command line.
+    /// The command line, the program without its folders.
     pub command: Vec<String>,
     /// copq's version.
     pub copq: String,
@@ -43,13 +43,19 @@ impl MadeWith {
     /// This program on this machine.
     pub fn here() -> Self {
         Self {
-            command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
+            command: command(),
             copq: env!("CARGO_PKG_VERSION").to_owned(),
             rustc: env!("COPQ_RUSTC").to_owned(),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             processor: processor().unwrap_or_else(|| "unknown".to_owned()),
         }
     }
+}
+
+fn command() -> Vec<String> {
+    let mut args = std::env::args_os();
+    let program = args.next().and_then(|path| Path::new(&path).file_name().map(ToOwned::to_owned));
+    program.into_iter().chain(args).map(|arg| arg.to_string_lossy().into_owned()).collect()
 }
 
 fn processor() -> Option<String> {

@@ -6,14 +6,13 @@
 use std::io::{BufRead, Write, stdin, stdout};
 
 use anyhow::{Context, Result, bail};
-use copq::{Env, Outcome, Rng};
-use copq_bench::{cpu_time, spread};
+use copq::Rng;
+use copq_bench::{ROBOTS, cpu_time, episodes, spread, text};
 use copq_envs::robot::Senses;
 use copq_envs::{Options, Physics, RobotSpec, task_with};
 use copq_envs_mujoco::mujoco_rs::{make_with, physics};
 use mujoco_rs::wrappers::{MjData, MjModel};
 
-const ROBOTS: [&str; 5] = ["hopper", "walker2d", "halfcheetah", "ant", "humanoid"];
 const WHATS: [&str; 3] = ["bare", "engine", "env"];
 const ROUNDS: usize = 61;
 const STEPS: usize = 400;
@@ -50,10 +49,6 @@ fn table() -> Result<()> {
     Ok(())
 }
 
-fn text([low, median, high]: [f64; 3]) -> String {
-    format!("{median:.2} ({low:.2}-{high:.2})")
-}
-
 /// Nanoseconds a step.
 fn measure(what: &str, robot: &str, steps: usize) -> Result<f64> {
     let options = Options { senses: Senses::Gymnasium, ..Options::default() };
@@ -62,7 +57,7 @@ fn measure(what: &str, robot: &str, steps: usize) -> Result<f64> {
     match what {
         "bare" => bare(&spec, steps),
         "engine" => engine(&spec, steps),
-        "env" => environment(&mut *make_with(&name, &options)?, steps),
+        "env" => Ok(episodes(&mut *make_with(&name, &options)?, steps, 1)?),
         _ => bail!("{what} is none of {WHATS:?}"),
     }
 }
@@ -96,25 +91,4 @@ fn engine(robot: &RobotSpec, steps: usize) -> Result<f64> {
         physics.step(ctrl, robot.frame_skip)?;
     }
     Ok((cpu_time() - start) / steps as f64)
-}
-
-/// Episodes of random actions; resets are not in the time.
-fn environment(env: &mut dyn Env, steps: usize) -> Result<f64> {
-    let (mut obs, mut reward) = (vec![0.0; env.spec().observation], vec![0.0; env.spec().objectives.len()]);
-    let mut rng = Rng::with_stream(1, 2);
-    let action = |_| (0..env.spec().action()).map(|_| rng.uniform_in(-1.0, 1.0) as f32).collect();
-    let actions: Vec<Vec<f32>> = (0..steps).map(action).collect();
-    let (mut actions, mut time, mut seed) = (actions.iter().peekable(), 0.0, 0);
-    while actions.peek().is_some() {
-        env.reset(seed, &mut obs)?;
-        seed += 1;
-        let start = cpu_time();
-        for action in actions.by_ref() {
-            if env.step(action, &mut obs, &mut reward)? != Outcome::Running {
-                break;
-            }
-        }
-        time += cpu_time() - start;
-    }
-    Ok(time / steps as f64)
 }

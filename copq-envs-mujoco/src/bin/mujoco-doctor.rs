@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-/// What is known of one engine: whether it is compiled in, a line, and what to do if it does not work.
+/// What is known of one feature: whether it is compiled in, a line, and what to do if it does not work.
 struct Finding {
     on: bool,
     line: String,
@@ -12,6 +12,8 @@ struct Finding {
 
 fn main() -> ExitCode {
     let mut findings = vec![linked(), installed()];
+    #[cfg(feature = "render")]
+    findings.push(drawn());
     findings.iter().for_each(|finding| println!("{}", finding.line));
     files().iter().for_each(|file| println!("file: {file}"));
     // An engine that is off is no trouble while there is another.
@@ -45,6 +47,16 @@ fn installed() -> Finding {
 #[cfg(not(feature = "system"))]
 fn installed() -> Finding {
     off("system", "build with --features system")
+}
+
+/// One small picture.
+#[cfg(feature = "render")]
+fn drawn() -> Finding {
+    let robot = copq_envs::robot::hopper(copq_envs::robot::Preset::GymV5);
+    let renderer = copq_envs_mujoco::Renderer::new(&robot, [8, 8], |_| [0; 3]);
+    let next = renderer.and_then(|mut renderer| renderer.draw(&robot.initial_qpos).map(drop)).err();
+    let line = if next.is_none() { "draws without a window" } else { "does not work" };
+    Finding { on: true, line: format!("feature render: {line}"), next: next.map(|error| error.to_string()) }
 }
 
 /// Versions, and one step of a robot.

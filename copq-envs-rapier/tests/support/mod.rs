@@ -3,6 +3,8 @@
 
 pub mod crane;
 pub mod parts;
+mod state;
+#[path = "../../../copq-envs/tests/support/table.rs"]
 mod table;
 mod walk;
 
@@ -10,7 +12,8 @@ use copq_envs::robot::{self, Preset};
 use copq_envs::{Physics, RobotSpec};
 use copq_envs_rapier::Rapier;
 
-pub use table::{Table, row};
+pub use state::row;
+pub use table::Table;
 pub use walk::Walk;
 
 pub const ROBOTS: [&str; 5] = ["hopper", "walker2d", "halfcheetah", "ant", "humanoid"];

@@ -40,13 +40,4 @@ impl Walk {
         }
         outcome
     }
-
-    /// The lengths of this many episodes, in order of size.
-    pub fn episodes(mut self, count: usize) -> Vec<usize> {
-        while self.lengths.len() < count {
-            self.step();
-        }
-        self.lengths.sort_unstable();
-        self.lengths
-    }
 }

@@ -37,7 +37,7 @@ pub enum Start {
     #[default]
     Preset,
     /// That of [`Preset::Paper`], on the robot of any preset: it differs for the ant, which Gymnasium starts with its
-    /// ankles outside their limits. Engines whose limits cannot bear that take this one.
+    /// ankles outside their limits.
     Paper,
 }
 

@@ -1,7 +1,8 @@
 //! A robot in motion, as an animated GIF or as PNG frames, with a row of numbers above it.
 //!
 //! An animation knows no robots and no engines: it keeps positions, and is handed a [`Draw`] that turns one into a picture.
-//! [`SideView`] draws the capsules that a robot is made of, and needs nothing for it.
+//! [`SideView`] draws the capsules that a robot is made of, and needs nothing for it. Pictures are drawn while a file is written: a
+//! long episode costs little memory, and what no viewer would show is never drawn.
 
 mod camera;
 mod caption;

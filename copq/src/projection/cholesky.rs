@@ -1,9 +1,14 @@
 //! COP-Q's own bound: the Cholesky factor of the critics' covariance, in priority order, with the clip.
 
+use super::batch::Batch;
 use super::clip::{turn, turn_vjp};
+use super::deviations::rounding;
 use super::factor::Factor;
+use super::lanes::Lanes;
+use super::number::Number;
+use super::scratch::Buffers;
 use super::vector::dot;
-use super::{Deviations, Ellipsoid, Work};
+use super::{Deviations, Ellipsoid, Scratch, Work};
 
 /// `mean + step * L R u`, with L the Cholesky factor of Sigma, objectives in priority order (paper eqs. 10-13).
 ///
@@ -44,43 +49,72 @@ impl Ellipsoid for Cholesky {
     }
 
     fn offset(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, out: &mut [f64]) {
-        let (k, n) = (x.critics(), x.objectives());
-        let [e, pivots, sum, p, turned] = work.split([n * k, n, k, n, n]);
-        let factor = Factor::new(*x, e, pivots);
-        let clipped = clipped_direction(x, &factor, u, sum, p, turned);
-        factor.times(turned, sum, out);
-        if clipped {
+        if offset(x.values(), u, &mut work.buffers, out) > 0.0 {
             work.report_clip();
         }
     }
 
     fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
-        let (k, n) = (x.critics(), x.objectives());
-        let [e, pivots, sum, p, turned, grad_e, grad_turned, grad_p] = work.split([n * k, n, k, n, n, n * k, n, n]);
-        let factor = Factor::new(*x, e, pivots);
-        let clipped = clipped_direction(x, &factor, u, sum, p, turned);
-        factor.bilinear_vjp((grad, turned), sum, grad_e, grad_x);
-        if clipped {
-            factor.transposed_times(grad, sum, grad_turned);
-            turn_vjp(u, p, turned, grad_turned, grad_p);
-            factor.bilinear_vjp((u, grad_p), sum, grad_e, grad_x);
-        }
-        factor.directions_vjp(grad_e, grad_x);
+        offset_vjp(x.values(), u, &mut work.buffers, grad, grad_x);
+    }
+
+    fn project_blocks(&self, batch: Batch<'_>, scratch: &mut Scratch, out: &mut [f32]) -> usize {
+        let rows = batch.whole::<Lanes>();
+        let (line, buffers) = scratch.lanes();
+        let clips = batch.project(0..rows, line, out, |x, u, out| offset(x, u, buffers, out));
+        scratch.add_clips(clips);
+        rows
+    }
+
+    fn vjp_blocks(&self, batch: Batch<'_>, scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> usize {
+        let rows = batch.whole::<Lanes>();
+        let (line, buffers) = scratch.lanes();
+        batch.vjp(0..rows, line, (grad_out, grad_q), |x, u, grad, grad_x| offset_vjp(x, u, buffers, grad, grad_x));
+        rows
     }
 }
 
-/// Writes p = L'u and R u; says whether the clip fired.
-fn clipped_direction(
-    x: &Deviations<'_>,
-    factor: &Factor<'_>,
-    u: &[f64],
-    sum: &mut [f64],
-    p: &mut [f64],
-    turned: &mut [f64],
-) -> bool {
+/// Writes L R u; returns 1 where the clip fired, else 0.
+#[inline(always)]
+fn offset<T: Number>(x: &[T], u: &[T], buffers: &mut Buffers<T>, out: &mut [T]) -> T {
+    let (k, n) = (x.len() / u.len(), u.len());
+    let [e, pivots, sum, p, turned] = buffers.split([n * k, n, k, n, n]);
+    let factor = Factor::new(x, e, pivots);
+    let fired = clipped_direction(x, &factor, u, sum, p, turned);
+    factor.times(turned, sum, out);
+    fired
+}
+
+/// Adds d(grad . L R u)/dX to `grad_x`.
+#[inline(always)]
+fn offset_vjp<T: Number>(x: &[T], u: &[T], buffers: &mut Buffers<T>, grad: &[T], grad_x: &mut [T]) {
+    let (k, n) = (x.len() / u.len(), u.len());
+    let [e, pivots, sum, p, turned, grad_e, grad_turned, grad_p] = buffers.split([n * k, n, k, n, n, n * k, n, n]);
+    let factor = Factor::new(x, e, pivots);
+    let fired = clipped_direction(x, &factor, u, sum, p, turned);
+    factor.bilinear_vjp((grad, turned), sum, grad_e, grad_x);
+    if fired.total() > 0.0 {
+        factor.transposed_times(grad, sum, grad_turned);
+        turn_vjp((u, p, turned), fired, grad_turned, grad_p);
+        factor.bilinear_vjp((u, grad_p), sum, grad_e, grad_x);
+    }
+    factor.directions_vjp(grad_e, grad_x);
+}
+
+/// Writes p = L'u and R u; returns 1 where the clip fired, else 0.
+#[inline(always)]
+fn clipped_direction<T: Number>(
+    x: &[T],
+    factor: &Factor<'_, T>,
+    u: &[T],
+    sum: &mut [T],
+    p: &mut [T],
+    turned: &mut [T],
+) -> T {
     factor.transposed_times(u, sum, p);
-    if x.is_rounding(u, dot(p, p).sqrt()) {
-        p.fill(0.0);
+    let (std, rounding) = (dot(p, p).sqrt(), rounding(x.chunks_exact(sum.len()), u));
+    for p in p.iter_mut() {
+        *p = T::if_less(rounding, std, *p, T::all(0.0));
     }
     turn(u, p, turned)
 }

@@ -1,6 +1,7 @@
 //! X, the critics' deviations from their mean in one row: what an ellipsoid is made of.
 
-use super::vector::{add_scaled, dot, rms};
+use super::number::Number;
+use super::vector::{add_scaled, dot, rms, sum};
 use crate::{Error, Result};
 
 /// A standard deviation below this multiple of the numbers it was computed from is their rounding, and counts as zero.
@@ -78,7 +79,12 @@ impl<'a> Deviations<'a> {
 
     /// Whether `std`, the computed sqrt(u' Sigma u), is nothing but the rounding of its terms u_i x_i.
     pub fn is_rounding(&self, u: &[f64], std: f64) -> bool {
-        let largest: f64 = u.iter().zip(self.iter()).map(|(u, x)| u.abs() * rms(x)).sum();
-        std <= ROUNDING * largest
+        std <= rounding(self.iter(), u)
     }
+}
+
+/// The largest sqrt(u' Sigma u) that counts as zero, given X's columns.
+#[inline(always)]
+pub(super) fn rounding<'a, T: Number + 'a>(columns: impl Iterator<Item = &'a [T]>, u: &[T]) -> T {
+    T::all(ROUNDING) * sum(columns.zip(u).map(|(x, u)| u.abs() * rms(x)))
 }

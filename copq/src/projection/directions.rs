@@ -27,6 +27,11 @@ impl<'a> Directions<'a> {
         &self.weights[start..start + self.objectives]
     }
 
+    /// Whether all rows have the same weights.
+    pub(super) fn shared(&self) -> bool {
+        self.rows == 1
+    }
+
     /// Writes the unit direction u = w / |w| of one row (paper eq. 2).
     pub fn unit(&self, row: usize, u: &mut [f64]) {
         for (u, &weight) in u.iter_mut().zip(self.weights(row)) {

@@ -2,6 +2,7 @@
 
 use std::fmt::Debug;
 
+use super::batch::Batch;
 use super::{Bound, Deviations, Projection, Scratch, Work};
 use crate::Result;
 
@@ -63,6 +64,18 @@ pub trait Ellipsoid: Debug + Send + Sync {
     /// Adds d(grad . C R u)/dX to `grad_x`, laid out `objectives x critics` like [`Deviations::values`] and zero
     /// before; u is constant. What it gives all critics alike is removed afterwards: X is centred.
     fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, grad: &[f64], grad_x: &mut [f64]);
+
+    /// Projects the first rows of a batch several at a time, if the method can; returns how many rows that were.
+    #[doc(hidden)]
+    fn project_blocks(&self, _batch: Batch<'_>, _scratch: &mut Scratch, _out: &mut [f32]) -> usize {
+        0
+    }
+
+    /// The gradients that go with `project_blocks`.
+    #[doc(hidden)]
+    fn vjp_blocks(&self, _batch: Batch<'_>, _scratch: &mut Scratch, _grad_out: &[f32], _grad_q: &mut [f32]) -> usize {
+        0
+    }
 }
 
 impl<E: Ellipsoid> Projection for E {
@@ -75,33 +88,26 @@ impl<E: Ellipsoid> Projection for E {
     }
 
     fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
-        let Bound { q, step, .. } = bound;
-        let directions = bound.check(out)?;
-        let (line, work) = scratch.parts();
-        let mut clips = 0;
-        for (row, out) in out.chunks_exact_mut(q.objectives()).enumerate() {
-            line.load(q, row, &directions);
-            let (x, u, offset) = line.offset_parts();
-            self.offset(&x, u, work, offset);
-            line.write_bound(step.into(), out);
-            clips += usize::from(work.take_clip());
-        }
-        scratch.report_clips(clips, q.rows());
+        let batch = Batch { bound, directions: bound.check(out)? };
+        scratch.report_clips(0, bound.q.rows());
+        let done = self.project_blocks(batch, scratch, out);
+        let (row, work) = scratch.parts();
+        let clips = batch.project(done..bound.q.rows(), row, out, |x, u, offset| {
+            self.offset(&Deviations::of(x, bound.q.critics()), u, work, offset);
+            f64::from(work.take_clip())
+        });
+        scratch.add_clips(clips);
         Ok(())
     }
 
     fn vjp(&self, bound: Bound<'_>, scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()> {
-        let Bound { q, step, .. } = bound;
-        let directions = bound.check_vjp(grad_out, grad_q)?;
-        let (line, work) = scratch.parts();
-        for (row, grad_out) in grad_out.chunks_exact(q.objectives()).enumerate() {
-            line.load(q, row, &directions);
-            line.load_grad(grad_out);
-            let (x, u, grad, grad_x) = line.vjp_parts();
-            self.offset_vjp(&x, u, work, grad, grad_x);
-            line.write_grad(q, row, step.into(), grad_q);
+        let batch = Batch { bound, directions: bound.check_vjp(grad_out, grad_q)? };
+        let done = self.vjp_blocks(batch, scratch, grad_out, grad_q);
+        let (row, work) = scratch.parts();
+        batch.vjp(done..bound.q.rows(), row, (grad_out, grad_q), |x, u, grad, grad_x| {
+            self.offset_vjp(&Deviations::of(x, bound.q.critics()), u, work, grad, grad_x);
             work.take_clip();
-        }
+        });
         Ok(())
     }
 }

@@ -2,6 +2,8 @@
 
 use std::mem;
 
+use super::lanes::Lanes;
+use super::number::Number;
 use super::row::Row;
 
 /// Working memory of a projection, and what the last [`Projection::project`](super::Projection::project) reported.
@@ -9,23 +11,30 @@ use super::row::Row;
 /// One for each place that calls a projection. Once it has seen a shape, that shape costs no allocation.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
-    pub(super) row: Row,
+    row: Row<f64>,
     work: Work,
+    rows: Row<Lanes>,
+    lanes: Buffers<Lanes>,
     clips: usize,
-    rows: usize,
+    projected: usize,
 }
 
 impl Scratch {
     /// The fraction of the last projected batch's rows in which the clip of a Cholesky bound fired (paper A.1-A.4);
     /// 0 for methods that have no clip.
     pub fn clip_rate(&self) -> f64 {
-        self.clips as f64 / self.rows.max(1) as f64
+        self.clips as f64 / self.projected.max(1) as f64
     }
 
     /// Sets [`Scratch::clip_rate`]. A projection calls it once a batch, with `clips` = 0 if it has no clip.
     pub fn report_clips(&mut self, clips: usize, rows: usize) {
         self.clips = clips;
-        self.rows = rows;
+        self.projected = rows;
+    }
+
+    /// Counts clips after [`Scratch::report_clips`].
+    pub(super) fn add_clips(&mut self, clips: usize) {
+        self.clips += clips;
     }
 
     /// Buffers for a projection of your own.
@@ -34,15 +43,20 @@ impl Scratch {
     }
 
     /// The current row and the buffers, both at once.
-    pub(super) fn parts(&mut self) -> (&mut Row, &mut Work) {
+    pub(super) fn parts(&mut self) -> (&mut Row<f64>, &mut Work) {
         (&mut self.row, &mut self.work)
+    }
+
+    /// The same for several rows side by side.
+    pub(super) fn lanes(&mut self) -> (&mut Row<Lanes>, &mut Buffers<Lanes>) {
+        (&mut self.rows, &mut self.lanes)
     }
 }
 
 /// Buffers for the arithmetic of one row.
 #[derive(Clone, Debug, Default)]
 pub struct Work {
-    buffer: Vec<f64>,
+    pub(super) buffers: Buffers<f64>,
     clipped: bool,
 }
 
@@ -55,14 +69,7 @@ impl Work {
     /// assert_eq!((matrix.len(), vector.len()), (9, 3));
     /// ```
     pub fn split<const M: usize>(&mut self, lengths: [usize; M]) -> [&mut [f64]; M] {
-        self.buffer.clear();
-        self.buffer.resize(lengths.iter().sum(), 0.0);
-        let mut rest = self.buffer.as_mut_slice();
-        lengths.map(|length| {
-            let (head, tail) = mem::take(&mut rest).split_at_mut(length);
-            rest = tail;
-            head
-        })
+        self.buffers.split(lengths)
     }
 
     /// Says that the clip fired in this row.
@@ -73,5 +80,29 @@ impl Work {
     /// Whether the clip fired since the last question.
     pub(super) fn take_clip(&mut self) -> bool {
         mem::take(&mut self.clipped)
+    }
+}
+
+/// One piece of memory, from which buffers are split.
+#[derive(Clone, Debug)]
+pub(super) struct Buffers<T>(Vec<T>);
+
+impl<T> Default for Buffers<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T: Number> Buffers<T> {
+    /// See [`Work::split`].
+    pub(super) fn split<const M: usize>(&mut self, lengths: [usize; M]) -> [&mut [T]; M] {
+        self.0.clear();
+        self.0.resize(lengths.iter().sum(), T::all(0.0));
+        let mut rest = self.0.as_mut_slice();
+        lengths.map(|length| {
+            let (head, tail) = mem::take(&mut rest).split_at_mut(length);
+            rest = tail;
+            head
+        })
     }
 }

@@ -2,7 +2,6 @@
 
 use copq::{Env, Result, Rng};
 use copq_envs::robot::Preset;
-use copq_envs::task::Start;
 use copq_envs::{Options, Physics, RobotSpec, task_with};
 
 pub const PRESETS: [Preset; 2] = [Preset::GymV5, Preset::Paper];
@@ -42,15 +41,15 @@ impl Engine {
     }
 }
 
-/// Every robot of both presets, at a start that every engine can bear.
+/// Every robot of both presets.
 pub fn robots() -> impl Iterator<Item = RobotSpec> {
-    let robot = |preset| move |name| task_with(&format!("a/{name}"), &everywhere(preset)).unwrap().robot;
+    let robot = |preset| move |name| task_with(&format!("a/{name}"), &options(preset)).unwrap().robot;
     PRESETS.into_iter().flat_map(move |preset| ROBOTS.map(robot(preset)))
 }
 
-/// Options whose start every engine can bear.
-pub fn everywhere(preset: Preset) -> Options {
-    Options { preset, start: Start::Paper, ..Options::default() }
+/// A preset with the default options.
+pub fn options(preset: Preset) -> Options {
+    Options { preset, ..Options::default() }
 }
 
 /// Every engine with every robot.

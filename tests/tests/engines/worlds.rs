@@ -4,7 +4,7 @@ use copq::check_env;
 use copq_envs::robot::Preset;
 use copq_envs::tasks;
 
-use crate::engine::{ENGINES, PRESETS, everywhere, robots};
+use crate::engine::{ENGINES, PRESETS, options, robots};
 
 #[test]
 fn every_environment_keeps_the_contract() {
@@ -12,7 +12,7 @@ fn every_environment_keeps_the_contract() {
         let mut checked = 0;
         for (preset, name) in PRESETS.into_iter().flat_map(|preset| tasks().into_iter().map(move |name| (preset, name)))
         {
-            let made = (engine.env)(name, &everywhere(preset));
+            let made = (engine.env)(name, &options(preset));
             let mut env = made.unwrap_or_else(|error| panic!("{name} on {}: {error}", engine.name));
             let report = check_env(&mut *env).unwrap_or_else(|error| panic!("{name} on {}: {error}", engine.name));
             assert_eq!(env.spec().name, name);
@@ -25,7 +25,7 @@ fn every_environment_keeps_the_contract() {
 #[test]
 fn an_unknown_environment_is_answered_with_the_nearest() {
     for engine in ENGINES {
-        let Err(error) = (engine.env)("a/hoper", &everywhere(Preset::default())) else { panic!("there is no a/hoper") };
+        let Err(error) = (engine.env)("a/hoper", &options(Preset::default())) else { panic!("there is no a/hoper") };
         assert!(error.to_string().contains("known: a/hopper"), "{error}");
     }
 }
