@@ -1,4 +1,5 @@
-//! Draws the medians in `update.csv` as bars: `chart UPDATE.CSV OUT.SVG`, one block of bars a workload and thread count.
+//! Draws medians of updates as bars: `chart OUT.SVG CSV...`, one block of bars a workload and thread count; the files are
+//! what `bench/run.py` writes.
 
 use anyhow::{Context, Result, bail};
 use copq_bench::spread;
@@ -31,8 +32,11 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 fn main() -> Result<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let [csv, out] = &words[..] else { bail!("wanted UPDATE.CSV OUT.SVG") };
-    let blocks = read(&std::fs::read_to_string(csv)?)?;
+    let [out, files @ ..] = &words[..] else { bail!("wanted OUT.SVG CSV...") };
+    let mut blocks = Vec::new();
+    for file in files {
+        blocks.extend(read(&std::fs::read_to_string(file)?).with_context(|| file.clone())?);
+    }
     let rows: usize = blocks.iter().map(|block| block.bars.len()).sum();
     let height = rows as i32 * ROW + blocks.len() as i32 * TITLE + 2 * MARGIN;
     let area = SVGBackend::new(out, (WIDTH as u32, height as u32)).into_drawing_area();

@@ -1,16 +1,17 @@
 //! How an update's time and memory grow with critics, objectives, rows and width, from walker2d's shapes on.
 //!
-//! Prints a table, and with a file's name writes `axis,value,program,round,wall_ms,cpu_ms,peak_mb` there as well.
+//! Prints a table, one thread. Sizes that take long get fewer rounds.
 
 use std::fmt::Write;
+use std::path::PathBuf;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
+use clap::Parser;
 use copq_bench::rounds::{Running, Time, interleave, ratio, text};
 use copq_bench::update::make;
 use copq_bench::workload::Workload;
 
-const ROUNDS: usize = 11;
 const UPDATES: usize = 4;
 const PROGRAMS: [&str; 2] = ["copq", "products"];
 const AXES: [(&str, &[usize]); 4] = [
@@ -20,42 +21,66 @@ const AXES: [(&str, &[usize]); 4] = [
     ("width", &[64, 128, 256, 512, 1024]),
 ];
 
-fn main() -> Result<()> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["--peak", axis, value] => {
-            println!("{}", peak(&workload(axis, value.parse()?)?)?);
-            Ok(())
-        }
-        [] => table().map(drop),
-        [file] => Ok(std::fs::write(file, table()?)?),
-        _ => bail!("wanted at most the name of a file"),
-    }
+/// Times updates of many sizes.
+#[derive(Parser)]
+struct Cli {
+    /// Interleaved rounds of each size.
+    #[arg(long, default_value_t = 15)]
+    rounds: usize,
+
+    /// Seconds a size may take, if three rounds fit in.
+    #[arg(long, default_value_t = 6.0)]
+    seconds: f64,
+
+    /// Where to write the rounds' times.
+    #[arg(long)]
+    csv: Option<PathBuf>,
+
+    /// Print the peak memory (MB) of one size, and nothing else.
+    #[arg(long, num_args = 2, value_names = ["AXIS", "VALUE"])]
+    peak: Vec<String>,
 }
 
-/// Prints the table; the rounds as CSV.
-fn table() -> Result<String> {
+fn main() -> Result<()> {
+    let cli = Cli::parse();
+    if let [axis, value] = &cli.peak[..] {
+        println!("{}", peak(&workload(axis, value.parse()?)?)?);
+        return Ok(());
+    }
+    println!("at most {} interleaved rounds of {UPDATES} updates, one thread; ratios of CPU time.\n", cli.rounds);
+    println!("| size | ms an update | CPU ms | to its products | peak MB |\n|---|--:|--:|--:|--:|");
     let mut csv = "axis,value,program,round,wall_ms,cpu_ms,peak_mb\n".to_owned();
-    println!("ms an update, median (smallest-largest) of {ROUNDS} interleaved rounds of {UPDATES} updates; one thread");
-    println!("| size | ms | CPU ms | CPU to its products | peak MB |\n|---|--:|--:|--:|--:|");
     for (axis, values) in AXES {
         for &value in values {
-            let workload = workload(axis, value)?;
-            let running = |name| Ok(Running::new(make(name, &workload)?, &workload));
-            let mut running = PROGRAMS.map(running).into_iter().collect::<Result<Vec<_>>>()?;
-            let times = interleave(&mut running, ROUNDS, UPDATES)?;
-            let megabytes = peak_of(axis, value)?;
-            let (wall, cpu) = (text(&times[0], |t| t.wall), text(&times[0], |t| t.cpu));
-            let to_products = ratio(&times[0], &times[1], |t| t.cpu);
-            println!("| {axis} {value} | {wall} | {cpu} | {to_products} | {megabytes} |");
-            for (program, of) in PROGRAMS.iter().zip(&times) {
-                for (round, Time { wall, cpu }) in of.iter().enumerate() {
-                    writeln!(csv, "{axis},{value},{program},{round},{wall},{cpu},{megabytes}")?;
-                }
-            }
+            measure(axis, value, &cli, &mut csv)?;
         }
     }
-    Ok(csv)
+    cli.csv.map_or(Ok(()), |file| Ok(std::fs::write(file, csv)?))
+}
+
+/// Prints one size's row and adds its rounds to the CSV.
+fn measure(axis: &str, value: usize, cli: &Cli, csv: &mut String) -> Result<()> {
+    let workload = workload(axis, value)?;
+    let running = |name| Ok(Running::new(make(name, &workload)?, &workload));
+    let mut running = PROGRAMS.map(running).into_iter().collect::<Result<Vec<_>>>()?;
+    let rounds = affordable(&mut running, cli)?;
+    let times = interleave(&mut running, rounds, UPDATES)?;
+    let megabytes = peak_of(axis, value)?;
+    let (wall, cpu) = (text(&times[0], |t| t.wall), text(&times[0], |t| t.cpu));
+    println!("| {axis} {value} | {wall} | {cpu} | {} | {megabytes} |", ratio(&times[0], &times[1], |t| t.cpu));
+    for (program, of) in PROGRAMS.iter().zip(&times) {
+        for (round, Time { wall, cpu }) in of.iter().enumerate() {
+            writeln!(csv, "{axis},{value},{program},{round},{wall},{cpu},{megabytes}")?;
+        }
+    }
+    Ok(())
+}
+
+/// How many rounds fit into the time of a size, by a first one.
+fn affordable(running: &mut [Running], cli: &Cli) -> Result<usize> {
+    let times = running.iter_mut().map(|running| running.time(UPDATES)).collect::<Result<Vec<_>>>()?;
+    let seconds: f64 = times.iter().map(|time| 1e-3 * time.wall * UPDATES as f64).sum();
+    Ok(((cli.seconds / seconds) as usize).clamp(cli.rounds.min(3), cli.rounds))
 }
 
 fn workload(axis: &str, value: usize) -> Result<Workload> {

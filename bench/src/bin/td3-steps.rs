@@ -1,7 +1,9 @@
 //! Whole environment steps of training on MuJoCo's hopper, for `bench/run.py`: acting, stepping, storing, updating.
 //!
-//! A line `time NAME STEPS` is answered with a step's milliseconds, on the wall and on the processors. `td3` is plain
-//! TD3 as Stable-Baselines3 has it (2 critics, no more than it does); `cop` is TD3-COP with all that its preset has.
+//! A line `time NAME STEPS` is answered with a step's milliseconds, on the wall and on the processors; `shares NAME
+//! STEPS` with the parts of that many further steps' time that went into updates, into the environment and into acting.
+//! `td3` is plain TD3 as Stable-Baselines3 has it (2 critics, no more than it does); `cop` is TD3-COP with all that its
+//! preset has.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write, stdin, stdout};
@@ -23,20 +25,38 @@ fn main() -> Result<()> {
     for line in stdin().lock().lines() {
         let line = line?;
         let words: Vec<_> = line.split_whitespace().collect();
-        let ["time", name, steps] = words[..] else { bail!("wanted time NAME STEPS, got {line}") };
+        let [question, name, steps] = words[..] else { bail!("wanted QUESTION NAME STEPS, got {line}") };
         if !trainers.contains_key(name) {
             trainers.insert(name.to_owned(), trainer(name)?);
         }
-        let steps: u64 = steps.parse()?;
-        let (start, cpu) = (Instant::now(), process_time());
-        if let Some(trainer) = trainers.get_mut(name) {
-            (0..steps).try_for_each(|_| trainer.step(&mut Silent).map(drop))?;
+        let Some(trainer) = trainers.get_mut(name) else { bail!("{name} is not running") };
+        match question {
+            "time" => println!("{}", time(trainer, steps.parse()?)?),
+            "shares" => println!("{}", shares(trainer, steps.parse()?)?),
+            _ => bail!("{question}: wanted time or shares"),
         }
-        let scale = 1e-6 / steps as f64;
-        println!("{} {}", start.elapsed().as_nanos() as f64 * scale, (process_time() - cpu) * scale);
         stdout().flush()?;
     }
     Ok(())
+}
+
+fn time(trainer: &mut Trainer, steps: u64) -> Result<String> {
+    let (start, cpu) = (Instant::now(), process_time());
+    run(trainer, steps)?;
+    let scale = 1e-6 / steps as f64;
+    Ok(format!("{} {}", start.elapsed().as_nanos() as f64 * scale, (process_time() - cpu) * scale))
+}
+
+fn shares(trainer: &mut Trainer, steps: u64) -> Result<String> {
+    let (start, before) = (Instant::now(), trainer.timing());
+    run(trainer, steps)?;
+    let (whole, after) = (start.elapsed(), trainer.timing());
+    let parts = [after.update - before.update, after.env - before.env, after.act - before.act];
+    Ok(parts.map(|part| part.div_duration_f64(whole).to_string()).join(" "))
+}
+
+fn run(trainer: &mut Trainer, steps: u64) -> copq::Result<()> {
+    (0..steps).try_for_each(|_| trainer.step(&mut Silent).map(drop))
 }
 
 /// A trainer whose warm-up is over.
@@ -58,6 +78,6 @@ fn trainer(name: &str) -> Result<Trainer> {
     let actor = copq_candle::actor(&spec, &networks, &mut rng)?;
     let learner = Learner::new(config, &spec, Box::new(critic), Box::new(actor), 0)?.projection(projection);
     let mut trainer = Trainer::new(env, Box::new(learner), 0)?;
-    (0..START).try_for_each(|_| trainer.step(&mut Silent).map(drop))?;
+    run(&mut trainer, START)?;
     Ok(trainer)
 }

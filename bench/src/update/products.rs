@@ -153,7 +153,7 @@ impl<'a> Matrix<'a> {
     }
 }
 
-/// `out = left * right`, `m x k` times `k x n`, on one thread, by the same call as copq-candle's.
+/// `out = left * right`, `m x k` times `k x n`, on one thread.
 fn product(out: &mut [f32], (m, k, n): (usize, usize, usize), left: Matrix<'_>, right: Matrix<'_>) {
     assert!(out.len() == m * n && left.holds(m, k) && right.holds(k, n), "a matrix leaves its slice");
     let (lhs, rhs) = (left.values.as_ptr(), right.values.as_ptr());
