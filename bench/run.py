@@ -22,7 +22,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from servers import VENV, Server, check, interleave, peaks
+from servers import VENV, Failure, Server, check, interleave, peaks
 from tables import steps_table, updates_table, write_csv
 
 BENCH = Path(__file__).resolve().parent
@@ -157,7 +157,7 @@ def ours_alone(part, args):
             print(line, end="", file=sys.stderr)
             lines.append(line)
     if process.returncode:
-        sys.exit(f"{part} failed")
+        raise Failure(f"{part} ended with {process.returncode}")
     return "".join(lines)
 
 
@@ -185,10 +185,16 @@ def main():
     args.python = args.python or environment()
     args.programs = args.programs or build("steps" in args.parts)
     RESULTS.mkdir(exist_ok=True)
-    began = time.monotonic()
+    began, failed = time.monotonic(), []
     for i, part in enumerate(args.parts):
         print(f"== {part}, {i + 1} of {len(args.parts)}, after {time.monotonic() - began:.0f} s", file=sys.stderr)
-        run(part, args)
+        try:
+            run(part, args)
+        except (Failure, OSError, subprocess.CalledProcessError) as error:
+            print(f"\n{part}: {error}", file=sys.stderr)
+            failed.append(part)
+    if failed:
+        sys.exit(f"not measured: {' '.join(failed)}")
 
 
 if __name__ == "__main__":

@@ -3,21 +3,28 @@
 import os
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 VENV = Path(__file__).resolve().parent.parent / "third_party" / "bench-peers"
 # Rounds that are not counted: caches, allocators and just-in-time compilers.
 WARM_UP = 2
+# Seconds to wait for an answer; torch.compile's first takes longest.
+PATIENCE = 600
 # Largest difference between two programs' losses, as a part of the largest loss.
 TOLERANCE = 1e-4
+
+
+class Failure(Exception):
+    """A part that cannot be measured, and why."""
 
 
 class Server:
     """A program that answers one line with one line, on cores of its own choice."""
 
     def __init__(self, command, threads):
-        cores = sorted(os.sched_getaffinity(0))[-threads:]
+        cores = ",".join(map(str, sorted(os.sched_getaffinity(0))[-threads:]))
         environ = {
             **os.environ,
             "OMP_NUM_THREADS": str(threads),
@@ -28,20 +35,22 @@ class Server:
             "TORCHINDUCTOR_COMPILE_THREADS": "1",
         }
         self.process = subprocess.Popen(
-            list(map(str, command)),
+            ["taskset", "--cpu-list", cores, *map(str, command)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
             env=environ,
-            preexec_fn=lambda: os.sched_setaffinity(0, cores),
         )
 
     def ask(self, *question):
         self.process.stdin.write(" ".join(map(str, question)) + "\n")
         self.process.stdin.flush()
+        watch = threading.Timer(PATIENCE, self.process.kill)
+        watch.start()
         answer = self.process.stdout.readline()
+        watch.cancel()
         if not answer:
-            sys.exit(f"{self.process.args}: no answer to {question}")
+            raise Failure(f"{' '.join(self.process.args)}: no answer within {PATIENCE} s to {question}; see --skip")
         return [float(word) for word in answer.split()]
 
     def peak(self):
@@ -69,7 +78,7 @@ def interleave(servers, programs, count, rounds, what):
 
 
 def check(servers, programs, updates):
-    """Ends the program unless the losses of everyone's first updates agree with copq's."""
+    """Fails unless the losses of everyone's first updates agree with copq's."""
     wanted = servers["copq"].ask("check", "copq", updates)
     scale = max(map(abs, wanted))  # Of all together, since some pass through zero.
     for name, server in programs.items():
@@ -78,7 +87,7 @@ def check(servers, programs, updates):
         worst = max(abs(a - b) for a, b in zip(losses, wanted, strict=True)) / scale
         progress(f"losses of {name:<9} differ from copq's by at most {worst:.1e} of the largest\n")
         if not worst < TOLERANCE:
-            sys.exit(f"{name} does not compute the same: {losses} and {wanted}")
+            raise Failure(f"{name} does not compute the same: {losses} and {wanted}")
 
 
 def peaks(commands, programs, updates, threads):
