@@ -5,17 +5,17 @@ use copq::{Error, Result, Rng, State};
 use crate::init;
 use crate::shape::Shape;
 
-/// Parameters, slow copy and optimiser state of one network; every buffer is laid out by its [`Shape`].
+/// Parameters, slow copy and optimiser state of one network; every buffer of numbers is laid out by its [`Shape`].
 #[derive(Clone, Debug)]
-pub(crate) struct Learned {
+pub(crate) struct Learned<T = f32> {
     /// Trained parameters.
-    pub online: Vec<f32>,
+    pub online: Vec<T>,
     /// Their slow copy.
-    pub target: Vec<f32>,
+    pub target: Vec<T>,
     /// Adam's first moment.
-    pub m: Vec<f32>,
+    pub m: Vec<T>,
     /// Adam's second moment.
-    pub v: Vec<f32>,
+    pub v: Vec<T>,
     /// Optimiser steps so far.
     pub steps: u64,
 }
@@ -59,8 +59,16 @@ impl Learned {
     }
 }
 
+impl<T> Learned<T> {
+    /// The same in another layout.
+    pub fn map<U>(&self, layout: impl Fn(&[T]) -> Vec<U>) -> Learned<U> {
+        let Self { online, target, m, v, steps } = self;
+        Learned { online: layout(online), target: layout(target), m: layout(m), v: layout(v), steps: *steps }
+    }
+}
+
 /// Writes an ensemble's networks as subtrees `critic.0`, `critic.1` and so on.
-pub(crate) fn save_critics<'a>(critics: impl Iterator<Item = &'a Learned>, shape: &Shape, state: &mut State) {
+pub(crate) fn save_critics(critics: impl Iterator<Item = Learned>, shape: &Shape, state: &mut State) {
     for (k, learned) in critics.enumerate() {
         learned.save(shape, state.child_mut(&format!("critic.{k}")));
     }

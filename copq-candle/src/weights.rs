@@ -11,7 +11,7 @@ use crate::shape::Shape;
 
 /// Writes networks to a file, whole or not at all: `critic.0.layer.0.weight` (`output x input`) and so on, one prefix
 /// (`critic.0`) a network.
-pub(crate) fn save(path: &Path, networks: &[(String, &[f32])], shape: &Shape) -> Result<()> {
+pub(crate) fn save(path: &Path, networks: &[(String, Vec<f32>)], shape: &Shape) -> Result<()> {
     let failed = |e: Box<dyn std::error::Error + Send + Sync>| Error::other(format!("writing {}", path.display()), e);
     let mut arrays = Vec::new();
     for (prefix, values) in networks {

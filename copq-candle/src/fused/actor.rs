@@ -63,7 +63,7 @@ impl Actor for Deterministic {
         tanh(action);
         grad(Sample { action, log_prob: &[] }, SampleGrad { action: dl, log_prob: &mut [] })?;
         tanh_backward(dl, action);
-        self.policy.learn(obs, rows, dl);
+        self.policy.learn(dl);
         Ok(())
     }
 

@@ -1,19 +1,22 @@
-//! Adam in one pass over the flat buffers.
+//! Adam in one pass over the parameters.
 
+use bytemuck::{cast_slice, cast_slice_mut};
 use pulp::Arch;
 
+use super::panels::Line;
 use crate::adam::{BETA1, BETA2, EPSILON, Step};
 use crate::learned::Learned;
 
 /// One step of the online parameters against `grad`.
-pub(super) fn step(learned: &mut Learned, grad: &[f32], lr: f64) {
+pub(super) fn step(learned: &mut Learned<Line>, grad: &[Line], lr: f64) {
     learned.steps += 1;
     let Step { rate, root } = Step::new(lr, learned.steps);
     let (rate, scale) = (rate as f32, (1.0 / root) as f32);
     let (decay1, decay2, epsilon) = (BETA1 as f32, BETA2 as f32, EPSILON as f32);
     let (fresh1, fresh2) = ((1.0 - BETA1) as f32, (1.0 - BETA2) as f32);
-    let moments = learned.m.iter_mut().zip(&mut learned.v);
-    let all = learned.online.iter_mut().zip(moments).zip(grad);
+    let (m, v): (&mut [f32], &mut [f32]) = (cast_slice_mut(&mut learned.m), cast_slice_mut(&mut learned.v));
+    let online: &mut [f32] = cast_slice_mut(&mut learned.online);
+    let all = online.iter_mut().zip(m.iter_mut().zip(v)).zip(cast_slice::<_, f32>(grad));
     Arch::new().dispatch(|| {
         for ((x, (m, v)), g) in all {
             *m = decay1 * *m + fresh1 * g;

@@ -6,6 +6,7 @@ use copq::error::{check_chosen, check_len};
 use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
 
 use super::network::Network;
+use super::panels::Panels;
 use super::perceptron::room;
 use super::workers::Workers;
 use crate::learned::{Learned, load_critics, save_critics};
@@ -21,7 +22,7 @@ pub struct Critics {
     objectives: usize,
     lr: f64,
     workers: Workers,
-    input: Vec<f32>,
+    input: Panels,
     q: Vec<f32>,
     grad: Vec<f32>,
 }
@@ -32,7 +33,7 @@ impl Critics {
         check::settings(spec, networks)?;
         check::positive("critics", critics)?;
         let shape = Shape::critic(spec, networks);
-        let fresh = |_| Network::new(shape.clone(), Learned::new(&shape, rng));
+        let fresh = |_| Network::new(shape.clone(), &Learned::new(&shape, rng));
         Ok(Self {
             networks: (0..critics).map(fresh).collect(),
             observation: spec.observation,
@@ -40,7 +41,7 @@ impl Critics {
             objectives: spec.objectives.len(),
             lr: networks.critic_lr,
             workers: Workers::default(),
-            input: Vec::new(),
+            input: Panels::default(),
             q: Vec::new(),
             grad: Vec::new(),
         })
@@ -55,7 +56,7 @@ impl Critics {
 
     /// Writes the online parameters to a safetensors file: `critic.0.layer.0.weight` (`output x input`) and so on.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
-        let online = self.networks.iter().map(|network| network.learned().online.as_slice());
+        let online = self.networks.iter().map(|network| network.learned().online);
         let named: Vec<_> = weights::critic_prefixes(self.networks.len()).into_iter().zip(online).collect();
         weights::save(path.as_ref(), &named, self.shape())
     }
@@ -73,19 +74,14 @@ impl Critics {
     }
 
     fn set_learned(&mut self, learned: impl Iterator<Item = Learned>) {
-        self.networks.iter_mut().zip(learned).for_each(|(network, learned)| network.set_learned(learned));
+        self.networks.iter_mut().zip(learned).for_each(|(network, learned)| network.set_learned(&learned));
     }
 
-    /// Checks a batch and writes it as `rows x (observation + action)` into `self.input`; the number of rows.
+    /// Checks a batch and takes its observations and actions, side by side, as the input; the number of rows.
     fn gather(&mut self, obs: &[f32], act: &[f32]) -> Result<usize> {
         let rows = check::rows(obs, self.observation)?;
         check::batch("actions", act, rows, self.action)?;
-        let width = self.observation + self.action;
-        let pairs = obs.chunks_exact(self.observation).zip(act.chunks_exact(self.action));
-        for (row, (obs, act)) in room(&mut self.input, rows * width).chunks_exact_mut(width).zip(pairs) {
-            row[..obs.len()].copy_from_slice(obs);
-            row[obs.len()..].copy_from_slice(act);
-        }
+        self.input.set(rows, &[obs, act]);
         Ok(rows)
     }
 
@@ -94,8 +90,7 @@ impl Critics {
         let Self { networks, workers, input, .. } = self;
         let len = networks.len() * rows * self.objectives;
         let (q, dq) = (room(&mut self.q, len), room(&mut self.grad, len));
-        let input = &input[..rows * (self.observation + self.action)];
-        workers.each(networks, q, |_, network, q| network.forward(Net::Online, input, rows, q));
+        workers.each(networks, q, |_, network, q| network.forward(Net::Online, input, q));
         grad(QView::new(q, networks.len(), self.objectives)?, dq)
     }
 }
@@ -112,8 +107,8 @@ impl Critic for Critics {
     fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
         let rows = self.gather(obs, act)?;
         check_len("critic values", q.len(), self.networks.len() * rows * self.objectives)?;
-        let input = &self.input[..rows * (self.observation + self.action)];
-        self.workers.each(&mut self.networks, q, |_, network, q| network.forward(net, input, rows, q));
+        let Self { networks, workers, input, .. } = self;
+        workers.each(networks, q, |_, network, q| network.forward(net, input, q));
         Ok(())
     }
 
@@ -122,9 +117,8 @@ impl Critic for Critics {
         check_chosen(chosen, self.networks.len())?;
         let share = rows * self.objectives;
         check_len("critic values", q.len(), chosen.len() * share)?;
-        let input = &self.input[..rows * (self.observation + self.action)];
         let parts = q.chunks_exact_mut(share).zip(chosen);
-        parts.for_each(|(q, &k)| self.networks[k].forward(net, input, rows, q));
+        parts.for_each(|(q, &k)| self.networks[k].forward(net, &self.input, q));
         Ok(())
     }
 
@@ -132,9 +126,8 @@ impl Critic for Critics {
         let rows = self.gather(obs, act)?;
         self.forward(rows, grad)?;
         let Self { networks, workers, input, lr, .. } = self;
-        let input = &input[..rows * (self.observation + self.action)];
         let dq = &mut self.grad[..networks.len() * rows * self.objectives];
-        workers.each(networks, dq, |_, network, dq| network.learn(input, rows, dq, *lr));
+        workers.each(networks, dq, |_, network, dq| network.learn(input, dq, *lr));
         Ok(())
     }
 

@@ -118,7 +118,7 @@ impl Actor for Gaussian {
             let sample = component(&self.output, self.policy.action, at, noise);
             (out[mean], out[mean + self.policy.action]) = sample.backward(grad_action[at], grad_log_prob[row]);
         }
-        self.policy.learn(obs, rows, out);
+        self.policy.learn(out);
         Ok(())
     }
 

@@ -1,20 +1,22 @@
-//! The fast path for CPUs: flat buffers, matrix products from the `gemm` crate, and everything else in a few passes.
+//! The fast path for CPUs: networks whose parameters and activations lie as the matrix products read them.
 //!
-//! A warm update on one thread allocates nothing here; the `gemm` crate makes packing buffers, one or two allocations a
-//! product. One thread is the default; [`Critics::threads`] spreads the critics over more, and changes no bit of the
-//! result. The same bits come back on the same kind of processor: `gemm` chooses its kernels, and so its order of
-//! summation, by what the processor has.
+//! Bias and ReLU, forward and backward, happen to a product's results while they are still in registers; everything else
+//! is a few passes over memory. A warm update on one thread allocates nothing. One thread is the default;
+//! [`Critics::threads`] spreads the critics over more, and changes no bit of the result. Nor does the processor: each sum
+//! is taken in one order, by fused multiply-adds, whatever the width of its vectors.
 
 mod actor;
 mod adam;
 mod critics;
 mod gaussian;
-#[allow(unsafe_code)] // The one call into `gemm`, behind checked shapes.
-mod matmul;
+mod layout;
 mod network;
+mod panels;
 mod passes;
 mod perceptron;
 mod policy;
+mod product;
+mod transpose;
 mod workers;
 
 pub use actor::Deterministic;

@@ -2,6 +2,8 @@
 
 use copq::{Net, Result, State};
 
+use super::layout::Layout;
+use super::panels::{Line, Panels};
 use super::perceptron::{Perceptron, Scratch};
 use super::{adam, passes};
 use crate::learned::Learned;
@@ -10,54 +12,57 @@ use crate::shape::Shape;
 /// A multilayer perceptron, its target, its optimiser and its scratch.
 #[derive(Clone, Debug)]
 pub(super) struct Network {
-    shape: Shape,
-    learned: Learned,
-    grad: Vec<f32>,
+    layout: Layout,
+    learned: Learned<Line>,
+    grad: Vec<Line>,
     scratch: Scratch,
 }
 
 impl Network {
     /// A network that goes on from what was learned.
-    pub fn new(shape: Shape, learned: Learned) -> Self {
-        Self { grad: vec![0.0; shape.len()], scratch: Scratch::default(), shape, learned }
+    pub fn new(shape: Shape, learned: &Learned) -> Self {
+        let layout = Layout::new(shape);
+        let grad = vec![Line::default(); layout.len()];
+        Self { learned: learned.map(|flat| layout.pack(flat)), layout, grad, scratch: Scratch::default() }
     }
 
     /// Its layers.
     pub fn shape(&self) -> &Shape {
-        &self.shape
+        self.layout.shape()
     }
 
     /// What it has learned.
-    pub fn learned(&self) -> &Learned {
-        &self.learned
+    pub fn learned(&self) -> Learned {
+        self.learned.map(|lines| self.layout.unpack(lines))
     }
 
     /// Replaces what it has learned; the layers must be the same.
-    pub fn set_learned(&mut self, learned: Learned) {
-        self.learned = learned;
+    pub fn set_learned(&mut self, learned: &Learned) {
+        self.learned = learned.map(|flat| self.layout.pack(flat));
     }
 
-    /// Runs `rows` inputs through, and remembers what a backward pass needs.
-    pub fn forward(&mut self, net: Net, input: &[f32], rows: usize, out: &mut [f32]) {
+    /// Runs a batch through, and remembers what a backward pass needs.
+    pub fn forward(&mut self, net: Net, input: &Panels, out: &mut [f32]) {
+        let Self { layout, learned, scratch, .. } = self;
         let parameters = match net {
-            Net::Online => &self.learned.online,
-            Net::Target => &self.learned.target,
+            Net::Online => &learned.online,
+            Net::Target => &learned.target,
         };
-        Perceptron { shape: &self.shape, parameters, rows }.forward(input, &mut self.scratch, out);
+        Perceptron { layout, parameters }.forward(input, scratch).get(0, out);
     }
 
     /// After an online [`Network::forward`] on the same input: backward from dL/dout and one optimiser step.
-    pub fn learn(&mut self, input: &[f32], rows: usize, grad_out: &[f32], lr: f64) {
-        let Self { shape, learned, grad, scratch } = self;
-        Perceptron { shape, parameters: &learned.online, rows }.backward(input, scratch, grad_out, grad);
+    pub fn learn(&mut self, input: &Panels, grad_out: &[f32], lr: f64) {
+        let Self { layout, learned, grad, scratch } = self;
+        Perceptron { layout, parameters: &learned.online }.backward(input, scratch, grad_out, grad);
         adam::step(learned, grad, lr);
     }
 
-    /// After an online [`Network::forward`]: dL/d(input columns from `first` on).
+    /// After an online [`Network::forward`] on `rows` inputs: dL/d(their columns from `first` on).
     pub fn input_grad(&mut self, rows: usize, grad_out: &[f32], first: usize, out: &mut [f32]) {
-        let Self { shape, learned, scratch, .. } = self;
-        let online = Perceptron { shape, parameters: &learned.online, rows };
-        online.backward_to_input(scratch, grad_out, first, out);
+        let Self { layout, learned, scratch, .. } = self;
+        let online = Perceptron { layout, parameters: &learned.online };
+        online.backward_to_input(scratch, rows, grad_out, first, out);
     }
 
     /// Polyak averaging of the target.
@@ -67,12 +72,12 @@ impl Network {
 
     /// Writes what it has learned.
     pub fn save(&self, state: &mut State) {
-        self.learned.save(&self.shape, state);
+        self.learned().save(self.shape(), state);
     }
 
     /// Restores what [`Network::save`] wrote.
     pub fn load(&mut self, state: &State) -> Result<()> {
-        self.learned = Learned::load(&self.shape, state)?;
+        self.set_learned(&Learned::load(self.shape(), state)?);
         Ok(())
     }
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use copq::{EnvSpec, Net, Networks, Result, Rng, State};
 
 use super::network::Network;
+use super::panels::Panels;
 use crate::learned::Learned;
 use crate::shape::Shape;
 use crate::{check, weights};
@@ -13,6 +14,8 @@ use crate::{check, weights};
 #[derive(Debug)]
 pub(super) struct Policy {
     network: Network,
+    /// The observations of the last forward pass.
+    input: Panels,
     observation: usize,
     /// Components of an action.
     pub action: usize,
@@ -30,8 +33,8 @@ impl Policy {
         check::settings(spec, networks)?;
         let shape = shape(spec, networks);
         let learned = Learned::new(&shape, rng);
-        let network = Network::new(shape, learned);
-        Ok(Self { network, observation: spec.observation, action: spec.action(), lr: networks.actor_lr })
+        let (network, input) = (Network::new(shape, &learned), Panels::default());
+        Ok(Self { network, input, observation: spec.observation, action: spec.action(), lr: networks.actor_lr })
     }
 
     /// The number of rows in a batch of observations.
@@ -39,14 +42,15 @@ impl Policy {
         check::rows(obs, self.observation)
     }
 
-    /// See [`Network::forward`].
+    /// Runs a batch of observations through, and remembers what a backward pass needs.
     pub fn forward(&mut self, net: Net, obs: &[f32], rows: usize, out: &mut [f32]) {
-        self.network.forward(net, obs, rows, out);
+        self.input.set(rows, &[obs]);
+        self.network.forward(net, &self.input, out);
     }
 
-    /// See [`Network::learn`].
-    pub fn learn(&mut self, obs: &[f32], rows: usize, grad_out: &[f32]) {
-        self.network.learn(obs, rows, grad_out, self.lr);
+    /// After an online [`Policy::forward`]: backward from dL/dout and one optimiser step.
+    pub fn learn(&mut self, grad_out: &[f32]) {
+        self.network.learn(&self.input, grad_out, self.lr);
     }
 
     pub fn track(&mut self, tau: f32) -> Result<()> {
@@ -56,13 +60,13 @@ impl Policy {
     }
 
     pub fn save_safetensors(&self, path: &Path) -> Result<()> {
-        let named = [(weights::actor_prefix(), self.network.learned().online.as_slice())];
+        let named = [(weights::actor_prefix(), self.network.learned().online)];
         weights::save(path, &named, self.network.shape())
     }
 
     pub fn load_safetensors(&mut self, path: &Path) -> Result<()> {
         let online = weights::load(path, &[weights::actor_prefix()], self.network.shape())?;
-        online.into_iter().for_each(|online| self.network.set_learned(Learned::from_online(online)));
+        online.into_iter().for_each(|online| self.network.set_learned(&Learned::from_online(online)));
         Ok(())
     }
 

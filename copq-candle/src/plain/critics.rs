@@ -45,8 +45,8 @@ impl Critics {
     /// Writes the online parameters to a safetensors file, as the fused critics do.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
         let learned = self.learned()?;
-        let online = learned.iter().map(|learned| learned.online.as_slice());
-        let named: Vec<_> = weights::critic_prefixes(learned.len()).into_iter().zip(online).collect();
+        let prefixes = weights::critic_prefixes(learned.len());
+        let named: Vec<_> = prefixes.into_iter().zip(learned.into_iter().map(|learned| learned.online)).collect();
         weights::save(path.as_ref(), &named, &self.shape)
     }
 
@@ -130,7 +130,7 @@ impl Critic for Critics {
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
-        save_critics(self.learned()?.iter(), &self.shape, state);
+        save_critics(self.learned()?.into_iter(), &self.shape, state);
         Ok(())
     }
 

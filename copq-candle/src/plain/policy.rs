@@ -68,7 +68,7 @@ impl Policy {
 
     pub fn save_safetensors(&self, path: &Path) -> Result<()> {
         let learned = self.network.learned().map_err(failed)?;
-        weights::save(path, &[(weights::actor_prefix(), &learned.online)], &self.shape)
+        weights::save(path, &[(weights::actor_prefix(), learned.online)], &self.shape)
     }
 
     pub fn load_safetensors(&mut self, path: &Path) -> Result<()> {

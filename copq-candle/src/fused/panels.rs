@@ -1,0 +1,108 @@
+//! Matrices in panels, laid out so that every product reads its factors as they lie, without packing them first.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Columns of a panel.
+pub(super) const WIDTH: usize = 16;
+
+/// Sixteen neighbouring values of one row: a cache line, and a whole number of vectors on every processor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub(super) struct Line(pub [f32; WIDTH]);
+
+/// A matrix of which panel `p` has columns 16 p to 16 p + 15, a [`Line`] for each row; lines end in zeros where the
+/// columns end.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Panels {
+    rows: usize,
+    cols: usize,
+    lines: Vec<Line>,
+}
+
+impl Panels {
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    pub fn cols(&self) -> usize {
+        self.cols
+    }
+
+    /// Panel after panel.
+    pub fn lines(&self) -> &[Line] {
+        &self.lines[..self.rows * self.cols.div_ceil(WIDTH)]
+    }
+
+    /// Takes another shape, and memory for it if it never had as much; what the lines hold then is left from before.
+    pub fn reshape(&mut self, rows: usize, cols: usize) -> &mut [Line] {
+        (self.rows, self.cols) = (rows, cols);
+        let len = rows * cols.div_ceil(WIDTH);
+        if self.lines.len() < len {
+            self.lines.resize(len, Line::default());
+        }
+        &mut self.lines[..len]
+    }
+
+    /// Becomes dense row-major matrices of `rows` rows, side by side.
+    pub fn set(&mut self, rows: usize, parts: &[&[f32]]) {
+        let cols = parts.iter().map(|part| part.len() / rows).sum();
+        self.reshape(rows, cols).fill(Line::default());
+        let mut first = 0;
+        for part in parts {
+            let width = part.len() / rows;
+            for (row, mut values) in part.chunks_exact(width).enumerate() {
+                for (panel, places) in runs(first, width) {
+                    let (head, tail) = values.split_at(places.len());
+                    self.lines[panel * rows + row].0[places].copy_from_slice(head);
+                    values = tail;
+                }
+            }
+            first += width;
+        }
+    }
+
+    /// Writes the columns from `first` on as a dense row-major matrix that fills `out`.
+    pub fn get(&self, first: usize, out: &mut [f32]) {
+        let width = out.len() / self.rows;
+        for (row, mut out) in out.chunks_exact_mut(width).enumerate() {
+            for (panel, places) in runs(first, width) {
+                let (head, tail) = out.split_at_mut(places.len());
+                head.copy_from_slice(&self.lines[panel * self.rows + row].0[places]);
+                out = tail;
+            }
+        }
+    }
+}
+
+/// The panels that `width` columns from `first` on lie in, each with the places they take in its lines.
+fn runs(first: usize, width: usize) -> impl Iterator<Item = (usize, std::ops::Range<usize>)> {
+    let end = first + width;
+    (first / WIDTH..end.div_ceil(WIDTH)).map(move |panel| {
+        let start = panel * WIDTH;
+        (panel, first.max(start) - start..end.min(start + WIDTH) - start)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_go_in_and_columns_come_out() {
+        let (rows, left, right) = (3, 13, 21);
+        let part = |width: usize, sign: f32| (0..rows * width).map(|i| sign * (i as f32 + 1.0)).collect::<Vec<_>>();
+        let (a, b) = (part(left, 1.0), part(right, -1.0));
+        let mut panels = Panels::default();
+        panels.reshape(7, 50).fill(Line([9.0; WIDTH]));
+        panels.set(rows, &[&a, &b]);
+        assert_eq!((panels.rows(), panels.cols(), panels.lines().len()), (3, 34, 9));
+        let mut out = vec![0.0; b.len()];
+        panels.get(left, &mut out);
+        assert_eq!(out, b);
+        let mut out = vec![0.0; a.len()];
+        panels.get(0, &mut out);
+        assert_eq!(out, a);
+        assert_eq!(panels.lines()[2].0[..3], [27.0, 28.0, 29.0]);
+        assert!(panels.lines()[6..].iter().all(|line| line.0[2..] == [0.0; 14]));
+    }
+}

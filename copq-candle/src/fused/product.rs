@@ -1,0 +1,342 @@
+//! The matrix products of a network: as fast as the processor multiplies, and the same bits on every processor.
+//!
+//! A tile of the result stays in registers while the products of its elements are added one after another by fused
+//! multiply-adds, in an order that depends on nothing. Wider vectors compute more elements at once, never parts of one.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::panels::{Line, Panels, WIDTH};
+
+/// What becomes of a product's elements before they are stored.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Finish<T> {
+    /// Nothing.
+    Keep,
+    /// max(0, x); a NaN stays one, as in PyTorch.
+    Relu,
+    /// Backward through ReLU: 0 wherever this activation is not positive (so also at 0, as in PyTorch).
+    Mask(T),
+}
+
+/// `out = finish(left * map + start)`. A map of `cols` columns is panels of `left.cols() + 1` lines, the last of which is
+/// what every row of the result starts from.
+///
+/// # Panics
+/// If the shapes do not fit together, as in all of this module: layers are fixed and batches are checked before.
+pub(super) fn affine(left: &Panels, map: &[Line], cols: usize, finish: Finish<&Panels>, out: &mut Panels) {
+    assert_eq!(map.len(), cols.div_ceil(WIDTH) * (left.cols() + 1), "lines of a map");
+    if let Finish::Mask(activation) = finish {
+        assert_eq!((activation.rows(), activation.cols()), (left.rows(), cols), "shape of an activation");
+    }
+    Arch::new().dispatch(ByLanes(Affine { left, map, finish, out: out.reshape(left.rows(), cols) }));
+}
+
+/// `out = left^T right`, then the sums of `right`'s columns: the gradient of a map from inputs `left` and the gradient
+/// `right` of its outputs, laid out as the map is.
+pub(super) fn gradient(left: &Panels, right: &Panels, out: &mut [Line]) {
+    assert_eq!(left.rows(), right.rows(), "rows of a gradient");
+    assert_eq!(out.len(), right.cols().div_ceil(WIDTH) * (left.cols() + 1), "lines of a gradient");
+    Arch::new().dispatch(ByLanes(Gradient { left, right, out }));
+}
+
+/// A computation on lines as vectors.
+trait Kernel {
+    /// Runs with lines of `V` vectors each.
+    fn run<S: Simd, const V: usize>(self, simd: S);
+}
+
+/// Finds how many vectors a line is.
+struct ByLanes<K>(K);
+
+impl<K: Kernel> WithSimd for ByLanes<K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        match S::F32_LANES {
+            16 => self.0.run::<S, 1>(simd),
+            8 => self.0.run::<S, 2>(simd),
+            4 => self.0.run::<S, 4>(simd),
+            _ => self.0.run::<S, WIDTH>(simd),
+        }
+    }
+}
+
+/// Lines as vectors.
+#[inline(always)]
+fn vectors<S: Simd, const V: usize>(lines: &[Line]) -> &[[S::f32s; V]] {
+    S::as_simd_f32s(bytemuck::cast_slice(lines)).0.as_chunks().0
+}
+
+/// The same, to write.
+#[inline(always)]
+fn vectors_mut<S: Simd, const V: usize>(lines: &mut [Line]) -> &mut [[S::f32s; V]] {
+    S::as_mut_simd_f32s(bytemuck::cast_slice_mut(lines)).0.as_chunks_mut().0
+}
+
+/// sum <- sum + x line
+#[inline(always)]
+fn add_product<S: Simd, const V: usize>(simd: S, sum: &mut [S::f32s; V], x: f32, line: &[S::f32s; V]) {
+    let x = simd.splat_f32s(x);
+    for (sum, &vector) in sum.iter_mut().zip(line) {
+        *sum = simd.mul_add_f32s(x, vector, *sum);
+    }
+}
+
+/// One panel of a result, computed in tiles.
+trait Tiles {
+    /// Computes and stores `HEIGHT` lines from `first` on.
+    fn tile<const HEIGHT: usize>(&mut self, first: usize);
+}
+
+/// Computes `count` lines in tiles as high as the registers hold, 16 lines of one vector or 6 of more, then lower ones.
+#[inline(always)]
+fn cover<const V: usize>(count: usize, tiles: &mut impl Tiles) {
+    let mut first = 0;
+    while first < count {
+        first += match count - first {
+            16.. if V == 1 => height::<16>(first, tiles),
+            6.. => height::<6>(first, tiles),
+            4.. => height::<4>(first, tiles),
+            2.. => height::<2>(first, tiles),
+            _ => height::<1>(first, tiles),
+        };
+    }
+}
+
+#[inline(always)]
+fn height<const HEIGHT: usize>(first: usize, tiles: &mut impl Tiles) -> usize {
+    tiles.tile::<HEIGHT>(first);
+    HEIGHT
+}
+
+/// See [`affine`].
+struct Affine<'a> {
+    left: &'a Panels,
+    map: &'a [Line],
+    finish: Finish<&'a Panels>,
+    out: &'a mut [Line],
+}
+
+impl Kernel for Affine<'_> {
+    #[inline(always)]
+    fn run<S: Simd, const V: usize>(self, simd: S) {
+        let (left, rows) = (self.left, self.left.rows());
+        let maps = vectors::<S, V>(self.map).chunks_exact(left.cols() + 1);
+        let outs = vectors_mut::<S, V>(self.out).chunks_exact_mut(rows);
+        for (panel, (map, out)) in maps.zip(outs).enumerate() {
+            let finish = match self.finish {
+                Finish::Keep => Finish::Keep,
+                Finish::Relu => Finish::Relu,
+                Finish::Mask(activation) => Finish::Mask(&vectors::<S, V>(activation.lines())[panel * rows..]),
+            };
+            cover::<V>(rows, &mut AffinePanel { simd, left, map, finish, out });
+        }
+    }
+}
+
+/// One panel of [`affine`]'s result; its lines are rows.
+struct AffinePanel<'a, S: Simd, const V: usize> {
+    simd: S,
+    left: &'a Panels,
+    map: &'a [[S::f32s; V]],
+    finish: Finish<&'a [[S::f32s; V]]>,
+    out: &'a mut [[S::f32s; V]],
+}
+
+impl<S: Simd, const V: usize> Tiles for AffinePanel<'_, S, V> {
+    #[inline(always)]
+    fn tile<const HEIGHT: usize>(&mut self, row: usize) {
+        let (map, start) = self.map.split_at(self.left.cols());
+        let (whole, rest) = map.as_chunks::<WIDTH>();
+        let mut panels = self.left.lines().chunks_exact(self.left.rows());
+        let mut sums = [start[0]; HEIGHT];
+        for (map, left) in whole.iter().zip(&mut panels) {
+            let left = &left[row..row + HEIGHT];
+            for (column, line) in map.iter().enumerate() {
+                for (sum, left) in sums.iter_mut().zip(left) {
+                    add_product(self.simd, sum, left.0[column], line);
+                }
+            }
+        }
+        for left in panels {
+            let left = &left[row..row + HEIGHT];
+            for (column, line) in rest.iter().enumerate() {
+                for (sum, left) in sums.iter_mut().zip(left) {
+                    add_product(self.simd, sum, left.0[column % WIDTH], line);
+                }
+            }
+        }
+        self.store(row, sums);
+    }
+}
+
+impl<S: Simd, const V: usize> AffinePanel<'_, S, V> {
+    #[inline(always)]
+    fn store<const HEIGHT: usize>(&mut self, row: usize, mut sums: [[S::f32s; V]; HEIGHT]) {
+        let (simd, zero) = (self.simd, self.simd.splat_f32s(0.0));
+        match self.finish {
+            Finish::Keep => {}
+            Finish::Relu => {
+                for sum in sums.as_flattened_mut() {
+                    *sum = simd.select_f32s(simd.less_than_f32s(*sum, zero), zero, *sum);
+                }
+            }
+            Finish::Mask(activation) => {
+                let activation = activation[row..row + HEIGHT].as_flattened();
+                for (sum, &activation) in sums.as_flattened_mut().iter_mut().zip(activation) {
+                    *sum = simd.select_f32s(simd.greater_than_f32s(activation, zero), *sum, zero);
+                }
+            }
+        }
+        self.out[row..row + HEIGHT].copy_from_slice(&sums);
+    }
+}
+
+/// See [`gradient`].
+struct Gradient<'a> {
+    left: &'a Panels,
+    right: &'a Panels,
+    out: &'a mut [Line],
+}
+
+impl Kernel for Gradient<'_> {
+    #[inline(always)]
+    fn run<S: Simd, const V: usize>(self, simd: S) {
+        let (rows, inputs) = (self.left.rows(), self.left.cols());
+        let rights = vectors::<S, V>(self.right.lines()).chunks_exact(rows);
+        let outs = vectors_mut::<S, V>(self.out).chunks_exact_mut(inputs + 1);
+        for (right, out) in rights.zip(outs) {
+            let (out, sums) = out.split_at_mut(inputs);
+            for (left, out) in self.left.lines().chunks_exact(rows).zip(out.chunks_mut(WIDTH)) {
+                cover::<V>(out.len(), &mut GradientPanel { simd, left, right, out });
+            }
+            sums[0] = sum(simd, right);
+        }
+    }
+}
+
+/// Where a panel of inputs meets one of outputs in [`gradient`]'s result; its lines are inputs.
+struct GradientPanel<'a, S: Simd, const V: usize> {
+    simd: S,
+    left: &'a [Line],
+    right: &'a [[S::f32s; V]],
+    out: &'a mut [[S::f32s; V]],
+}
+
+impl<S: Simd, const V: usize> Tiles for GradientPanel<'_, S, V> {
+    #[inline(always)]
+    fn tile<const HEIGHT: usize>(&mut self, input: usize) {
+        let mut sums = [[self.simd.splat_f32s(0.0); V]; HEIGHT];
+        for (left, right) in self.left.iter().zip(self.right) {
+            for (sum, &left) in sums.iter_mut().zip(&left.0[input..input + HEIGHT]) {
+                add_product(self.simd, sum, left, right);
+            }
+        }
+        self.out[input..input + HEIGHT].copy_from_slice(&sums);
+    }
+}
+
+/// The sum of lines.
+#[inline(always)]
+fn sum<S: Simd, const V: usize>(simd: S, lines: &[[S::f32s; V]]) -> [S::f32s; V] {
+    let mut sums = [simd.splat_f32s(0.0); V];
+    for line in lines {
+        for (sum, &vector) in sums.iter_mut().zip(line) {
+            *sum = simd.add_f32s(*sum, vector);
+        }
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use copq::Rng;
+
+    use super::*;
+
+    /// Shapes with whole and partial panels, and tiles of every height.
+    const SHAPES: [(usize, usize, usize); 5] = [(1, 1, 1), (3, 16, 17), (37, 23, 5), (13, 40, 32), (64, 3, 16)];
+
+    fn values(count: usize, rng: &mut Rng) -> Vec<f32> {
+        (0..count).map(|_| rng.normal() as f32).collect()
+    }
+
+    fn panels(rows: usize, dense: &[f32]) -> Panels {
+        let mut panels = Panels::default();
+        panels.set(rows, &[dense]);
+        panels
+    }
+
+    fn dense(panels: &Panels) -> Vec<f32> {
+        let mut out = vec![0.0; panels.rows() * panels.cols()];
+        panels.get(0, &mut out);
+        out
+    }
+
+    /// start + sum of products, one fused multiply-add after another.
+    fn sum(start: f32, terms: impl Iterator<Item = (f32, f32)>) -> f32 {
+        terms.fold(start, |sum, (a, b)| a.mul_add(b, sum))
+    }
+
+    #[test]
+    fn affine_is_its_sums_to_the_bit() {
+        let mut rng = Rng::with_stream(0, 0);
+        for (rows, inputs, cols) in SHAPES {
+            let left = values(rows * inputs, &mut rng);
+            let map = values((inputs + 1) * cols, &mut rng);
+            let activation: Vec<_> = values(rows * cols, &mut rng).iter().map(|x| x.max(0.0)).collect();
+            let wanted = |finish: fn(f32, f32) -> f32| -> Vec<f32> {
+                let element = |at: usize| {
+                    let (row, col) = (at / cols, at % cols);
+                    let terms = (0..inputs).map(|k| (left[row * inputs + k], map[k * cols + col]));
+                    finish(sum(map[inputs * cols + col], terms), activation[at])
+                };
+                (0..rows * cols).map(element).collect()
+            };
+            let (left, map, activation) = (panels(rows, &left), panels(inputs + 1, &map), panels(rows, &activation));
+            let mut out = Panels::default();
+            affine(&left, map.lines(), cols, Finish::Keep, &mut out);
+            assert_eq!(dense(&out), wanted(|sum, _| sum));
+            affine(&left, map.lines(), cols, Finish::Relu, &mut out);
+            assert_eq!(dense(&out), wanted(|sum, _| sum.max(0.0)));
+            affine(&left, map.lines(), cols, Finish::Mask(&activation), &mut out);
+            assert_eq!(dense(&out), wanted(|sum, activation| if activation > 0.0 { sum } else { 0.0 }));
+        }
+    }
+
+    #[test]
+    fn gradient_is_its_sums_to_the_bit() {
+        let mut rng = Rng::with_stream(1, 0);
+        for (rows, inputs, cols) in SHAPES {
+            let (left, right) = (values(rows * inputs, &mut rng), values(rows * cols, &mut rng));
+            let element = |at: usize| {
+                let (input, col) = (at / cols, at % cols);
+                let weight = |row: usize| if input < inputs { left[row * inputs + input] } else { 1.0 };
+                sum(0.0, (0..rows).map(|row| (weight(row), right[row * cols + col])))
+            };
+            let wanted: Vec<_> = (0..(inputs + 1) * cols).map(element).collect();
+            let mut out = Panels::default();
+            gradient(&panels(rows, &left), &panels(rows, &right), out.reshape(inputs + 1, cols));
+            assert_eq!(dense(&out), wanted);
+        }
+    }
+
+    #[test]
+    fn relu_is_pytorchs_at_zero_and_at_nan() {
+        let (left, map) = (panels(4, &[-1.0, 0.0, f32::NAN, 2.0]), panels(2, &[1.0, 0.0]));
+        let mut out = Panels::default();
+        affine(&left, map.lines(), 1, Finish::Relu, &mut out);
+        let activation = dense(&out);
+        assert!(activation[..2] == [0.0, 0.0] && activation[2].is_nan() && activation[3] == 2.0);
+        let mut grad = Panels::default();
+        affine(&panels(4, &[1.0; 4]), map.lines(), 1, Finish::Mask(&out), &mut grad);
+        assert_eq!(dense(&grad), [0.0, 0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    #[should_panic(expected = "lines of a map")]
+    fn shapes_that_do_not_fit() {
+        affine(&panels(2, &[0.0; 6]), &[Line::default(); 3], 2, Finish::Keep, &mut Panels::default());
+    }
+}
