@@ -125,7 +125,8 @@ def measure(workload, threads, title, programs, args):
         output([*map(str, ours), "--write", folder])
         peer = lambda name: [args.python, BENCH / "peers" / f"{name}_update.py", folder, WORKLOADS[workload], threads]
         commands = {"copq": [*ours, "--serve"], "torch": peer("torch"), "jax": peer("jax")}
-        servers = {name: Server(command, threads) for name, command in commands.items()}
+        # Those that serve none of the programs are not started, so that they need not be installed.
+        servers = {name: Server(commands[name], threads) for name in dict.fromkeys(programs.values())}
         check(servers, {name: server for name, server in programs.items() if name not in UNCHECKED}, UPDATES)
         times = interleave(servers, programs, UPDATES, args.rounds, title)
         for server in servers.values():
