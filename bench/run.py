@@ -11,6 +11,9 @@ again by itself; after a part of updates, the chart of all is drawn.
 The peers get a private environment in third_party/bench-peers (git-ignored; the first time it downloads several
 gigabytes, for PyPI's PyTorch brings CUDA along). Every program must report the same losses before it is timed. Needs
 Linux, Rust, a C and a C++ compiler, python3 with venv, crates.io and PyPI.
+
+torch.compile builds C++ at its first call, before anything is timed, and keeps it in third_party/bench-peers/compiled. On a
+busy machine that may take longer than an answer is waited for (10 minutes): `--skip compiled` leaves it out.
 """
 
 import argparse
