@@ -1,4 +1,10 @@
-//! What benchmarks share: a clock of this thread's CPU time, medians, episodes.
+//! What benchmarks share: clocks, medians, episodes, and one update of TD3-COP in several programs.
+
+#![allow(missing_debug_implementations)] // Programs, not values to print.
+
+pub mod rounds;
+pub mod update;
+pub mod workload;
 
 use copq::{Env, Outcome, Result, Rng};
 use rustix::time::{ClockId, clock_gettime};
@@ -8,7 +14,16 @@ pub const ROBOTS: [&str; 5] = ["hopper", "walker2d", "halfcheetah", "ant", "huma
 
 /// CPU time of this thread so far (ns); what others do on the machine is not in it.
 pub fn cpu_time() -> f64 {
-    let now = clock_gettime(ClockId::ThreadCPUTime);
+    clock(ClockId::ThreadCPUTime)
+}
+
+/// CPU time of all threads of this process so far (ns).
+pub fn process_time() -> f64 {
+    clock(ClockId::ProcessCPUTime)
+}
+
+fn clock(clock: ClockId) -> f64 {
+    let now = clock_gettime(clock);
     now.tv_sec as f64 * 1e9 + now.tv_nsec as f64
 }
 

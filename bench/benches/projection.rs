@@ -1,0 +1,60 @@
+//! What a projection costs by itself: the bound and its gradient for a batch of 256 rows.
+//!
+//! `cargo bench -p copq-bench --bench projection`; a filter picks some: `-- 'project.*cholesky'`.
+
+use std::fmt;
+
+use copq::projection::{by_name, names};
+use copq::{Bound, QView, Rng, Scratch, Stream};
+use divan::Bencher;
+
+const ROWS: usize = 256;
+
+fn main() {
+    divan::main();
+}
+
+/// A projection and the shape of what it projects.
+struct Case {
+    name: &'static str,
+    critics: usize,
+    objectives: usize,
+}
+
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} K={} N={}", self.name, self.critics, self.objectives)
+    }
+}
+
+/// COP-Q's own shape first, then more critics, then more objectives with one critic more than that.
+fn cases() -> Vec<Case> {
+    let shapes = [(4, 3), (2, 3), (10, 3), (32, 3), (2, 1), (11, 10), (51, 50)];
+    let case = |(critics, objectives)| names().iter().map(move |name| Case { name, critics, objectives });
+    shapes.into_iter().flat_map(case).collect()
+}
+
+fn normals(len: usize) -> Vec<f32> {
+    let mut values = vec![0.0; len];
+    Rng::new(0, Stream::Batch).fill_normal(&mut values);
+    values
+}
+
+#[divan::bench(args = cases())]
+fn project(bencher: Bencher<'_, '_>, case: &Case) {
+    let (projection, q) = (by_name(case.name).unwrap(), normals(case.critics * ROWS * case.objectives));
+    let (weights, mut out) = (vec![1.0; case.objectives], vec![0.0; ROWS * case.objectives]);
+    let q = QView::new(&q, case.critics, case.objectives).unwrap();
+    let (bound, mut scratch) = (Bound { q, weights: &weights, step: -1.0 }, Scratch::default());
+    bencher.bench_local(|| projection.project(bound, &mut scratch, &mut out).unwrap());
+}
+
+#[divan::bench(args = cases())]
+fn vjp(bencher: Bencher<'_, '_>, case: &Case) {
+    let (projection, q) = (by_name(case.name).unwrap(), normals(case.critics * ROWS * case.objectives));
+    let (weights, grad) = (vec![1.0; case.objectives], vec![1.0 / ROWS as f32; ROWS * case.objectives]);
+    let mut grad_q = vec![0.0; q.len()];
+    let q = QView::new(&q, case.critics, case.objectives).unwrap();
+    let (bound, mut scratch) = (Bound { q, weights: &weights, step: -1.0 }, Scratch::default());
+    bencher.bench_local(|| projection.vjp(bound, &mut scratch, &grad, &mut grad_q).unwrap());
+}

@@ -1,0 +1,33 @@
+#!/usr/bin/env python3
+"""Copies what bench/run.py measured into bench/RESULTS.md.
+
+    python3 bench/publish.py
+
+Between a line `<!-- results/NAME -->` and the next `<!-- end -->` stands the table bench/results/NAME, or a link to it if
+it is a chart. What has not been measured stays as it is.
+"""
+
+import re
+from pathlib import Path
+
+BENCH = Path(__file__).resolve().parent
+
+
+def content(path, old):
+    if not path.exists():
+        print(f"{path}: not measured")
+        return old
+    if path.suffix == ".svg":
+        return f"![Medians as bars]({path.relative_to(BENCH)})\n"
+    return path.read_text()
+
+
+def main():
+    page = BENCH / "RESULTS.md"
+    block = re.compile(r"(<!-- (results/\S+) -->\n\n)(.*?)(\n<!-- end -->)", re.DOTALL)
+    fill = lambda match: match[1] + content(BENCH / match[2], match[3]) + match[4]
+    page.write_text(block.sub(fill, page.read_text()))
+
+
+if __name__ == "__main__":
+    main()

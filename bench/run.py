@@ -1,0 +1,205 @@
+#!/usr/bin/env python3
+"""Times copq against its peers, interleaved, from the same weights and on the same batches.
+
+    python3 bench/run.py                        everything: some 20 minutes on two quiet cores, after building
+    python3 bench/run.py --rounds 5 walker2d    one part, roughly
+    python3 bench/publish.py                    puts the tables into bench/RESULTS.md
+
+Every part writes a table and raw times of its own into bench/results as soon as it is done, so that a part can be run
+again by itself; after a part of updates, the chart of all is drawn.
+
+The peers get a private environment in third_party/bench-peers (git-ignored; the first time it downloads several
+gigabytes, for PyPI's PyTorch brings CUDA along). Every program must report the same losses before it is timed. Needs
+Linux, Rust, a C and a C++ compiler, python3 with venv, crates.io and PyPI.
+
+torch.compile builds C++ at its first call, before anything is timed, and keeps it in third_party/bench-peers/compiled. On a
+busy machine that may take longer than an answer is waited for (10 minutes): `--skip compiled` leaves it out.
+"""
+
+import argparse
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from servers import VENV, Failure, Server, check, interleave, peaks
+from tables import steps_table, updates_table, write_csv
+
+BENCH = Path(__file__).resolve().parent
+ROOT = BENCH.parent
+RESULTS = BENCH / "results"
+# A multiple of every workload's actor delay, and the number of batches.
+UPDATES = 20
+WORKLOADS = {"walker2d": 2, "humanoid": 2, "redq": 20}  # and their actor delays
+PARTS = [*WORKLOADS, "steps", "projections", "scaling"]
+# Programs and what they are called: who serves each, in the order of the tables.
+PROGRAMS = {
+    "products": "copq",
+    "copq": "copq",
+    "learner": "copq",
+    "scan": "jax",
+    "step": "jax",
+    "compiled": "torch",
+    "eager": "torch",
+    "autograd": "copq",
+    "plain": "copq",
+}
+# These report no losses.
+UNCHECKED = {"products", "learner"}
+# Environment steps in a round of whole training.
+STEPS = 200
+TRAININGS = {"td3": "copq", "cop": "copq", "sbx": "peers", "sb3": "peers"}
+LABELS = {
+    "products": "its matrix products alone (`gemm`)",
+    "copq": "**copq**",
+    "learner": "copq's whole learner: replay, FAMO, reports",
+    "scan": "JAX jit, scan over updates",
+    "step": "JAX jit, one update a call",
+    "compiled": "PyTorch, `torch.compile`",
+    "eager": "PyTorch eager, separate critics, fused Adam",
+    "autograd": "candle autograd",
+    "plain": "copq's plain candle networks",
+    "td3": "copq, TD3 as Stable-Baselines3's",
+    "cop": "copq, TD3-COP as its preset has it",
+    "sbx": "SBX TD3 (JAX)",
+    "sb3": "Stable-Baselines3 TD3 (PyTorch)",
+}
+
+
+def environment():
+    """The peers' interpreter, freshly installed if it is not there or its list of packages has changed."""
+    wanted, installed = BENCH / "peers" / "requirements.txt", VENV / "installed.txt"
+    if not installed.exists() or installed.read_text() != wanted.read_text():
+        print("installing the peers", file=sys.stderr)
+        subprocess.run([sys.executable, "-m", "venv", VENV], check=True)
+        subprocess.run([VENV / "bin" / "pip", "install", "--quiet", "--requirement", wanted], check=True)
+        installed.write_text(wanted.read_text())
+    return VENV / "bin" / "python"
+
+
+def build(mujoco):
+    """The folder of our programs."""
+    if mujoco:
+        subprocess.run([ROOT / "scripts" / "fetch-mujoco.sh"], check=True)
+    features = ["--features", "mujoco"] if mujoco else []
+    subprocess.run(["cargo", "build", "--release", "--locked", "-p", "copq-bench", *features], cwd=ROOT, check=True)
+    return Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"), "release").resolve()
+
+
+def machine(python):
+    """What ran where."""
+    model = next(line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name"))
+    flags = next(line for line in open("/proc/cpuinfo") if line.startswith("flags")).split()
+    widest = "AVX-512" if "avx512f" in flags else "AVX2" if "avx2" in flags else "no AVX2"
+    rustc = output(["rustc", "--version"]).split()[1]
+    names = {"torch": "PyTorch", "jax": "JAX", "gymnasium": "Gymnasium", "stable_baselines3": "SB3", "sbx-rl": "SBX"}
+    code = f"from importlib.metadata import version; [print(name, version(key)) for key, name in {names}.items()]"
+    peers = ", ".join(output([python, "-c", code]).splitlines())
+    python = output([python, "--version"]).strip()
+    return f"{model}, {os.cpu_count()} cores, {widest}; Linux {platform.release()}; rustc {rustc}; {python}, {peers}"
+
+
+def output(command):
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def updates(workload, args):
+    """The table of one workload on every number of threads."""
+    programs = {name: server for name, server in PROGRAMS.items() if name not in args.skip}
+    tables, rows = [], []
+    for threads in args.threads:
+        title = f"{workload}, {threads} thread{'s' * (threads > 1)}"
+        times, megabytes = measure(workload, threads, title, programs, args)
+        tables.append(updates_table(title, LABELS, times, megabytes))
+        rows.append((workload, threads, times))
+    write_csv(RESULTS / f"{workload}.csv", rows)
+    charted = [path for name in WORKLOADS if (path := RESULTS / f"{name}.csv").exists()]
+    subprocess.run([args.programs / "chart", RESULTS / "updates.svg", *charted], check=True)
+    return f"{args.rounds} interleaved rounds of {UPDATES} updates.\n\n" + "\n".join(tables)
+
+
+def measure(workload, threads, title, programs, args):
+    """Times and peak memory (MB, in a process of its own) by program."""
+    ours = [args.programs / "update", "--workload", workload, "--threads", threads]
+    with tempfile.TemporaryDirectory() as folder:
+        output([*map(str, ours), "--write", folder])
+        peer = lambda name: [args.python, BENCH / "peers" / f"{name}_update.py", folder, WORKLOADS[workload], threads]
+        commands = {"copq": [*ours, "--serve"], "torch": peer("torch"), "jax": peer("jax")}
+        # Those that serve none of the programs are not started, so that they need not be installed.
+        servers = {name: Server(commands[name], threads) for name in dict.fromkeys(programs.values())}
+        check(servers, {name: server for name, server in programs.items() if name not in UNCHECKED}, UPDATES)
+        times = interleave(servers, programs, UPDATES, args.rounds, title)
+        for server in servers.values():
+            server.close()
+        return times, peaks(commands, programs, UPDATES, threads)
+
+
+def steps(args):
+    """The table of whole environment steps."""
+    commands = {"copq": [args.programs / "td3-steps"], "peers": [args.python, BENCH / "peers" / "td3_steps.py", 1]}
+    servers = {name: Server(command, 1) for name, command in commands.items()}
+    times = interleave(servers, TRAININGS, STEPS, args.rounds, "steps")
+    ours = [name for name, server in TRAININGS.items() if server == "copq"]
+    shares = {name: servers["copq"].ask("shares", name, STEPS) for name in ours}
+    for server in servers.values():
+        server.close()
+    write_csv(RESULTS / "steps.csv", [("steps", 1, times)])
+    return f"{args.rounds} interleaved rounds of {STEPS} environment steps, one thread.\n\n" + steps_table(
+        LABELS, times, shares
+    )
+
+
+def ours_alone(part, args):
+    """What needs no peers, a program of its own: what it prints."""
+    command = [args.programs / part, "--rounds", str(args.rounds), "--csv", RESULTS / f"{part}.csv"]
+    lines = []
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        for line in process.stdout:
+            print(line, end="", file=sys.stderr)
+            lines.append(line)
+    if process.returncode:
+        raise Failure(f"{part} ended with {process.returncode}")
+    return "".join(lines)
+
+
+def run(part, args):
+    before = os.getloadavg()[0]
+    table = updates(part, args) if part in WORKLOADS else steps(args) if part == "steps" else ours_alone(part, args)
+    load = f"load {before:.1f} before, {os.getloadavg()[0]:.1f} after"
+    head = f"{machine(args.python)}; {load}. Medians (smallest-largest), ratios of neighbouring rounds; "
+    (RESULTS / f"{part}.md").write_text(head + table)
+    print(table)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("parts", nargs="*", default=PARTS, help=f"what to measure: {', '.join(PARTS)}")
+    parser.add_argument("--rounds", type=int, default=15, help="interleaved rounds, after two to warm up [15]")
+    parser.add_argument("--threads", type=int, nargs="+", default=[1, 2], help="thread counts of an update [1 2]")
+    parser.add_argument("--skip", nargs="+", default=[], help="programs to leave out, such as compiled")
+    parser.add_argument("--python", help="an interpreter that has the peers, instead of a private environment")
+    parser.add_argument("--programs", type=Path, help="the folder of our programs, instead of building them")
+    args = parser.parse_args()
+    for chosen, known in [(args.parts, PARTS), (args.skip, PROGRAMS.keys() - {"copq", "products"})]:
+        if unknown := set(chosen) - set(known):
+            parser.error(f"{', '.join(sorted(unknown))}: wanted some of {', '.join(known)}")
+    args.python = args.python or environment()
+    args.programs = args.programs or build("steps" in args.parts)
+    RESULTS.mkdir(exist_ok=True)
+    began, failed = time.monotonic(), []
+    for i, part in enumerate(args.parts):
+        print(f"== {part}, {i + 1} of {len(args.parts)}, after {time.monotonic() - began:.0f} s", file=sys.stderr)
+        try:
+            run(part, args)
+        except (Failure, OSError, subprocess.CalledProcessError) as error:
+            print(f"\n{part}: {error}", file=sys.stderr)
+            failed.append(part)
+    if failed:
+        sys.exit(f"not measured: {' '.join(failed)}")
+
+
+if __name__ == "__main__":
+    main()

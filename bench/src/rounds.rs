@@ -1,0 +1,73 @@
+//! Interleaved rounds: what ran side by side is compared round by round, so that a machine's drift drops out.
+
+use std::time::Instant;
+
+use anyhow::Result;
+
+use crate::update::Update;
+use crate::workload::{Batch, Workload};
+use crate::{process_time, spread};
+
+/// Time of an update (ms): on the wall, and of all the process's threads on their processors.
+#[derive(Clone, Copy, Debug)]
+pub struct Time {
+    /// What a user waits.
+    pub wall: f64,
+    /// What the processors did.
+    pub cpu: f64,
+}
+
+/// A program in the middle of its updates.
+pub struct Running {
+    update: Box<dyn Update>,
+    batches: Vec<Batch>,
+    done: usize,
+}
+
+impl Running {
+    /// One that has not begun.
+    pub fn new(update: Box<dyn Update>, workload: &Workload) -> Self {
+        Self { update, batches: workload.batches(), done: 0 }
+    }
+
+    /// Does more updates; the mean time of one.
+    pub fn time(&mut self, updates: usize) -> Result<Time> {
+        let (start, cpu) = (Instant::now(), process_time());
+        for _ in 0..updates {
+            let batch = &self.batches[self.done % self.batches.len()];
+            self.done += 1;
+            self.update.update(self.done, batch)?;
+        }
+        let scale = 1e-6 / updates as f64;
+        Ok(Time { wall: start.elapsed().as_nanos() as f64 * scale, cpu: (process_time() - cpu) * scale })
+    }
+}
+
+/// Every program's times, `rounds` of them, after one round to warm up.
+pub fn interleave(running: &mut [Running], rounds: usize, updates: usize) -> Result<Vec<Vec<Time>>> {
+    let mut times = vec![Vec::new(); running.len()];
+    for round in 0..=rounds {
+        for (times, running) in times.iter_mut().zip(running.iter_mut()) {
+            let time = running.time(updates)?;
+            if round > 0 {
+                times.push(time);
+            }
+        }
+    }
+    Ok(times)
+}
+
+/// `median (smallest-largest)` of some times.
+pub fn text(times: &[Time], part: fn(&Time) -> f64) -> String {
+    format(times.iter().map(part))
+}
+
+/// `median (smallest-largest)` of the ratios of neighbouring rounds.
+pub fn ratio(times: &[Time], to: &[Time], part: fn(&Time) -> f64) -> String {
+    format(times.iter().zip(to).map(|(a, b)| part(a) / part(b)))
+}
+
+fn format(values: impl Iterator<Item = f64>) -> String {
+    let [low, median, high] = spread(&mut values.collect::<Vec<_>>());
+    format!("{median:.2} ({low:.2}-{high:.2})")
+}

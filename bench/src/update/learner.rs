@@ -1,0 +1,51 @@
+//! The whole update of copq's learner: replay, FAMO, checks and reports included.
+
+use anyhow::Result;
+use copq::{Agent, Config, Learner, Outcome, Rng, Silent, Stream, Transition};
+
+use super::{Losses, Update};
+use crate::workload::{Batch, Workload};
+
+/// A learner whose replay holds the benchmark's batches.
+pub struct Full(Learner);
+
+impl Full {
+    /// TD3-COP as its preset has it.
+    pub fn new(workload: &Workload) -> Result<Self> {
+        let (spec, networks, mut rng) = (workload.spec(), workload.networks(), Rng::new(0, Stream::Init));
+        let critic = copq_candle::critic(&spec, workload.critics, &networks, &mut rng)?.threads(workload.threads)?;
+        let actor = copq_candle::actor(&spec, &networks, &mut rng)?;
+        let config = Config {
+            batch: workload.rows,
+            start_steps: 1,
+            actor_delay: workload.actor_delay as u64,
+            networks,
+            ..Config::td3()
+        };
+        let mut learner = Learner::new(config, &spec, Box::new(critic), Box::new(actor), 0)?;
+        for batch in workload.batches() {
+            for row in 0..workload.rows {
+                learner.observe(transition(&batch, row, workload))?;
+            }
+        }
+        Ok(Self(learner))
+    }
+}
+
+impl Update for Full {
+    fn update(&mut self, _number: usize, _batch: &Batch) -> Result<Losses> {
+        self.0.update(&mut Silent)?;
+        Ok(Losses::default())
+    }
+}
+
+fn transition<'a>(batch: &'a Batch, row: usize, workload: &Workload) -> Transition<'a> {
+    let cut = |values: &'a [f32], width: usize| &values[row * width..(row + 1) * width];
+    Transition {
+        obs: cut(&batch.obs, workload.observation),
+        action: cut(&batch.action, workload.action),
+        reward: cut(&batch.reward, workload.objectives),
+        next_obs: cut(&batch.next_obs, workload.observation),
+        outcome: if batch.alive[row] == 0.0 { Outcome::Terminated } else { Outcome::Truncated },
+    }
+}

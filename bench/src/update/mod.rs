@@ -1,0 +1,50 @@
+//! One TD3-COP update, written in several ways that do the same.
+
+mod autograd;
+mod copq;
+mod learner;
+mod products;
+
+use anyhow::{Result, bail};
+
+pub use self::autograd::Autograd;
+pub use self::copq::Copq;
+pub use self::learner::Full;
+pub use self::products::Products;
+use crate::workload::{Batch, Workload};
+
+/// A program that does one update after another.
+pub trait Update {
+    /// The `number`-th update, counted from 1, on a batch.
+    fn update(&mut self, number: usize, batch: &Batch) -> Result<Losses>;
+}
+
+/// What an update reports, by which programs are shown to agree; empty for what computes none.
+#[derive(Clone, Debug, Default)]
+pub struct Losses {
+    /// Mean squared errors, one an objective.
+    pub critic: Vec<f32>,
+    /// The actor's loss, if it moved.
+    pub actor: Option<f32>,
+}
+
+/// What [`make`] can make.
+pub const NAMES: [&str; 5] = ["copq", "products", "learner", "plain", "autograd"];
+
+/// An update by its name:
+///
+/// * `copq`: the core and the fused networks, without what peers do not do (replay, FAMO, reports);
+/// * `products`: nothing but its matrix products;
+/// * `learner`: the whole of [`copq::Learner::update`](::copq::Agent::update);
+/// * `plain`: as `copq`, with the readable networks of candle tensors;
+/// * `autograd`: candle and candle-nn alone, as one would write it with them.
+pub fn make(name: &str, workload: &Workload) -> Result<Box<dyn Update>> {
+    Ok(match name {
+        "copq" => Box::new(Copq::fused(workload)?),
+        "products" => Box::new(Products::new(workload)?),
+        "learner" => Box::new(Full::new(workload)?),
+        "plain" => Box::new(Copq::plain(workload)?),
+        "autograd" => Box::new(Autograd::new(workload)?),
+        _ => bail!("update {name}: wanted one of {NAMES:?}"),
+    })
+}

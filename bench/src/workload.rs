@@ -1,0 +1,161 @@
+//! What is measured: sizes of one TD3-COP update, and the weights and batches that every program starts from.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use candle_core::{Device, Tensor};
+use copq::{EnvSpec, Networks, Rng, Stream};
+
+/// The discount.
+pub const DISCOUNT: f32 = 0.99;
+/// The share of the online networks in a Polyak step.
+pub const TAU: f32 = 0.005;
+/// Different batches; the i-th update uses the (i modulo this)-th.
+pub const BATCHES: usize = 20;
+/// Adam's step size, of all networks.
+pub const LR: f64 = 3e-4;
+
+/// Sizes of an update.
+#[derive(Clone, Debug)]
+pub struct Workload {
+    /// Length of an observation.
+    pub observation: usize,
+    /// Length of an action.
+    pub action: usize,
+    /// N.
+    pub objectives: usize,
+    /// K.
+    pub critics: usize,
+    /// Width of each of the two hidden layers.
+    pub width: usize,
+    /// Rows of a batch.
+    pub rows: usize,
+    /// Critic updates for each actor update.
+    pub actor_delay: usize,
+    /// Threads an update may use.
+    pub threads: usize,
+}
+
+impl Workload {
+    /// `walker2d` and `humanoid` are TD3-COP on Gymnasium's robots of those names; `redq` has walker2d's shapes with
+    /// 10 critics and an actor that moves in every 20th update, the last of an environment step.
+    pub fn named(name: &str, threads: usize) -> Result<Self> {
+        let walker2d = Self {
+            observation: 17,
+            action: 6,
+            objectives: 3,
+            critics: 4,
+            width: 256,
+            rows: 256,
+            actor_delay: 2,
+            threads,
+        };
+        match name {
+            "walker2d" => Ok(walker2d),
+            "humanoid" => Ok(Self { observation: 348, action: 17, ..walker2d }),
+            "redq" => Ok(Self { critics: 10, actor_delay: 20, ..walker2d }),
+            _ => bail!("workload {name}: wanted walker2d, humanoid or redq"),
+        }
+    }
+
+    /// The environment that has these shapes.
+    pub fn spec(&self) -> EnvSpec {
+        EnvSpec {
+            name: "benchmark".into(),
+            observation: self.observation,
+            action_low: vec![-1.0; self.action],
+            action_high: vec![1.0; self.action],
+            objectives: (0..self.objectives).map(|i| format!("objective {i}")).collect(),
+            weights: vec![1.0; self.objectives],
+            limits: vec![],
+            horizon: 1000,
+        }
+    }
+
+    /// Hidden layers and step sizes.
+    pub fn networks(&self) -> Networks {
+        Networks { hidden: vec![self.width; 2], critic_lr: LR, actor_lr: LR }
+    }
+
+    /// The batches, always the same.
+    pub fn batches(&self) -> Vec<Batch> {
+        let mut rng = Rng::new(0, Stream::Batch);
+        (0..BATCHES).map(|_| Batch::random(self, &mut rng)).collect()
+    }
+
+    /// The first of the batches.
+    pub fn batch(&self) -> Batch {
+        Batch::random(self, &mut Rng::new(0, Stream::Batch))
+    }
+
+    /// Writes what the peers need: `critics.safetensors`, `actor.safetensors` and `batches.safetensors`.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        std::fs::create_dir_all(folder)?;
+        let (spec, networks, mut rng) = (self.spec(), self.networks(), Rng::new(0, Stream::Init));
+        let critics = copq_candle::critic(&spec, self.critics, &networks, &mut rng)?;
+        critics.save_safetensors(folder.join("critics.safetensors"))?;
+        copq_candle::actor(&spec, &networks, &mut rng)?.save_safetensors(folder.join("actor.safetensors"))?;
+        let mut arrays = HashMap::new();
+        for (i, batch) in self.batches().iter().enumerate() {
+            for (name, values) in batch.arrays() {
+                let tensor = Tensor::from_slice(values, (self.rows, values.len() / self.rows), &Device::Cpu)?;
+                arrays.insert(format!("{i}.{name}"), tensor);
+            }
+        }
+        Ok(candle_core::safetensors::save(&arrays, folder.join("batches.safetensors"))?)
+    }
+}
+
+/// Transitions, and the clipped noise that smooths their next actions (TD3).
+#[derive(Clone, Debug)]
+pub struct Batch {
+    /// `rows x observation`
+    pub obs: Vec<f32>,
+    /// `rows x action`
+    pub action: Vec<f32>,
+    /// `rows x objectives`
+    pub reward: Vec<f32>,
+    /// `rows x observation`
+    pub next_obs: Vec<f32>,
+    /// `rows`; 0 where the episode terminated, else 1
+    pub alive: Vec<f32>,
+    /// `rows x action`
+    pub noise: Vec<f32>,
+}
+
+impl Batch {
+    fn random(workload: &Workload, rng: &mut Rng) -> Self {
+        let rows = workload.rows;
+        let mut normals = |width: usize| {
+            let mut values = vec![0.0; rows * width];
+            rng.fill_normal(&mut values);
+            values
+        };
+        let mut batch = Self {
+            obs: normals(workload.observation),
+            action: normals(workload.action),
+            reward: normals(workload.objectives),
+            next_obs: normals(workload.observation),
+            alive: normals(1),
+            noise: normals(workload.action),
+        };
+        batch.action.iter_mut().for_each(|x| *x = x.clamp(-1.0, 1.0));
+        batch.alive.iter_mut().for_each(|x| *x = if *x > 2.0 { 0.0 } else { 1.0 });
+        batch.noise.iter_mut().for_each(|x| *x = (0.2 * *x).clamp(-0.5, 0.5));
+        batch
+    }
+
+    /// Every array by name.
+    fn arrays(&self) -> [(&'static str, &[f32]); 6] {
+        let Self { obs, action, reward, next_obs, alive, noise } = self;
+        [
+            ("obs", obs),
+            ("action", action),
+            ("reward", reward),
+            ("next_obs", next_obs),
+            ("alive", alive),
+            ("noise", noise),
+        ]
+    }
+}
