@@ -4,8 +4,7 @@ use std::path::Path;
 
 use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, SampleGrad, State};
 
-use super::passes::{tanh, tanh_backward};
-use super::perceptron::room;
+use super::passes::{room, tanh, tanh_backward};
 use super::policy::Policy;
 use crate::check;
 use crate::shape::Shape;
@@ -49,7 +48,7 @@ impl Actor for Deterministic {
         let rows = self.policy.rows(obs)?;
         check::deterministic(noise, log_prob)?;
         check::batch("actions", action, rows, self.policy.action)?;
-        self.policy.forward(net, obs, rows, action);
+        self.policy.values(net, obs, rows, action);
         tanh(action);
         Ok(())
     }
@@ -59,7 +58,7 @@ impl Actor for Deterministic {
         check::deterministic(noise, &[])?;
         let len = rows * self.policy.action;
         let (action, dl) = (room(&mut self.output, len), room(&mut self.grad, len));
-        self.policy.forward(Net::Online, obs, rows, action);
+        self.policy.forward(obs, rows, action);
         tanh(action);
         grad(Sample { action, log_prob: &[] }, SampleGrad { action: dl, log_prob: &mut [] })?;
         tanh_backward(dl, action);

@@ -1,4 +1,6 @@
-//! Adam in one pass over the parameters.
+//! Adam in one pass over parameters.
+
+use std::ops::Range;
 
 use bytemuck::{cast_slice, cast_slice_mut};
 use pulp::Arch;
@@ -7,15 +9,15 @@ use super::panels::Line;
 use crate::adam::{BETA1, BETA2, EPSILON, Step};
 use crate::learned::Learned;
 
-/// One step of the online parameters against `grad`.
-pub(super) fn step(learned: &mut Learned<Line>, grad: &[Line], lr: f64) {
-    learned.steps += 1;
+/// The present step of some online parameters, those of `lines`, against `grad`.
+pub(super) fn step(learned: &mut Learned<Line>, lines: Range<usize>, grad: &[Line], lr: f64) {
     let Step { rate, root } = Step::new(lr, learned.steps);
     let (rate, scale) = (rate as f32, (1.0 / root) as f32);
     let (decay1, decay2, epsilon) = (BETA1 as f32, BETA2 as f32, EPSILON as f32);
     let (fresh1, fresh2) = ((1.0 - BETA1) as f32, (1.0 - BETA2) as f32);
-    let (m, v): (&mut [f32], &mut [f32]) = (cast_slice_mut(&mut learned.m), cast_slice_mut(&mut learned.v));
-    let online: &mut [f32] = cast_slice_mut(&mut learned.online);
+    let online: &mut [f32] = cast_slice_mut(&mut learned.online[lines.clone()]);
+    let m: &mut [f32] = cast_slice_mut(&mut learned.m[lines.clone()]);
+    let v: &mut [f32] = cast_slice_mut(&mut learned.v[lines]);
     let all = online.iter_mut().zip(m.iter_mut().zip(v)).zip(cast_slice::<_, f32>(grad));
     Arch::new().dispatch(|| {
         for ((x, (m, v)), g) in all {

@@ -7,7 +7,7 @@ use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
 
 use super::network::Network;
 use super::panels::Panels;
-use super::perceptron::room;
+use super::passes::room;
 use super::workers::Workers;
 use crate::learned::{Learned, load_critics, save_critics};
 use crate::shape::Shape;
@@ -40,7 +40,7 @@ impl Critics {
             action: spec.action(),
             objectives: spec.objectives.len(),
             lr: networks.critic_lr,
-            workers: Workers::default(),
+            workers: Workers::new(1)?,
             input: Panels::default(),
             q: Vec::new(),
             grad: Vec::new(),
@@ -90,7 +90,7 @@ impl Critics {
         let Self { networks, workers, input, .. } = self;
         let len = networks.len() * rows * self.objectives;
         let (q, dq) = (room(&mut self.q, len), room(&mut self.grad, len));
-        workers.each(networks, q, |_, network, q| network.forward(Net::Online, input, q));
+        workers.each(networks, q, |_, network, q, _| network.forward(input, q));
         grad(QView::new(q, networks.len(), self.objectives)?, dq)
     }
 }
@@ -108,7 +108,7 @@ impl Critic for Critics {
         let rows = self.gather(obs, act)?;
         check_len("critic values", q.len(), self.networks.len() * rows * self.objectives)?;
         let Self { networks, workers, input, .. } = self;
-        workers.each(networks, q, |_, network, q| network.forward(net, input, q));
+        workers.each(networks, q, |_, network, q, workspace| network.values(net, input, q, workspace));
         Ok(())
     }
 
@@ -117,8 +117,9 @@ impl Critic for Critics {
         check_chosen(chosen, self.networks.len())?;
         let share = rows * self.objectives;
         check_len("critic values", q.len(), chosen.len() * share)?;
-        let parts = q.chunks_exact_mut(share).zip(chosen);
-        parts.for_each(|(q, &k)| self.networks[k].forward(net, &self.input, q));
+        for (q, &k) in q.chunks_exact_mut(share).zip(chosen) {
+            self.networks[k].values(net, &self.input, q, self.workers.workspace());
+        }
         Ok(())
     }
 
@@ -127,7 +128,7 @@ impl Critic for Critics {
         self.forward(rows, grad)?;
         let Self { networks, workers, input, lr, .. } = self;
         let dq = &mut self.grad[..networks.len() * rows * self.objectives];
-        workers.each(networks, dq, |_, network, dq| network.learn(input, dq, *lr));
+        workers.each(networks, dq, |_, network, dq, workspace| network.learn(input, dq, *lr, workspace));
         Ok(())
     }
 
@@ -140,8 +141,8 @@ impl Critic for Critics {
         let dq = &self.grad[..networks.len() * share];
         // The values have been used: their buffer, or a larger one, takes each critic's share of the gradient.
         let parts = room(&mut self.q, networks.len() * out.len());
-        workers.each(networks, parts, |k, network, part| {
-            network.input_grad(rows, &dq[k * share..(k + 1) * share], *observation, part);
+        workers.each(networks, parts, |k, network, part, workspace| {
+            network.input_grad(rows, &dq[k * share..(k + 1) * share], *observation, part, workspace);
         });
         sum_parts(parts, out);
         Ok(())

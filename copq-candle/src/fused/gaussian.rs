@@ -4,7 +4,7 @@ use std::path::Path;
 
 use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, SampleGrad, State};
 
-use super::perceptron::room;
+use super::passes::room;
 use super::policy::Policy;
 use crate::check;
 use crate::shape::Shape;
@@ -50,8 +50,8 @@ impl Gaussian {
     }
 
     /// Means and log stds of a batch into `self.output`.
-    fn forward(&mut self, net: Net, obs: &[f32], rows: usize) {
-        self.policy.forward(net, obs, rows, room(&mut self.output, rows * 2 * self.policy.action));
+    fn values(&mut self, net: Net, obs: &[f32], rows: usize) {
+        self.policy.values(net, obs, rows, room(&mut self.output, rows * 2 * self.policy.action));
     }
 }
 
@@ -89,7 +89,7 @@ impl Actor for Gaussian {
         let rows = self.policy.rows(obs)?;
         check::batch("actions", action, rows, self.policy.action)?;
         check::stochastic(noise, log_prob, rows, self.policy.action)?;
-        self.forward(net, obs, rows);
+        self.values(net, obs, rows);
         if noise.is_empty() {
             let output = &self.output;
             action
@@ -105,7 +105,7 @@ impl Actor for Gaussian {
     fn improve(&mut self, obs: &[f32], noise: &[f32], grad: ActionGrad<'_>) -> Result<()> {
         let rows = self.policy.rows(obs)?;
         check::batch("noise", noise, rows, self.policy.action)?;
-        self.forward(Net::Online, obs, rows);
+        self.policy.forward(obs, rows, room(&mut self.output, rows * 2 * self.policy.action));
         let (action, log_prob) = (room(&mut self.sample, noise.len()), room(&mut self.log_prob, rows));
         squash(&self.output, noise, action, log_prob);
         let (grad_action, grad_log_prob) =
@@ -127,7 +127,7 @@ impl Actor for Gaussian {
         for (what, values) in [("noise", noise), ("action gradients", grad_action), ("noise gradients", &*out)] {
             check::batch(what, values, rows, self.policy.action)?;
         }
-        self.forward(Net::Online, obs, rows);
+        self.values(Net::Online, obs, rows);
         for (at, (out, grad)) in out.iter_mut().zip(grad_action).enumerate() {
             *out = grad * component(&self.output, self.policy.action, at, noise[at]).noise_slope();
         }

@@ -13,11 +13,11 @@ mod layout;
 mod network;
 mod panels;
 mod passes;
-mod perceptron;
 mod policy;
 mod product;
 mod transpose;
 mod workers;
+mod workspace;
 
 pub use actor::Deterministic;
 pub use critics::Critics;

@@ -1,29 +1,30 @@
-//! One network with all that it has learned and its working memory.
+//! One multilayer perceptron: forward, backward, and all that it has learned.
 
 use copq::{Net, Result, State};
 
 use super::layout::Layout;
 use super::panels::{Line, Panels};
-use super::perceptron::{Perceptron, Scratch};
+use super::product::{Finish, affine};
+use super::workspace::Workspace;
 use super::{adam, passes};
 use crate::learned::Learned;
 use crate::shape::Shape;
 
-/// A multilayer perceptron, its target, its optimiser and its scratch.
+/// A network, its target and its optimiser.
 #[derive(Clone, Debug)]
 pub(super) struct Network {
     layout: Layout,
     learned: Learned<Line>,
-    grad: Vec<Line>,
-    scratch: Scratch,
+    /// Every layer's outputs from the last [`Network::forward`], the hidden ones after ReLU.
+    outputs: Vec<Panels>,
 }
 
 impl Network {
     /// A network that goes on from what was learned.
     pub fn new(shape: Shape, learned: &Learned) -> Self {
         let layout = Layout::new(shape);
-        let grad = vec![Line::default(); layout.len()];
-        Self { learned: learned.map(|flat| layout.pack(flat)), layout, grad, scratch: Scratch::default() }
+        let outputs = vec![Panels::default(); layout.maps().len()];
+        Self { learned: learned.map(|flat| layout.pack(flat)), layout, outputs }
     }
 
     /// Its layers.
@@ -41,28 +42,50 @@ impl Network {
         self.learned = learned.map(|flat| self.layout.pack(flat));
     }
 
-    /// Runs a batch through, and remembers what a backward pass needs.
-    pub fn forward(&mut self, net: Net, input: &Panels, out: &mut [f32]) {
-        let Self { layout, learned, scratch, .. } = self;
+    /// Runs a batch through.
+    pub fn values(&self, net: Net, input: &Panels, out: &mut [f32], workspace: &mut Workspace) {
         let parameters = match net {
-            Net::Online => &learned.online,
-            Net::Target => &learned.target,
+            Net::Online => &self.learned.online,
+            Net::Target => &self.learned.target,
         };
-        Perceptron { layout, parameters }.forward(input, scratch).get(0, out);
+        run(&self.layout, parameters, input, workspace.outputs(self.layout.maps().len()), out);
     }
 
-    /// After an online [`Network::forward`] on the same input: backward from dL/dout and one optimiser step.
-    pub fn learn(&mut self, input: &Panels, grad_out: &[f32], lr: f64) {
-        let Self { layout, learned, grad, scratch } = self;
-        Perceptron { layout, parameters: &learned.online }.backward(input, scratch, grad_out, grad);
-        adam::step(learned, grad, lr);
+    /// Runs a batch through the online network, and remembers what a backward pass needs.
+    pub fn forward(&mut self, input: &Panels, out: &mut [f32]) {
+        run(&self.layout, &self.learned.online, input, &mut self.outputs, out);
     }
 
-    /// After an online [`Network::forward`] on `rows` inputs: dL/d(their columns from `first` on).
-    pub fn input_grad(&mut self, rows: usize, grad_out: &[f32], first: usize, out: &mut [f32]) {
-        let Self { layout, learned, scratch, .. } = self;
-        let online = Perceptron { layout, parameters: &learned.online };
-        online.backward_to_input(scratch, rows, grad_out, first, out);
+    /// After [`Network::forward`] on the same input: backward from dL/dout, each layer taking its optimiser step
+    /// as soon as it has its gradient.
+    pub fn learn(&mut self, input: &Panels, grad_out: &[f32], lr: f64, workspace: &mut Workspace) {
+        let Self { layout, learned, outputs } = self;
+        workspace.begin(input.rows(), grad_out);
+        learned.steps += 1;
+        for (i, (layer, map)) in layout.maps().enumerate().rev() {
+            let below = i.checked_sub(1).map(|below| &outputs[below]);
+            if below.is_some() {
+                workspace.turn(layer, &learned.online[map.clone()], 0);
+            }
+            adam::step(learned, map, workspace.gradient(below.unwrap_or(input)), lr);
+            if let Some(below) = below {
+                workspace.step_down(below);
+            }
+        }
+    }
+
+    /// After [`Network::forward`] on `rows` inputs: dL/d(their columns from `first` on).
+    pub fn input_grad(&self, rows: usize, grad_out: &[f32], first: usize, out: &mut [f32], workspace: &mut Workspace) {
+        workspace.begin(rows, grad_out);
+        for (i, (layer, map)) in self.layout.maps().enumerate().rev() {
+            let parameters = &self.learned.online[map];
+            if i > 0 {
+                workspace.turn(layer, parameters, 0);
+                workspace.step_down(&self.outputs[i - 1]);
+            } else {
+                workspace.step_out(layer, parameters, first, out);
+            }
+        }
     }
 
     /// Polyak averaging of the target.
@@ -80,4 +103,15 @@ impl Network {
         self.set_learned(&Learned::load(self.shape(), state)?);
         Ok(())
     }
+}
+
+/// Runs a batch through layers whose `outputs` are then those of every layer, the hidden ones after ReLU.
+fn run(layout: &Layout, parameters: &[Line], input: &Panels, outputs: &mut [Panels], out: &mut [f32]) {
+    let last = outputs.len() - 1; // A layout has at least one layer.
+    for (i, (layer, map)) in layout.maps().enumerate() {
+        let (below, here) = outputs.split_at_mut(i);
+        let finish = if i == last { Finish::Keep } else { Finish::Relu };
+        affine(below.last().unwrap_or(input), &parameters[map], layer.output, finish, &mut here[0]);
+    }
+    outputs[last].get(0, out);
 }

@@ -1,9 +1,17 @@
-//! The elementwise passes beside matrix products, each once over its data.
+//! Buffers of plain numbers, and the elementwise passes beside the matrix products.
 
 use bytemuck::{cast_slice, cast_slice_mut};
 use pulp::Arch;
 
 use super::panels::Line;
+
+/// The first `len` values of a buffer that grows when it must.
+pub(super) fn room(buffer: &mut Vec<f32>, len: usize) -> &mut [f32] {
+    if buffer.len() < len {
+        buffer.resize(len, 0.0);
+    }
+    &mut buffer[..len]
+}
 
 /// Polyak averaging: target <- (1 - tau) target + tau online.
 pub(super) fn polyak(target: &mut [Line], online: &[Line], tau: f32) {

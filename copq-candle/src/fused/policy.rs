@@ -6,6 +6,7 @@ use copq::{EnvSpec, Net, Networks, Result, Rng, State};
 
 use super::network::Network;
 use super::panels::Panels;
+use super::workspace::Workspace;
 use crate::learned::Learned;
 use crate::shape::Shape;
 use crate::{check, weights};
@@ -14,8 +15,9 @@ use crate::{check, weights};
 #[derive(Debug)]
 pub(super) struct Policy {
     network: Network,
-    /// The observations of the last forward pass.
+    /// The last observations.
     input: Panels,
+    workspace: Workspace,
     observation: usize,
     /// Components of an action.
     pub action: usize,
@@ -33,8 +35,14 @@ impl Policy {
         check::settings(spec, networks)?;
         let shape = shape(spec, networks);
         let learned = Learned::new(&shape, rng);
-        let (network, input) = (Network::new(shape, &learned), Panels::default());
-        Ok(Self { network, input, observation: spec.observation, action: spec.action(), lr: networks.actor_lr })
+        Ok(Self {
+            network: Network::new(shape, &learned),
+            input: Panels::default(),
+            workspace: Workspace::default(),
+            observation: spec.observation,
+            action: spec.action(),
+            lr: networks.actor_lr,
+        })
     }
 
     /// The number of rows in a batch of observations.
@@ -42,15 +50,21 @@ impl Policy {
         check::rows(obs, self.observation)
     }
 
-    /// Runs a batch of observations through, and remembers what a backward pass needs.
-    pub fn forward(&mut self, net: Net, obs: &[f32], rows: usize, out: &mut [f32]) {
+    /// Runs a batch of observations through.
+    pub fn values(&mut self, net: Net, obs: &[f32], rows: usize, out: &mut [f32]) {
         self.input.set(rows, &[obs]);
-        self.network.forward(net, &self.input, out);
+        self.network.values(net, &self.input, out, &mut self.workspace);
     }
 
-    /// After an online [`Policy::forward`]: backward from dL/dout and one optimiser step.
+    /// Runs a batch of observations through the online network, and remembers what a backward pass needs.
+    pub fn forward(&mut self, obs: &[f32], rows: usize, out: &mut [f32]) {
+        self.input.set(rows, &[obs]);
+        self.network.forward(&self.input, out);
+    }
+
+    /// After [`Policy::forward`]: backward from dL/dout and one optimiser step.
     pub fn learn(&mut self, grad_out: &[f32]) {
-        self.network.learn(&self.input, grad_out, self.lr);
+        self.network.learn(&self.input, grad_out, self.lr, &mut self.workspace);
     }
 
     pub fn track(&mut self, tau: f32) -> Result<()> {

@@ -28,7 +28,7 @@ pub(super) fn affine(left: &Panels, map: &[Line], cols: usize, finish: Finish<&P
     if let Finish::Mask(activation) = finish {
         assert_eq!((activation.rows(), activation.cols()), (left.rows(), cols), "shape of an activation");
     }
-    Arch::new().dispatch(ByLanes(Affine { left, map, finish, out: out.reshape(left.rows(), cols) }));
+    Arch::new().dispatch(ByLanes(Affine { left, map, cols, finish, out: out.reshape(left.rows(), cols) }));
 }
 
 /// `out = left^T right`, then the sums of `right`'s columns: the gradient of a map from inputs `left` and the gradient
@@ -76,49 +76,54 @@ fn vectors_mut<S: Simd, const V: usize>(lines: &mut [Line]) -> &mut [[S::f32s; V
 
 /// sum <- sum + x line
 #[inline(always)]
-fn add_product<S: Simd, const V: usize>(simd: S, sum: &mut [S::f32s; V], x: f32, line: &[S::f32s; V]) {
+fn add_product<S: Simd, const U: usize, const V: usize>(simd: S, sum: &mut [S::f32s; U], x: f32, line: &[S::f32s; V]) {
     let x = simd.splat_f32s(x);
     for (sum, &vector) in sum.iter_mut().zip(line) {
         *sum = simd.mul_add_f32s(x, vector, *sum);
     }
 }
 
-/// Stores a tile vector by vector; a slice's copy would go through memory.
+/// Stores sums vector by vector (a slice's copy would go through memory), and zeros where they do not reach.
 #[inline(always)]
-fn put<T: Copy, const V: usize, const HEIGHT: usize>(tile: [[T; V]; HEIGHT], out: &mut [[T; V]]) {
-    for (out, line) in out.as_flattened_mut().iter_mut().zip(tile.as_flattened()) {
-        *out = *line;
+fn store<S: Simd, const U: usize, const V: usize>(simd: S, sums: &[[S::f32s; U]], out: &mut [[S::f32s; V]]) {
+    for (line, sum) in out.iter_mut().zip(sums) {
+        for (v, vector) in line.iter_mut().enumerate() {
+            *vector = if v < U { sum[v] } else { simd.splat_f32s(0.0) };
+        }
     }
 }
 
 /// One panel of a result, computed in tiles.
 trait Tiles {
-    /// Computes and stores `HEIGHT` lines from `first` on.
-    fn tile<const HEIGHT: usize>(&mut self, first: usize);
+    /// Computes and stores `HEIGHT` lines from `first` on, the first `U` vectors of each.
+    fn tile<const HEIGHT: usize, const U: usize>(&mut self, first: usize);
 }
 
-/// Computes `count` lines in tiles as high as the registers hold: 16 lines of one vector, or 6 of more. A low tile waits
-/// for its few sums, so the last two share what is left.
+/// Computes `count` lines, of which `cols` values are wanted, in tiles as high as the registers hold. A low tile waits for
+/// its few sums, so the last two share what is left.
 #[inline(always)]
-fn cover<const V: usize>(count: usize, tiles: &mut impl Tiles) {
+fn cover<S: Simd, const V: usize>(count: usize, cols: usize, tiles: &mut impl Tiles) {
+    let narrow = V > 1 && cols <= S::F32_LANES;
     let mut first = 0;
     while first < count {
         let left = count - first;
         first += match if (7..12).contains(&left) { left.div_ceil(2) } else { left } {
-            16.. if V == 1 => height::<16>(first, tiles),
-            6.. => height::<6>(first, tiles),
-            5 => height::<5>(first, tiles),
-            4 => height::<4>(first, tiles),
-            3 => height::<3>(first, tiles),
-            2 => height::<2>(first, tiles),
-            _ => height::<1>(first, tiles),
+            16.. if V == 1 => tile::<16, 1>(first, tiles),
+            12.. if narrow => tile::<12, 1>(first, tiles),
+            6.. if narrow => tile::<6, 1>(first, tiles),
+            6.. => tile::<6, V>(first, tiles),
+            5 => tile::<5, V>(first, tiles),
+            4 => tile::<4, V>(first, tiles),
+            3 => tile::<3, V>(first, tiles),
+            2 => tile::<2, V>(first, tiles),
+            _ => tile::<1, V>(first, tiles),
         };
     }
 }
 
 #[inline(always)]
-fn height<const HEIGHT: usize>(first: usize, tiles: &mut impl Tiles) -> usize {
-    tiles.tile::<HEIGHT>(first);
+fn tile<const HEIGHT: usize, const U: usize>(first: usize, tiles: &mut impl Tiles) -> usize {
+    tiles.tile::<HEIGHT, U>(first);
     HEIGHT
 }
 
@@ -126,6 +131,7 @@ fn height<const HEIGHT: usize>(first: usize, tiles: &mut impl Tiles) -> usize {
 struct Affine<'a> {
     left: &'a Panels,
     map: &'a [Line],
+    cols: usize,
     finish: Finish<&'a Panels>,
     out: &'a mut [Line],
 }
@@ -142,7 +148,7 @@ impl Kernel for Affine<'_> {
                 Finish::Relu => Finish::Relu,
                 Finish::Mask(activation) => Finish::Mask(&vectors::<S, V>(activation.lines())[panel * rows..]),
             };
-            cover::<V>(rows, &mut AffinePanel { simd, left, map, finish, out });
+            cover::<S, V>(rows, self.cols - panel * WIDTH, &mut AffinePanel { simd, left, map, finish, out });
         }
     }
 }
@@ -158,11 +164,11 @@ struct AffinePanel<'a, S: Simd, const V: usize> {
 
 impl<S: Simd, const V: usize> Tiles for AffinePanel<'_, S, V> {
     #[inline(always)]
-    fn tile<const HEIGHT: usize>(&mut self, row: usize) {
+    fn tile<const HEIGHT: usize, const U: usize>(&mut self, row: usize) {
         let (map, start) = self.map.split_at(self.left.cols());
         let (whole, rest) = map.as_chunks::<WIDTH>();
         let mut panels = self.left.lines().chunks_exact(self.left.rows());
-        let mut sums = [start[0]; HEIGHT];
+        let mut sums: [[S::f32s; U]; HEIGHT] = [std::array::from_fn(|v| start[0][v]); HEIGHT];
         for (map, left) in whole.iter().zip(&mut panels) {
             let left = &left[row..row + HEIGHT];
             for (column, line) in map.iter().enumerate() {
@@ -179,13 +185,14 @@ impl<S: Simd, const V: usize> Tiles for AffinePanel<'_, S, V> {
                 }
             }
         }
-        self.store(row, sums);
+        self.finish(row, &mut sums);
+        store(self.simd, &sums, &mut self.out[row..row + HEIGHT]);
     }
 }
 
 impl<S: Simd, const V: usize> AffinePanel<'_, S, V> {
     #[inline(always)]
-    fn store<const HEIGHT: usize>(&mut self, row: usize, mut sums: [[S::f32s; V]; HEIGHT]) {
+    fn finish<const U: usize>(&self, row: usize, sums: &mut [[S::f32s; U]]) {
         let (simd, zero) = (self.simd, self.simd.splat_f32s(0.0));
         match self.finish {
             Finish::Keep => {}
@@ -195,13 +202,13 @@ impl<S: Simd, const V: usize> AffinePanel<'_, S, V> {
                 }
             }
             Finish::Mask(activation) => {
-                let activation = activation[row..row + HEIGHT].as_flattened();
-                for (sum, &activation) in sums.as_flattened_mut().iter_mut().zip(activation) {
-                    *sum = simd.select_f32s(simd.greater_than_f32s(activation, zero), *sum, zero);
+                for (sum, activation) in sums.iter_mut().zip(&activation[row..]) {
+                    for (sum, &activation) in sum.iter_mut().zip(activation) {
+                        *sum = simd.select_f32s(simd.greater_than_f32s(activation, zero), *sum, zero);
+                    }
                 }
             }
         }
-        put(sums, &mut self.out[row..row + HEIGHT]);
     }
 }
 
@@ -218,10 +225,11 @@ impl Kernel for Gradient<'_> {
         let (rows, inputs) = (self.left.rows(), self.left.cols());
         let rights = vectors::<S, V>(self.right.lines()).chunks_exact(rows);
         let outs = vectors_mut::<S, V>(self.out).chunks_exact_mut(inputs + 1);
-        for (right, out) in rights.zip(outs) {
+        for (panel, (right, out)) in rights.zip(outs).enumerate() {
             let (out, sums) = out.split_at_mut(inputs);
             for (left, out) in self.left.lines().chunks_exact(rows).zip(out.chunks_mut(WIDTH)) {
-                cover::<V>(out.len(), &mut GradientPanel { simd, left, right, out });
+                let cols = self.right.cols() - panel * WIDTH;
+                cover::<S, V>(out.len(), cols, &mut GradientPanel { simd, left, right, out });
             }
             sums[0] = sum(simd, right);
         }
@@ -238,14 +246,14 @@ struct GradientPanel<'a, S: Simd, const V: usize> {
 
 impl<S: Simd, const V: usize> Tiles for GradientPanel<'_, S, V> {
     #[inline(always)]
-    fn tile<const HEIGHT: usize>(&mut self, input: usize) {
-        let mut sums = [[self.simd.splat_f32s(0.0); V]; HEIGHT];
+    fn tile<const HEIGHT: usize, const U: usize>(&mut self, input: usize) {
+        let mut sums = [[self.simd.splat_f32s(0.0); U]; HEIGHT];
         for (left, right) in self.left.iter().zip(self.right) {
             for (sum, &left) in sums.iter_mut().zip(&left.0[input..input + HEIGHT]) {
                 add_product(self.simd, sum, left, right);
             }
         }
-        put(sums, &mut self.out[input..input + HEIGHT]);
+        store(self.simd, &sums, &mut self.out[input..input + HEIGHT]);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::panels::{Line, WIDTH};
+use super::panels::{Line, Panels, WIDTH};
 use crate::shape::Layer;
 
 /// Values in a square block.
@@ -10,9 +10,8 @@ const SQUARE: usize = WIDTH * WIDTH;
 
 /// Writes the map from a layer's outputs to its inputs, which starts from zero, given the layer's own; only the panels of
 /// inputs from `first` on.
-pub(super) fn transpose(layer: &Layer, map: &[Line], first: usize, out: &mut Vec<Line>) {
-    let panels = layer.input.div_ceil(WIDTH) - first;
-    out.resize(panels * (layer.output + 1), Line::default());
+pub(super) fn transpose(layer: &Layer, map: &[Line], first: usize, out: &mut Panels) {
+    let out = out.reshape(layer.output + 1, layer.input - first * WIDTH);
     Arch::new().dispatch(Transpose { layer, map, first, out });
 }
 
@@ -78,7 +77,6 @@ mod tests {
     use copq::{EnvSpec, Networks};
 
     use super::super::layout::Layout;
-    use super::super::panels::Panels;
     use super::*;
     use crate::shape::Shape;
 
@@ -100,13 +98,14 @@ mod tests {
         let map = Layout::new(shape.clone()).pack(&flat);
         for first in 0..3 {
             let inputs = layer.input - first * WIDTH;
-            let mut out = vec![Line([9.0; WIDTH]); 2];
+            let mut out = Panels::default();
+            out.reshape(50, 50).fill(Line([9.0; WIDTH]));
             transpose(layer, &map, first, &mut out);
             let mut wanted = Panels::default();
             let columns = (0..layer.output).flat_map(|o| flat[o * layer.input + first * WIDTH..][..inputs].to_vec());
             let dense: Vec<f32> = columns.chain(vec![0.0; inputs]).collect();
             wanted.set(layer.output + 1, &[&dense]);
-            assert_eq!(out, wanted.lines(), "from panel {first} on");
+            assert_eq!(out.lines(), wanted.lines(), "from panel {first} on");
         }
     }
 }
