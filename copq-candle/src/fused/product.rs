@@ -342,6 +342,33 @@ mod tests {
         }
     }
 
+    /// A forward pass and a gradient by one kind of vectors.
+    fn both<S: Simd>(simd: S, left: &Panels, map: &Panels, right: &Panels) -> [Vec<f32>; 2] {
+        let (mut out, mut grad) = (Panels::default(), Panels::default());
+        let (rows, cols, finish) = (left.rows(), map.cols(), Finish::Relu);
+        simd.vectorize(ByLanes(Affine { left, map: map.lines(), cols, finish, out: out.reshape(rows, cols) }));
+        simd.vectorize(ByLanes(Gradient { left, right, out: grad.reshape(left.cols() + 1, right.cols()) }));
+        [dense(&out), dense(&grad)]
+    }
+
+    #[test]
+    fn vectors_of_any_width_give_the_same_bits() {
+        let mut rng = Rng::with_stream(2, 0);
+        for (rows, inputs, cols) in SHAPES {
+            let left = panels(rows, &values(rows * inputs, &mut rng));
+            let map = panels(inputs + 1, &values((inputs + 1) * cols, &mut rng));
+            let right = panels(rows, &values(rows * cols, &mut rng));
+            let scalars = both(pulp::Scalar, &left, &map, &right);
+            assert_eq!(both(pulp::Scalar128b, &left, &map, &right), scalars);
+            assert_eq!(both(pulp::Scalar256b, &left, &map, &right), scalars);
+            assert_eq!(both(pulp::Scalar512b, &left, &map, &right), scalars);
+            let (mut out, mut grad) = (Panels::default(), Panels::default());
+            affine(&left, map.lines(), cols, Finish::Relu, &mut out);
+            gradient(&left, &right, grad.reshape(inputs + 1, cols));
+            assert_eq!([dense(&out), dense(&grad)], scalars);
+        }
+    }
+
     #[test]
     fn relu_is_pytorchs_at_zero_and_at_nan() {
         let (left, map) = (panels(4, &[-1.0, 0.0, f32::NAN, 2.0]), panels(2, &[1.0, 0.0]));
