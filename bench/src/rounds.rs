@@ -68,6 +68,5 @@ pub fn ratio(times: &[Time], to: &[Time], part: fn(&Time) -> f64) -> String {
 }
 
 fn format(values: impl Iterator<Item = f64>) -> String {
-    let [low, median, high] = spread(&mut values.collect::<Vec<_>>());
-    format!("{median:.2} ({low:.2}-{high:.2})")
+    crate::text(spread(&mut values.collect::<Vec<_>>()))
 }

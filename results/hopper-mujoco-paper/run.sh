@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# TD3 on MuJoCo's hopper as in the paper (preset Paper), under three projections; five hours of two cores' work without AVX-512.
+# TD3 on MuJoCo's hopper as in the paper (preset Paper), under three projections; about three hours on two cores without AVX-512.
 #   scripts/fetch-mujoco.sh && cargo build --release --features copq-examples/mujoco --example td3
 #   results/hopper-mujoco-paper/run.sh && results/hopper-mujoco-paper/plot.sh
 set -euo pipefail
