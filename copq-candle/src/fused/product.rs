@@ -169,6 +169,7 @@ impl<S: Simd, const V: usize> Tiles for AffinePanel<'_, S, V> {
         let (whole, rest) = map.as_chunks::<WIDTH>();
         let mut panels = self.left.lines().chunks_exact(self.left.rows());
         let mut sums: [[S::f32s; U]; HEIGHT] = [std::array::from_fn(|v| start[0][v]); HEIGHT];
+        // Whole panels have a loop of their own: of known length, it is unrolled and checks no bounds.
         for (map, left) in whole.iter().zip(&mut panels) {
             let left = &left[row..row + HEIGHT];
             for (column, line) in map.iter().enumerate() {
