@@ -50,8 +50,8 @@ fn main() -> anyhow::Result<()> {
     let mut rng = Rng::new(plan.run.seed, Stream::Init);
     let critic = copq_candle::critic(&spec, CRITICS, &config.networks, &mut rng)?.threads(plan.threads)?;
     let actor: Box<dyn Actor> = match config.entropy {
-        None => Box::new(copq_candle::actor(&spec, &config.networks, &mut rng)?),
-        Some(_) => Box::new(copq_candle::gaussian_actor(&spec, &config.networks, &mut rng)?),
+        None => Box::new(copq_candle::actor(&spec, &config.networks, &mut rng)?.threads(plan.threads)?),
+        Some(_) => Box::new(copq_candle::gaussian_actor(&spec, &config.networks, &mut rng)?.threads(plan.threads)?),
     };
 
     // The learner: its targets take the smaller of two random critics, its actor the mean of all ten, and all ten

@@ -79,7 +79,7 @@ fn main() -> anyhow::Result<()> {
     // The world, whose first objective is a cost with a limit, and a stochastic actor.
     let env = make_env(&plan)?;
     let (spec, seed, mut rng) = (env.spec().clone(), plan.run.seed, Rng::new(plan.run.seed, Stream::Init));
-    let actor = Box::new(copq_candle::gaussian_actor(&spec, &config.networks, &mut rng)?);
+    let actor = Box::new(copq_candle::gaussian_actor(&spec, &config.networks, &mut rng)?.threads(plan.threads)?);
 
     // The critics: scalar ones for cost and for reward, or some that value both together.
     let (networks, threads, together) = (&config.networks, plan.threads, projection.critics(spec.objectives.len()));

@@ -52,7 +52,7 @@ fn main() -> anyhow::Result<()> {
     } else {
         Box::new(copq_candle::critic(&spec, critics, &config.networks, &mut rng)?.threads(plan.threads)?)
     };
-    let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?;
+    let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?.threads(plan.threads)?;
 
     // The learner. Swapping the projection is this one line.
     let learner = Learner::new(config.clone(), &spec, critic, Box::new(actor), plan.run.seed)?;

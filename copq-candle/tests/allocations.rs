@@ -19,10 +19,9 @@ fn warm_updates() {
         let mut update = || {
             actor.sample(Net::Target, &obs, &[], &mut next, &mut []).unwrap();
             critic.values(Net::Target, &obs, &next, &mut q).unwrap();
-            critic.fit(&obs, &act, &mut given(&dq)).unwrap();
+            critic.fit(&obs, &act, &mut given(&dq), 0.005).unwrap();
             critic.action_grad(&obs, &next, &mut given(&dq), &mut gradient).unwrap();
             actor.improve(&obs, &[], &mut given_action(&gradient)).unwrap();
-            critic.track(0.005).unwrap();
             actor.track(0.005).unwrap();
         };
         update();

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Case, fit, given, improve, init, normals, saved};
+use common::{Case, fit, given, given_action, improve, init, normals, saved};
 use copq::{Actor, Critic, Error, State};
 
 fn case() -> Case {
@@ -15,7 +15,6 @@ fn train(critic: &mut dyn Critic, actor: &mut dyn Actor, from: u64, to: u64) {
     for i in from..to {
         fit(critic, &case.obs(i), &case.act(i), &normals(90 + i, case.rows * case.objectives));
         improve(actor, critic, &case.obs(i));
-        critic.track(0.1).unwrap();
         actor.track(0.1).unwrap();
     }
 }
@@ -70,18 +69,24 @@ fn a_checkpoint_crosses_between_the_implementations_unchanged() {
 
 #[test]
 fn more_threads_change_no_bit() {
-    let wide = Case { critics: 5, hidden: vec![64, 64], rows: 257, ..case() };
+    // A product of the second hidden layer is large enough to be shared.
+    let wide = Case { critics: 5, hidden: vec![64, 144], rows: 257, ..case() };
     let run = |threads| {
         let mut critic = copq_candle::critic(&wide.spec(), 5, &wide.networks(), &mut init(1)).unwrap();
         critic = critic.threads(threads).unwrap();
+        let actor = copq_candle::actor(&wide.spec(), &wide.networks(), &mut init(1)).unwrap();
+        let mut actor = actor.threads(threads).unwrap();
+        let gaussian = copq_candle::gaussian_actor(&wide.spec(), &wide.networks(), &mut init(1)).unwrap();
+        let mut gaussian = gaussian.threads(threads).unwrap();
         let mut gradient = vec![0.0; wide.rows * wide.action];
         for i in 0..5 {
             fit(&mut critic, &wide.obs(i), &wide.act(i), &normals(i, wide.rows * wide.objectives));
             let dq = vec![-0.1; wide.q_len()];
             critic.action_grad(&wide.obs(i), &wide.act(i), &mut given(&dq), &mut gradient).unwrap();
-            critic.track(0.1).unwrap();
+            improve(&mut actor, &mut critic, &wide.obs(i));
+            gaussian.improve(&wide.obs(i), &wide.noise(i), &mut given_action(&gradient)).unwrap();
         }
-        (saved(&critic as &dyn Critic), gradient)
+        (saved(&critic as &dyn Critic), saved(&actor as &dyn Actor), saved(&gaussian as &dyn Actor), gradient)
     };
     let one = run(1);
     assert_eq!(one, run(2));
@@ -93,7 +98,7 @@ fn a_gradient_that_fails_changes_nothing() {
     for mut critic in case().critics(1) {
         let before = saved(critic.as_ref());
         let refuse = &mut |_: copq::QView<'_>, _: &mut [f32]| Err(Error::invalid("loss", "a number", "NaN"));
-        assert!(critic.fit(&case().obs(1), &case().act(1), refuse).is_err());
+        assert!(critic.fit(&case().obs(1), &case().act(1), refuse, 0.1).is_err());
         assert_eq!(saved(critic.as_ref()), before);
     }
 }

@@ -32,11 +32,11 @@ fn critics_check_every_slice() {
         }
         let error = critic.values_of(Net::Target, &[1], &obs, &act, &mut q[..20]);
         assert_says(error, &["critic values", "values, got"]);
-        assert_says(critic.fit(short, &act, nothing), &["observations", "41"]);
-        assert_says(critic.fit(&obs, &act[1..], nothing), &["actions", "13"]);
+        assert_says(critic.fit(short, &act, nothing, 0.0), &["observations", "41"]);
+        assert_says(critic.fit(&obs, &act[1..], nothing, 0.0), &["actions", "13"]);
         assert_says(critic.action_grad(&obs, &act, nothing, &mut [0.0; 3]), &["action gradients", "14 values", "3"]);
         for tau in [-0.1, 1.5, f32::NAN] {
-            assert_says(critic.track(tau), &["tau", "[0, 1]", &tau.to_string()]);
+            assert_says(critic.fit(&obs, &act, nothing, tau), &["tau", "[0, 1]", &tau.to_string()]);
         }
     }
 }
@@ -67,6 +67,8 @@ fn settings_are_checked() {
     assert_says(critic(0, &good), &["critics", "at least 1", "0"]);
     assert_says(critic(2, &Networks { hidden: vec![], ..good.clone() }), &["networks.hidden"]);
     assert_says(critic(2, &good).unwrap().threads(0), &["threads", "at least 1", "0"]);
+    let actor = copq_candle::actor(&spec, &good, &mut init(1)).unwrap();
+    assert_says(actor.threads(0), &["threads", "at least 1", "0"]);
     let spec = copq::EnvSpec { observation: 0, ..spec.clone() };
     assert_says(copq_candle::actor(&spec, &good, &mut init(1)), &["observation"]);
 }

@@ -71,7 +71,7 @@ fn single_gradients() {
         let gradient = |critic: &mut dyn Critic| {
             let mut out = vec![0.0; case.rows * case.action];
             critic.action_grad(&case.obs(2), &case.act(2), &mut given(&dq), &mut out).unwrap();
-            critic.fit(&case.obs(2), &case.act(2), &mut given(&dq)).unwrap();
+            critic.fit(&case.obs(2), &case.act(2), &mut given(&dq), 0.1).unwrap();
             (out, part(&saved(critic), "adam_m"))
         };
         let [mut fused, mut plain] = case.critics(2);
@@ -99,7 +99,6 @@ fn ten_updates() {
                 let target = normals(50 + i, case.rows * case.objectives);
                 fit(critic.as_mut(), &case.obs(i), &case.act(i), &target);
                 improve(actor.as_mut(), critic.as_mut(), &case.obs(i));
-                critic.track(0.1).unwrap();
                 actor.track(0.1).unwrap();
             }
         }

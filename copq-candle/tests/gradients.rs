@@ -30,7 +30,7 @@ fn critics_parameters() {
         let (obs, act, dq) = (case.obs(1), case.act(1), normals(2, case.q_len()));
         for mut critic in case.critics(8) {
             let before = saved(critic.as_ref());
-            critic.fit(&obs, &act, &mut given(&dq)).unwrap();
+            critic.fit(&obs, &act, &mut given(&dq), 0.0).unwrap();
             let after = saved(critic.as_ref());
             for (k, dq) in dq.chunks_exact(case.rows * case.objectives).enumerate() {
                 let name = format!("critic.{k}");

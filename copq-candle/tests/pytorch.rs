@@ -109,7 +109,8 @@ fn follow(
         }
         Ok(())
     };
-    critic.fit(&obs, &action, fit).unwrap();
+    let tau = reference.number("tau") as f32;
+    critic.fit(&obs, &action, fit, tau).unwrap();
     close("losses", &losses);
 
     if let Some(wanted) = update["actor_loss"].as_f64() {
@@ -125,8 +126,6 @@ fn follow(
         assert_close(&format!("update {i}: actor's loss"), &[loss], &[wanted as f32], 1e-4);
     }
 
-    let tau = reference.number("tau") as f32;
-    critic.track(tau).unwrap();
     actor.track(tau).unwrap();
     critic.values(Net::Online, &obs, &action, &mut q).unwrap();
     close("q_after", &q);

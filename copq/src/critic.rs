@@ -44,14 +44,12 @@ pub trait Critic: Send {
         Ok(())
     }
 
-    /// One optimiser step of the online critics: forward, `grad` fills dL/dq, backward, step.
-    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>) -> Result<()>;
+    /// One optimiser step of the online critics: forward, `grad` fills dL/dq, backward, step. Then the targets follow by
+    /// Polyak averaging, target <- (1 - tau) target + tau online: in the same call, so that both can be one pass.
+    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, tau: f32) -> Result<()>;
 
     /// dL/da at the online critics, which stay as they are: forward, `grad` fills dL/dq, backward to the actions.
     fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()>;
-
-    /// Polyak averaging: target <- (1 - tau) target + tau online.
-    fn track(&mut self, tau: f32) -> Result<()>;
 
     /// Writes parameters, targets and optimiser state.
     fn save(&self, state: &mut State) -> Result<()>;

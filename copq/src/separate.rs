@@ -78,16 +78,12 @@ impl Critic for Separate {
         Ok(())
     }
 
-    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>) -> Result<()> {
-        self.through(grad, |networks, grad| networks.fit(obs, act, grad))
+    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, tau: f32) -> Result<()> {
+        self.through(grad, |networks, grad| networks.fit(obs, act, grad, tau))
     }
 
     fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()> {
         self.through(grad, |networks, grad| networks.action_grad(obs, act, grad, out))
-    }
-
-    fn track(&mut self, tau: f32) -> Result<()> {
-        self.networks.track(tau)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {

@@ -14,7 +14,7 @@ fn trainer(seed: u64, threads: usize) -> Result<Trainer> {
     let env = copq_envs_rapier::make("a/hopper")?;
     let (spec, config, mut rng) = (env.spec().clone(), config(), Rng::new(seed, Stream::Init));
     let critic = copq_candle::critic(&spec, 4, &config.networks, &mut rng)?.threads(threads)?;
-    let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?;
+    let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?.threads(threads)?;
     Trainer::new(env, Box::new(Learner::new(config, &spec, Box::new(critic), Box::new(actor), seed)?), seed)
 }
 

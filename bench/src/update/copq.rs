@@ -33,7 +33,7 @@ impl Copq {
     pub fn projecting(workload: &Workload, projection: Box<dyn Projection>) -> Result<Self> {
         let (spec, networks, mut rng) = (workload.spec(), workload.networks(), Rng::new(0, Stream::Init));
         let critic = copq_candle::critic(&spec, workload.critics, &networks, &mut rng)?.threads(workload.threads)?;
-        let actor = copq_candle::actor(&spec, &networks, &mut rng)?;
+        let actor = copq_candle::actor(&spec, &networks, &mut rng)?.threads(workload.threads)?;
         Ok(Self::new(workload, Box::new(critic), Box::new(actor), projection))
     }
 
@@ -88,7 +88,7 @@ impl Copq {
     fn fit_critics(&mut self, batch: &Batch) -> Result<Vec<f32>> {
         let Self { critic, target, weights, .. } = self;
         let mut losses = vec![0.0; weights.len()];
-        critic.fit(&batch.obs, &batch.action, &mut |q, grad| {
+        let grad = &mut |q: QView<'_>, grad: &mut [f32]| {
             let scale = 1.0 / (q.critics() * q.rows()) as f32;
             for (q, grad) in q.values().chunks_exact(target.len()).zip(grad.chunks_exact_mut(target.len())) {
                 for (i, ((grad, q), y)) in grad.iter_mut().zip(q).zip(target.iter()).enumerate() {
@@ -97,7 +97,8 @@ impl Copq {
                 }
             }
             Ok(())
-        })?;
+        };
+        critic.fit(&batch.obs, &batch.action, grad, TAU)?;
         Ok(losses)
     }
 
@@ -119,7 +120,6 @@ impl Update for Copq {
         self.targets(batch)?;
         let critic = self.fit_critics(batch)?;
         let actor = number.is_multiple_of(self.actor_delay).then(|| self.improve_actor(batch)).transpose()?;
-        self.critic.track(TAU)?;
         self.actor.track(TAU)?;
         Ok(Losses { critic, actor })
     }

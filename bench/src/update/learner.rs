@@ -14,7 +14,7 @@ impl Full {
     pub fn new(workload: &Workload) -> Result<Self> {
         let (spec, networks, mut rng) = (workload.spec(), workload.networks(), Rng::new(0, Stream::Init));
         let critic = copq_candle::critic(&spec, workload.critics, &networks, &mut rng)?.threads(workload.threads)?;
-        let actor = copq_candle::actor(&spec, &networks, &mut rng)?;
+        let actor = copq_candle::actor(&spec, &networks, &mut rng)?.threads(workload.threads)?;
         let config = Config {
             batch: workload.rows,
             start_steps: 1,

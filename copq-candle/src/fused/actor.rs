@@ -24,6 +24,11 @@ impl Deterministic {
         Ok(Self { policy, output: Vec::new(), grad: Vec::new() })
     }
 
+    /// Spreads large products over this many threads (1 unless set). The results are the same, bit for bit.
+    pub fn threads(self, threads: usize) -> Result<Self> {
+        Ok(Self { policy: self.policy.threads(threads)?, ..self })
+    }
+
     /// Writes the online parameters to a safetensors file: `actor.layer.0.weight` (`output x input`) and so on.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
         self.policy.save_safetensors(path.as_ref())

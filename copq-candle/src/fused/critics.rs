@@ -49,7 +49,6 @@ impl Critics {
 
     /// Spreads the critics over this many threads (1 unless set). The results are the same, bit for bit.
     pub fn threads(mut self, threads: usize) -> Result<Self> {
-        check::positive("threads", threads)?;
         self.workers = Workers::new(threads)?;
         Ok(self)
     }
@@ -88,10 +87,18 @@ impl Critics {
     /// Online values of the gathered batch into `self.q`, and what `grad` makes of them into `self.grad`.
     fn forward(&mut self, rows: usize, grad: QGrad<'_>) -> Result<()> {
         let Self { networks, workers, input, .. } = self;
-        let len = networks.len() * rows * self.objectives;
+        let count = networks.len();
+        let len = count * rows * self.objectives;
         let (q, dq) = (room(&mut self.q, len), room(&mut self.grad, len));
-        workers.each(networks, q, |_, network, q, _| network.forward(input, q));
-        grad(QView::new(q, networks.len(), self.objectives)?, dq)
+        workers.each(
+            count,
+            |size| networks.chunks_mut(size),
+            q,
+            |_, network, q, workspace| {
+                network.forward(input, q, workspace);
+            },
+        );
+        grad(QView::new(q, count, self.objectives)?, dq)
     }
 }
 
@@ -108,27 +115,48 @@ impl Critic for Critics {
         let rows = self.gather(obs, act)?;
         check_len("critic values", q.len(), self.networks.len() * rows * self.objectives)?;
         let Self { networks, workers, input, .. } = self;
-        workers.each(networks, q, |_, network, q, workspace| network.values(net, input, q, workspace));
+        workers.each(
+            networks.len(),
+            |size| networks.chunks(size),
+            q,
+            |_, network, q, workspace| {
+                network.values(net, input, q, workspace);
+            },
+        );
         Ok(())
     }
 
     fn values_of(&mut self, net: Net, chosen: &[usize], obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
         let rows = self.gather(obs, act)?;
         check_chosen(chosen, self.networks.len())?;
-        let share = rows * self.objectives;
-        check_len("critic values", q.len(), chosen.len() * share)?;
-        for (q, &k) in q.chunks_exact_mut(share).zip(chosen) {
-            self.networks[k].values(net, &self.input, q, self.workers.workspace());
-        }
+        check_len("critic values", q.len(), chosen.len() * rows * self.objectives)?;
+        let Self { networks, workers, input, .. } = self;
+        workers.each(
+            chosen.len(),
+            |size| chosen.chunks(size),
+            q,
+            |_, &k, q, workspace| {
+                networks[k].values(net, input, q, workspace);
+            },
+        );
         Ok(())
     }
 
-    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>) -> Result<()> {
+    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, tau: f32) -> Result<()> {
+        check::tau(tau)?;
         let rows = self.gather(obs, act)?;
         self.forward(rows, grad)?;
         let Self { networks, workers, input, lr, .. } = self;
-        let dq = &mut self.grad[..networks.len() * rows * self.objectives];
-        workers.each(networks, dq, |_, network, dq, workspace| network.learn(input, dq, *lr, workspace));
+        let (count, lr) = (networks.len(), *lr);
+        let dq = &mut self.grad[..count * rows * self.objectives];
+        workers.each(
+            count,
+            |size| networks.chunks_mut(size),
+            dq,
+            |_, network, dq, workspace| {
+                network.learn(input, dq, lr, tau, workspace);
+            },
+        );
         Ok(())
     }
 
@@ -141,16 +169,15 @@ impl Critic for Critics {
         let dq = &self.grad[..networks.len() * share];
         // The values have been used: their buffer, or a larger one, takes each critic's share of the gradient.
         let parts = room(&mut self.q, networks.len() * out.len());
-        workers.each(networks, parts, |k, network, part, workspace| {
-            network.input_grad(rows, &dq[k * share..(k + 1) * share], *observation, part, workspace);
-        });
+        workers.each(
+            networks.len(),
+            |size| networks.chunks(size),
+            parts,
+            |k, network, part, workspace| {
+                network.input_grad(rows, &dq[k * share..(k + 1) * share], *observation, part, workspace);
+            },
+        );
         sum_parts(parts, out);
-        Ok(())
-    }
-
-    fn track(&mut self, tau: f32) -> Result<()> {
-        check::tau(tau)?;
-        self.networks.iter_mut().for_each(|network| network.track(tau));
         Ok(())
     }
 

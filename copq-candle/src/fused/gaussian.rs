@@ -38,6 +38,11 @@ impl Gaussian {
         })
     }
 
+    /// Spreads large products over this many threads (1 unless set). The results are the same, bit for bit.
+    pub fn threads(self, threads: usize) -> Result<Self> {
+        Ok(Self { policy: self.policy.threads(threads)?, ..self })
+    }
+
     /// Writes the online parameters to a safetensors file: `actor.layer.0.weight` (`output x input`) and so on; the last
     /// layer's outputs are the means, then the log stds.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {

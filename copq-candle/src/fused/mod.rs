@@ -2,8 +2,9 @@
 //!
 //! Bias and ReLU, forward and backward, happen to a product's results while they are still in registers; everything else
 //! is a few passes over memory. A warm update on one thread allocates nothing. One thread is the default;
-//! [`Critics::threads`] spreads the critics over more, and changes no bit of the result. Nor does the processor: each sum
-//! is taken in one order, by fused multiply-adds, whatever the width of its vectors.
+//! [`Critics::threads`] spreads the critics over more, [`Deterministic::threads`] and [`Gaussian::threads`] an actor's
+//! products, and they change no bit of the result. Nor does the processor: each sum is taken in one order, by fused
+//! multiply-adds, whatever the width of its vectors.
 
 mod actor;
 mod adam;
@@ -15,6 +16,7 @@ mod panels;
 mod passes;
 mod policy;
 mod product;
+mod threads;
 mod transpose;
 mod workers;
 mod workspace;

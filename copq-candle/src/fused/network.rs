@@ -5,6 +5,7 @@ use copq::{Net, Result, State};
 use super::layout::Layout;
 use super::panels::{Line, Panels};
 use super::product::{Finish, affine};
+use super::threads::Threads;
 use super::workspace::Workspace;
 use super::{adam, passes};
 use crate::learned::Learned;
@@ -48,17 +49,18 @@ impl Network {
             Net::Online => &self.learned.online,
             Net::Target => &self.learned.target,
         };
-        run(&self.layout, parameters, input, workspace.outputs(self.layout.maps().len()), out);
+        let (outputs, threads) = workspace.outputs(self.layout.maps().len());
+        run(&self.layout, parameters, input, outputs, out, threads);
     }
 
     /// Runs a batch through the online network, and remembers what a backward pass needs.
-    pub fn forward(&mut self, input: &Panels, out: &mut [f32]) {
-        run(&self.layout, &self.learned.online, input, &mut self.outputs, out);
+    pub fn forward(&mut self, input: &Panels, out: &mut [f32], workspace: &Workspace) {
+        run(&self.layout, &self.learned.online, input, &mut self.outputs, out, workspace.threads());
     }
 
-    /// After [`Network::forward`] on the same input: backward from dL/dout, each layer taking its optimiser step
-    /// as soon as it has its gradient.
-    pub fn learn(&mut self, input: &Panels, grad_out: &[f32], lr: f64, workspace: &mut Workspace) {
+    /// After [`Network::forward`] on the same input: backward from dL/dout, each layer taking its optimiser step, and its
+    /// target following by `tau`, as soon as it has its gradient.
+    pub fn learn(&mut self, input: &Panels, grad_out: &[f32], lr: f64, tau: f32, workspace: &mut Workspace) {
         let Self { layout, learned, outputs } = self;
         workspace.begin(input.rows(), grad_out);
         learned.steps += 1;
@@ -67,7 +69,7 @@ impl Network {
             if below.is_some() {
                 workspace.turn(layer, &learned.online[map.clone()], 0);
             }
-            adam::step(learned, map, workspace.gradient(below.unwrap_or(input)), lr);
+            adam::step(learned, map, workspace.gradient(below.unwrap_or(input)), lr, tau);
             if let Some(below) = below {
                 workspace.step_down(below);
             }
@@ -106,12 +108,19 @@ impl Network {
 }
 
 /// Runs a batch through layers whose `outputs` are then those of every layer, the hidden ones after ReLU.
-fn run(layout: &Layout, parameters: &[Line], input: &Panels, outputs: &mut [Panels], out: &mut [f32]) {
+fn run(
+    layout: &Layout,
+    parameters: &[Line],
+    input: &Panels,
+    outputs: &mut [Panels],
+    out: &mut [f32],
+    threads: &Threads,
+) {
     let last = outputs.len() - 1; // A layout has at least one layer.
     for (i, (layer, map)) in layout.maps().enumerate() {
         let (below, here) = outputs.split_at_mut(i);
         let finish = if i == last { Finish::Keep } else { Finish::Relu };
-        affine(below.last().unwrap_or(input), &parameters[map], layer.output, finish, &mut here[0]);
+        affine(below.last().unwrap_or(input), &parameters[map], layer.output, finish, &mut here[0], threads);
     }
     outputs[last].get(0, out);
 }

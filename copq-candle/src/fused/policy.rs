@@ -45,6 +45,12 @@ impl Policy {
         })
     }
 
+    /// Spreads every product over this many threads.
+    pub fn threads(mut self, threads: usize) -> Result<Self> {
+        self.workspace = Workspace::shared(threads)?;
+        Ok(self)
+    }
+
     /// The number of rows in a batch of observations.
     pub fn rows(&self, obs: &[f32]) -> Result<usize> {
         check::rows(obs, self.observation)
@@ -59,12 +65,12 @@ impl Policy {
     /// Runs a batch of observations through the online network, and remembers what a backward pass needs.
     pub fn forward(&mut self, obs: &[f32], rows: usize, out: &mut [f32]) {
         self.input.set(rows, &[obs]);
-        self.network.forward(&self.input, out);
+        self.network.forward(&self.input, out, &self.workspace);
     }
 
-    /// After [`Policy::forward`]: backward from dL/dout and one optimiser step.
+    /// After [`Policy::forward`]: backward from dL/dout and one optimiser step. The target stays: it may follow more often.
     pub fn learn(&mut self, grad_out: &[f32]) {
-        self.network.learn(&self.input, grad_out, self.lr, &mut self.workspace);
+        self.network.learn(&self.input, grad_out, self.lr, 0.0, &mut self.workspace);
     }
 
     pub fn track(&mut self, tau: f32) -> Result<()> {

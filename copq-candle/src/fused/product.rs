@@ -6,6 +6,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::panels::{Line, Panels, WIDTH};
+use super::threads::Threads;
 
 /// What becomes of a product's elements before they are stored.
 #[derive(Clone, Copy, Debug)]
@@ -18,25 +19,53 @@ pub(super) enum Finish<T> {
     Mask(T),
 }
 
+impl<T> Finish<T> {
+    fn map<U>(self, activation: impl FnOnce(T) -> U) -> Finish<U> {
+        match self {
+            Self::Keep => Finish::Keep,
+            Self::Relu => Finish::Relu,
+            Self::Mask(mask) => Finish::Mask(activation(mask)),
+        }
+    }
+}
+
 /// `out = finish(left * map + start)`. A map of `cols` columns is panels of `left.cols() + 1` lines, the last of which is
 /// what every row of the result starts from.
 ///
 /// # Panics
 /// If the shapes do not fit together, as in all of this module: layers are fixed and batches are checked before.
-pub(super) fn affine(left: &Panels, map: &[Line], cols: usize, finish: Finish<&Panels>, out: &mut Panels) {
-    assert_eq!(map.len(), cols.div_ceil(WIDTH) * (left.cols() + 1), "lines of a map");
+pub(super) fn affine(
+    left: &Panels,
+    map: &[Line],
+    cols: usize,
+    finish: Finish<&Panels>,
+    out: &mut Panels,
+    threads: &Threads,
+) {
+    let (rows, lines) = (left.rows(), left.cols() + 1);
+    assert_eq!(map.len(), cols.div_ceil(WIDTH) * lines, "lines of a map");
     if let Finish::Mask(activation) = finish {
-        assert_eq!((activation.rows(), activation.cols()), (left.rows(), cols), "shape of an activation");
+        assert_eq!((activation.rows(), activation.cols()), (rows, cols), "shape of an activation");
     }
-    Arch::new().dispatch(ByLanes(Affine { left, map, cols, finish, out: out.reshape(left.rows(), cols) }));
+    let share = threads.share(cols.div_ceil(WIDTH), rows * lines * cols);
+    let parts = map.chunks(share * lines).zip(out.reshape(rows, cols).chunks_mut(share * rows)).enumerate();
+    threads.each(parts, |(i, (map, out))| {
+        let finish = finish.map(|activation| &activation.lines()[i * share * rows..]);
+        Arch::new().dispatch(ByLanes(Affine { left, map, cols: cols - i * share * WIDTH, finish, out }));
+    });
 }
 
 /// `out = left^T right`, then the sums of `right`'s columns: the gradient of a map from inputs `left` and the gradient
 /// `right` of its outputs, laid out as the map is.
-pub(super) fn gradient(left: &Panels, right: &Panels, out: &mut [Line]) {
-    assert_eq!(left.rows(), right.rows(), "rows of a gradient");
-    assert_eq!(out.len(), right.cols().div_ceil(WIDTH) * (left.cols() + 1), "lines of a gradient");
-    Arch::new().dispatch(ByLanes(Gradient { left, right, out }));
+pub(super) fn gradient(left: &Panels, right: &Panels, out: &mut [Line], threads: &Threads) {
+    let (rows, lines, cols) = (left.rows(), left.cols() + 1, right.cols());
+    assert_eq!(right.rows(), rows, "rows of a gradient");
+    assert_eq!(out.len(), cols.div_ceil(WIDTH) * lines, "lines of a gradient");
+    let share = threads.share(cols.div_ceil(WIDTH), rows * lines * cols);
+    let parts = right.lines().chunks(share * rows).zip(out.chunks_mut(share * lines)).enumerate();
+    threads.each(parts, |(i, (right, out))| {
+        Arch::new().dispatch(ByLanes(Gradient { left, right, cols: cols - i * share * WIDTH, out }));
+    });
 }
 
 /// A computation on lines as vectors.
@@ -127,12 +156,12 @@ fn tile<const HEIGHT: usize, const U: usize>(first: usize, tiles: &mut impl Tile
     HEIGHT
 }
 
-/// See [`affine`].
+/// Some panels of [`affine`]'s result, and the columns from the first of them on.
 struct Affine<'a> {
     left: &'a Panels,
     map: &'a [Line],
     cols: usize,
-    finish: Finish<&'a Panels>,
+    finish: Finish<&'a [Line]>,
     out: &'a mut [Line],
 }
 
@@ -143,11 +172,7 @@ impl Kernel for Affine<'_> {
         let maps = vectors::<S, V>(self.map).chunks_exact(left.cols() + 1);
         let outs = vectors_mut::<S, V>(self.out).chunks_exact_mut(rows);
         for (panel, (map, out)) in maps.zip(outs).enumerate() {
-            let finish = match self.finish {
-                Finish::Keep => Finish::Keep,
-                Finish::Relu => Finish::Relu,
-                Finish::Mask(activation) => Finish::Mask(&vectors::<S, V>(activation.lines())[panel * rows..]),
-            };
+            let finish = self.finish.map(|activation| &vectors::<S, V>(activation)[panel * rows..]);
             cover::<S, V>(rows, self.cols - panel * WIDTH, &mut AffinePanel { simd, left, map, finish, out });
         }
     }
@@ -213,10 +238,11 @@ impl<S: Simd, const V: usize> AffinePanel<'_, S, V> {
     }
 }
 
-/// See [`gradient`].
+/// Some panels of [`gradient`]'s result, those of as many of `right`, and the columns from the first of them on.
 struct Gradient<'a> {
     left: &'a Panels,
-    right: &'a Panels,
+    right: &'a [Line],
+    cols: usize,
     out: &'a mut [Line],
 }
 
@@ -224,12 +250,12 @@ impl Kernel for Gradient<'_> {
     #[inline(always)]
     fn run<S: Simd, const V: usize>(self, simd: S) {
         let (rows, inputs) = (self.left.rows(), self.left.cols());
-        let rights = vectors::<S, V>(self.right.lines()).chunks_exact(rows);
+        let rights = vectors::<S, V>(self.right).chunks_exact(rows);
         let outs = vectors_mut::<S, V>(self.out).chunks_exact_mut(inputs + 1);
         for (panel, (right, out)) in rights.zip(outs).enumerate() {
             let (out, sums) = out.split_at_mut(inputs);
             for (left, out) in self.left.lines().chunks_exact(rows).zip(out.chunks_mut(WIDTH)) {
-                let cols = self.right.cols() - panel * WIDTH;
+                let cols = self.cols - panel * WIDTH;
                 cover::<S, V>(out.len(), cols, &mut GradientPanel { simd, left, right, out });
             }
             sums[0] = sum(simd, right);
@@ -317,11 +343,11 @@ mod tests {
             };
             let (left, map, activation) = (panels(rows, &left), panels(inputs + 1, &map), panels(rows, &activation));
             let mut out = Panels::default();
-            affine(&left, map.lines(), cols, Finish::Keep, &mut out);
+            affine(&left, map.lines(), cols, Finish::Keep, &mut out, &Threads::default());
             assert_eq!(dense(&out), wanted(|sum, _| sum));
-            affine(&left, map.lines(), cols, Finish::Relu, &mut out);
+            affine(&left, map.lines(), cols, Finish::Relu, &mut out, &Threads::default());
             assert_eq!(dense(&out), wanted(|sum, _| sum.max(0.0)));
-            affine(&left, map.lines(), cols, Finish::Mask(&activation), &mut out);
+            affine(&left, map.lines(), cols, Finish::Mask(&activation), &mut out, &Threads::default());
             assert_eq!(dense(&out), wanted(|sum, activation| if activation > 0.0 { sum } else { 0.0 }));
         }
     }
@@ -338,7 +364,7 @@ mod tests {
             };
             let wanted: Vec<_> = (0..(inputs + 1) * cols).map(element).collect();
             let mut out = Panels::default();
-            gradient(&panels(rows, &left), &panels(rows, &right), out.reshape(inputs + 1, cols));
+            gradient(&panels(rows, &left), &panels(rows, &right), out.reshape(inputs + 1, cols), &Threads::default());
             assert_eq!(dense(&out), wanted);
         }
     }
@@ -348,7 +374,8 @@ mod tests {
         let (mut out, mut grad) = (Panels::default(), Panels::default());
         let (rows, cols, finish) = (left.rows(), map.cols(), Finish::Relu);
         simd.vectorize(ByLanes(Affine { left, map: map.lines(), cols, finish, out: out.reshape(rows, cols) }));
-        simd.vectorize(ByLanes(Gradient { left, right, out: grad.reshape(left.cols() + 1, right.cols()) }));
+        let (lines, right, cols) = (grad.reshape(left.cols() + 1, right.cols()), right.lines(), right.cols());
+        simd.vectorize(ByLanes(Gradient { left, right, cols, out: lines }));
         [dense(&out), dense(&grad)]
     }
 
@@ -364,27 +391,55 @@ mod tests {
             assert_eq!(both(pulp::Scalar256b, &left, &map, &right), scalars);
             assert_eq!(both(pulp::Scalar512b, &left, &map, &right), scalars);
             let (mut out, mut grad) = (Panels::default(), Panels::default());
-            affine(&left, map.lines(), cols, Finish::Relu, &mut out);
-            gradient(&left, &right, grad.reshape(inputs + 1, cols));
+            affine(&left, map.lines(), cols, Finish::Relu, &mut out, &Threads::default());
+            gradient(&left, &right, grad.reshape(inputs + 1, cols), &Threads::default());
             assert_eq!([dense(&out), dense(&grad)], scalars);
         }
+    }
+
+    #[test]
+    fn threads_that_share_a_product_give_the_same_bits() {
+        let (rows, inputs, cols) = (257, 130, 74);
+        let mut rng = Rng::with_stream(3, 0);
+        let left = panels(rows, &values(rows * inputs, &mut rng));
+        let map = panels(inputs + 1, &values((inputs + 1) * cols, &mut rng));
+        let right = panels(rows, &values(rows * cols, &mut rng));
+        let run = |count| {
+            let threads = Threads::new(count).unwrap();
+            let shares = cols.div_ceil(WIDTH).div_ceil(threads.share(cols.div_ceil(WIDTH), rows * inputs * cols));
+            assert_eq!(shares, count, "the product is large enough to be shared");
+            let (mut out, mut grad) = (Panels::default(), Panels::default());
+            affine(&left, map.lines(), cols, Finish::Mask(&right), &mut out, &threads);
+            gradient(&left, &right, grad.reshape(inputs + 1, cols), &threads);
+            [dense(&out), dense(&grad)]
+        };
+        let one = run(1);
+        assert_eq!(run(2), one);
+        assert_eq!(run(3), one);
     }
 
     #[test]
     fn relu_is_pytorchs_at_zero_and_at_nan() {
         let (left, map) = (panels(4, &[-1.0, 0.0, f32::NAN, 2.0]), panels(2, &[1.0, 0.0]));
         let mut out = Panels::default();
-        affine(&left, map.lines(), 1, Finish::Relu, &mut out);
+        affine(&left, map.lines(), 1, Finish::Relu, &mut out, &Threads::default());
         let activation = dense(&out);
         assert!(activation[..2] == [0.0, 0.0] && activation[2].is_nan() && activation[3] == 2.0);
         let mut grad = Panels::default();
-        affine(&panels(4, &[1.0; 4]), map.lines(), 1, Finish::Mask(&out), &mut grad);
+        affine(&panels(4, &[1.0; 4]), map.lines(), 1, Finish::Mask(&out), &mut grad, &Threads::default());
         assert_eq!(dense(&grad), [0.0, 0.0, 0.0, 1.0]);
     }
 
     #[test]
     #[should_panic(expected = "lines of a map")]
     fn shapes_that_do_not_fit() {
-        affine(&panels(2, &[0.0; 6]), &[Line::default(); 3], 2, Finish::Keep, &mut Panels::default());
+        affine(
+            &panels(2, &[0.0; 6]),
+            &[Line::default(); 3],
+            2,
+            Finish::Keep,
+            &mut Panels::default(),
+            &Threads::default(),
+        );
     }
 }

@@ -1,14 +1,18 @@
 //! What a pass works on, for one network after another.
 
+use copq::Result;
+
 use super::panels::{Line, Panels, WIDTH};
 use super::product::{Finish, affine, gradient};
+use super::threads::Threads;
 use super::transpose::transpose;
 use crate::shape::Layer;
 
-/// Buffers that grow to the largest layer and batch and are then reused. A thread's networks share one, so that little of
-/// it leaves the cache.
+/// Buffers that grow to the largest layer and batch and are then reused, and the threads that share each product: one
+/// unless set. A thread's networks share a workspace, so that little of it leaves the cache.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workspace {
+    threads: Threads,
     /// Every layer's outputs, where no backward pass will follow.
     outputs: Vec<Panels>,
     /// dL/d(outputs of the present layer, before their ReLU).
@@ -22,12 +26,22 @@ pub(super) struct Workspace {
 }
 
 impl Workspace {
-    /// Buffers for the outputs of so many layers.
-    pub fn outputs(&mut self, layers: usize) -> &mut [Panels] {
+    /// An empty one for so many threads.
+    pub fn shared(threads: usize) -> Result<Self> {
+        Ok(Self { threads: Threads::new(threads)?, ..Self::default() })
+    }
+
+    /// The threads that share each product.
+    pub fn threads(&self) -> &Threads {
+        &self.threads
+    }
+
+    /// Buffers for the outputs of so many layers, and the threads to compute them.
+    pub fn outputs(&mut self, layers: usize) -> (&mut [Panels], &Threads) {
         if self.outputs.len() < layers {
             self.outputs.resize_with(layers, Panels::default);
         }
-        &mut self.outputs[..layers]
+        (&mut self.outputs[..layers], &self.threads)
     }
 
     /// Begins at a network's outputs with dL/doutputs.
@@ -37,7 +51,7 @@ impl Workspace {
 
     /// dL/dparameters of the present layer, laid out as they are, given its inputs.
     pub fn gradient(&mut self, input: &Panels) -> &[Line] {
-        gradient(input, &self.delta, self.grad.reshape(input.cols() + 1, self.delta.cols()));
+        gradient(input, &self.delta, self.grad.reshape(input.cols() + 1, self.delta.cols()), &self.threads);
         self.grad.lines()
     }
 
@@ -48,7 +62,8 @@ impl Workspace {
 
     /// After [`Workspace::turn`]: goes down to the layer that put out `activation`.
     pub fn step_down(&mut self, activation: &Panels) {
-        affine(&self.delta, self.transposed.lines(), activation.cols(), Finish::Mask(activation), &mut self.below);
+        let (map, finish) = (self.transposed.lines(), Finish::Mask(activation));
+        affine(&self.delta, map, activation.cols(), finish, &mut self.below, &self.threads);
         std::mem::swap(&mut self.delta, &mut self.below);
     }
 
@@ -56,7 +71,8 @@ impl Workspace {
     pub fn step_out(&mut self, layer: &Layer, map: &[Line], first: usize, out: &mut [f32]) {
         let panel = first / WIDTH;
         self.turn(layer, map, panel);
-        affine(&self.delta, self.transposed.lines(), layer.input - panel * WIDTH, Finish::Keep, &mut self.below);
+        let (map, cols) = (self.transposed.lines(), layer.input - panel * WIDTH);
+        affine(&self.delta, map, cols, Finish::Keep, &mut self.below, &self.threads);
         self.below.get(first % WIDTH, out);
     }
 }

@@ -104,11 +104,13 @@ impl Critic for Critics {
         Ok(())
     }
 
-    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>) -> Result<()> {
+    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, tau: f32) -> Result<()> {
+        check::tau(tau)?;
         let (obs, act) = self.tensors(obs, act)?;
         let q = self.forward(Net::Online, &obs, &act).map_err(failed)?;
         let grads = self.loss(&q, grad)?.backward().map_err(failed)?;
-        self.networks.iter_mut().try_for_each(|network| network.step(&grads, self.lr)).map_err(failed)
+        let mut networks = self.networks.iter_mut();
+        networks.try_for_each(|network| network.step(&grads, self.lr).and_then(|()| network.track(tau))).map_err(failed)
     }
 
     fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()> {
@@ -122,11 +124,6 @@ impl Critic for Critics {
             None => out.fill(0.0),
         }
         Ok(())
-    }
-
-    fn track(&mut self, tau: f32) -> Result<()> {
-        check::tau(tau)?;
-        self.networks.iter_mut().try_for_each(|network| network.track(tau)).map_err(failed)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {

@@ -153,7 +153,7 @@ pub fn given_action(da: &[f32]) -> impl FnMut(Sample<'_>, SampleGrad<'_>) -> Res
     }
 }
 
-/// One squared-error step of critics towards `target` (`rows x objectives`).
+/// One squared-error step of critics towards `target` (`rows x objectives`), a tenth of which their targets follow.
 pub fn fit(critic: &mut dyn Critic, obs: &[f32], act: &[f32], target: &[f32]) {
     let grad = &mut |q: QView<'_>, grad: &mut [f32]| {
         let scale = 2.0 / (q.critics() * q.rows()) as f32;
@@ -161,7 +161,7 @@ pub fn fit(critic: &mut dyn Critic, obs: &[f32], act: &[f32], target: &[f32]) {
         grad.iter_mut().zip(q.values()).zip(targets).for_each(|((g, q), y)| *g = scale * (q - y));
         Ok(())
     };
-    critic.fit(obs, act, grad).unwrap();
+    critic.fit(obs, act, grad, 0.1).unwrap();
 }
 
 /// One step of an actor that raises the critics' mean, as TD3 does.

@@ -6,11 +6,12 @@ use crate::loss::{finite, finite_losses, squared_error_grad, squared_errors};
 use crate::{Bound, Net, Observer, QView, Result};
 
 impl Learner {
-    /// One step of all critics on the same targets, the objectives' losses weighted by FAMO.
-    pub(super) fn fit_critics(&mut self, log: &mut dyn Observer) -> Result<()> {
+    /// One step of all critics on the same targets, the objectives' losses weighted by FAMO, and `tau` of the way to
+    /// them for the target critics.
+    pub(super) fn fit_critics(&mut self, tau: f32, log: &mut dyn Observer) -> Result<()> {
         let Self { critic, famo, projection, multiplier, batch, config, objectives, names, steps, .. } = self;
         let Work { scratch, target, losses, loss_weights, bound, mean, .. } = &mut self.work;
-        critic.fit(&batch.obs, &batch.action, &mut |q, grad| {
+        let grad = &mut |q: QView<'_>, grad: &mut [f32]| {
             squared_errors(q, target, losses);
             finite_losses(losses, objectives, *steps)?;
             match famo {
@@ -21,7 +22,8 @@ impl Learner {
             names.log_values(log, *steps, q);
             let lower = Bound { q, weights: multiplier.weights(), step: -config.pessimism as f32 };
             projection.project(lower, scratch, bound)
-        })?;
+        };
+        critic.fit(&batch.obs, &batch.action, grad, tau)?;
         column_means(bound, mean);
         log_each(log, *steps, &names.bound, mean);
         log_each(log, *steps, &names.loss, losses);

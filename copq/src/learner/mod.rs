@@ -57,20 +57,21 @@ impl fmt::Debug for Learner {
 impl Learner {
     /// One update on one batch: the whole algorithm, in order.
     fn update_once(&mut self, log: &mut dyn Observer) -> Result<()> {
+        self.updates += 1;
+        let tracking = self.updates.is_multiple_of(self.config.target_period);
+        let tau = if tracking { self.config.tau as f32 } else { 0.0 };
         self.replay.sample(self.config.batch, &mut self.streams.batch, &mut self.batch)?;
         self.next_actions()?;
         self.targets(log)?;
-        self.fit_critics(log)?;
-        self.updates += 1;
+        self.fit_critics(tau, log)?;
         if self.updates.is_multiple_of(self.config.actor_delay) {
             self.estimate_costs()?;
             self.improve_actor(log)?;
             self.multiplier.log(self.steps, log);
             self.multiplier.update();
         }
-        if self.updates.is_multiple_of(self.config.target_period) {
-            self.critic.track(self.config.tau as f32)?;
-            self.actor.track(self.config.tau as f32)?;
+        if tracking {
+            self.actor.track(tau)?;
         }
         Ok(())
     }

@@ -236,7 +236,7 @@ impl Critic for LinearCritics {
         Ok(())
     }
 
-    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>) -> Result<()> {
+    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, tau: f32) -> Result<()> {
         self.values_and_grad(obs, act, grad)?;
         self.grad.fill(0.0);
         let rows = obs.len();
@@ -251,6 +251,7 @@ impl Critic for LinearCritics {
             }
         }
         self.adam.step(self.lr, &mut self.online, &self.grad);
+        track(&mut self.target, &self.online, tau);
         Ok(())
     }
 
@@ -267,11 +268,6 @@ impl Critic for LinearCritics {
                 }
             }
         }
-        Ok(())
-    }
-
-    fn track(&mut self, tau: f32) -> Result<()> {
-        track(&mut self.target, &self.online, tau);
         Ok(())
     }
 
