@@ -10,7 +10,7 @@ again by itself; after a part of updates, the chart of all is drawn.
 
 The peers get a private environment in third_party/bench-peers (git-ignored; the first time it downloads several
 gigabytes, for PyPI's PyTorch brings CUDA along). Every program must report the same losses before it is timed. Needs
-Linux, Rust, a C and a C++ compiler, python3 with venv, crates.io and PyPI.
+Linux, Rust, a C and a C++ compiler, python3 with venv, crates.io and PyPI; the part `instructions` needs Valgrind.
 
 torch.compile builds C++ at its first call, before anything is timed, and keeps it in third_party/bench-peers/compiled. On a
 busy machine that may take longer than an answer is waited for (10 minutes): `--skip compiled` leaves it out.
@@ -19,14 +19,16 @@ busy machine that may take longer than an answer is waited for (10 minutes): `--
 import argparse
 import os
 import platform
+import re
 import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
 from servers import VENV, Failure, Server, check, interleave, peaks
-from tables import steps_table, updates_table, write_csv
+from tables import instructions_table, steps_table, updates_table, write_csv
 
 BENCH = Path(__file__).resolve().parent
 ROOT = BENCH.parent
@@ -34,7 +36,7 @@ RESULTS = BENCH / "results"
 # A multiple of every workload's actor delay, and the number of batches.
 UPDATES = 20
 WORKLOADS = {"walker2d": 2, "humanoid": 2, "redq": 20}  # and their actor delays
-PARTS = [*WORKLOADS, "steps", "projections", "scaling"]
+PARTS = [*WORKLOADS, "steps", "projections", "scaling", "instructions"]
 # Programs and what they are called: who serves each, in the order of the tables.
 PROGRAMS = {
     "products": "copq",
@@ -67,6 +69,8 @@ LABELS = {
     "sbx": "SBX TD3 (JAX)",
     "sb3": "Stable-Baselines3 TD3 (PyTorch)",
 }
+# Programs whose instructions are counted.
+COUNTED = ["products", "copq", "learner", "plain", "autograd"]
 
 
 def environment():
@@ -165,9 +169,31 @@ def ours_alone(part, args):
     return "".join(lines)
 
 
+def instructions(args):
+    """The table of what an update of walker2d executes: these numbers hardly depend on what else the machine does."""
+    counts = {}
+    for name in COUNTED:
+        print(f"instructions of {name}", file=sys.stderr)
+        whole = [executed(args.programs / "update", name, updates) for updates in (2, 4, 6)]
+        counts[name] = [(after - before) / 2 for before, after in zip(whole, whole[1:])]
+    return "Valgrind's counts, one thread, of the third and fourth update (one of them moves the actor) and of the next two, a mean each.\n\n" + instructions_table(LABELS, counts)
+
+
+def executed(program, name, updates):
+    """Instructions from start to end of a process that does so many updates."""
+    command = [program, "--only", "--updates", str(updates), name]
+    valgrind = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"]
+    done = subprocess.run([*valgrind, *command], capture_output=True, text=True)
+    collected = re.search(r"Collected : (\d+)", done.stderr)
+    if done.returncode or not collected:
+        raise Failure(f"{name} under Valgrind: {done.stderr[-500:]}")
+    return int(collected[1])
+
+
 def run(part, args):
     before = os.getloadavg()[0]
-    table = updates(part, args) if part in WORKLOADS else steps(args) if part == "steps" else ours_alone(part, args)
+    measured = {**dict.fromkeys(WORKLOADS, partial(updates, part)), "steps": steps, "instructions": instructions}
+    table = measured.get(part, partial(ours_alone, part))(args)
     load = f"load {before:.1f} before, {os.getloadavg()[0]:.1f} after"
     head = f"{machine(args.python)}; {load}. Medians (smallest-largest), ratios of neighbouring rounds; "
     (RESULTS / f"{part}.md").write_text(head + table)

@@ -34,6 +34,14 @@ def steps_table(labels, times, shares):
     return "\n".join(lines) + "\n"
 
 
+def instructions_table(labels, counts):
+    lines = ["| program | million instructions an update | to copq |", "|---|--:|--:|"]
+    for name, parts in counts.items():
+        millions = " and ".join(f"{part / 1e6:.2f}" for part in parts)
+        lines.append(f"| {labels[name]} | {millions} | {sum(parts) / sum(counts['copq']):.2f} |")
+    return "\n".join(lines) + "\n"
+
+
 def text(values, digits=2):
     """`median (smallest-largest)`"""
     values = list(values)

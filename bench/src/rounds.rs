@@ -30,14 +30,20 @@ impl Running {
         Self { update, batches: workload.batches(), done: 0 }
     }
 
-    /// Does more updates; the mean time of one.
-    pub fn time(&mut self, updates: usize) -> Result<Time> {
-        let (start, cpu) = (Instant::now(), process_time());
+    /// Does more updates.
+    pub fn run(&mut self, updates: usize) -> Result<()> {
         for _ in 0..updates {
             let batch = &self.batches[self.done % self.batches.len()];
             self.done += 1;
             self.update.update(self.done, batch)?;
         }
+        Ok(())
+    }
+
+    /// Does more updates; the mean time of one.
+    pub fn time(&mut self, updates: usize) -> Result<Time> {
+        let (start, cpu) = (Instant::now(), process_time());
+        self.run(updates)?;
         let scale = 1e-6 / updates as f64;
         Ok(Time { wall: start.elapsed().as_nanos() as f64 * scale, cpu: (process_time() - cpu) * scale })
     }

@@ -91,17 +91,21 @@ fn single_gradients() {
 }
 
 #[test]
-fn ten_updates() {
+fn a_hundred_updates() {
     for case in Case::all() {
         let ([mut fused, mut plain], [mut fused_actor, mut plain_actor]) = (case.critics(4), case.actors(5));
-        for (critic, actor) in [(&mut fused, &mut fused_actor), (&mut plain, &mut plain_actor)] {
-            for i in 0..10 {
-                let target = normals(50 + i, case.rows * case.objectives);
-                fit(critic.as_mut(), &case.obs(i), &case.act(i), &target);
-                improve(actor.as_mut(), critic.as_mut(), &case.obs(i));
-                actor.track(0.1).unwrap();
-            }
-        }
+        let [losses, wanted] =
+            [(&mut fused, &mut fused_actor), (&mut plain, &mut plain_actor)].map(|(critic, actor)| {
+                let update = |i| {
+                    let target = normals(50 + i, case.rows * case.objectives);
+                    let loss = fit(critic.as_mut(), &case.obs(i), &case.act(i), &target);
+                    improve(actor.as_mut(), critic.as_mut(), &case.obs(i));
+                    actor.track(0.1).unwrap();
+                    loss
+                };
+                (0..100).map(update).collect::<Vec<_>>()
+            });
+        assert_close(&format!("losses of {case:?}"), &losses, &wanted, 1e-4);
         for net in [Net::Online, Net::Target] {
             let [q, wanted] = [values(fused.as_mut(), net, &case, 7), values(plain.as_mut(), net, &case, 7)];
             assert_close(&format!("q of {case:?}"), &q, &wanted, 1e-4);

@@ -36,6 +36,10 @@ struct Cli {
     /// What to time, the first against the second and so on; copq, products, learner, plain and autograd by default.
     names: Vec<String>,
 
+    /// Do --updates and no more, without a look at any clock: for what counts instructions.
+    #[arg(long)]
+    only: bool,
+
     /// Answer questions on standard input.
     #[arg(long)]
     serve: bool,
@@ -56,15 +60,22 @@ fn main() -> Result<()> {
     match &cli.write {
         Some(folder) => workload.write(folder),
         None if cli.serve => serve(&workload),
+        None if cli.only => names(&cli).iter().try_for_each(|name| running(name, &workload)?.run(cli.updates)),
         None => table(&cli, &workload),
     }
 }
 
+fn names(cli: &Cli) -> Vec<&str> {
+    if cli.names.is_empty() { NAMES.to_vec() } else { cli.names.iter().map(String::as_str).collect() }
+}
+
+fn running(name: &str, workload: &Workload) -> Result<Running> {
+    Ok(Running::new(make(name, workload)?, workload))
+}
+
 fn table(cli: &Cli, workload: &Workload) -> Result<()> {
-    let names: Vec<&str> =
-        if cli.names.is_empty() { NAMES.to_vec() } else { cli.names.iter().map(String::as_str).collect() };
-    let mut running =
-        names.iter().map(|name| Ok(Running::new(make(name, workload)?, workload))).collect::<Result<Vec<_>>>()?;
+    let names = names(cli);
+    let mut running = names.iter().map(|name| running(name, workload)).collect::<Result<Vec<_>>>()?;
     let times = interleave(&mut running, cli.rounds, cli.updates)?;
     println!("{workload:?}");
     println!("ms an update, median (smallest-largest) of {} rounds of {} updates", cli.rounds, cli.updates);
@@ -86,7 +97,7 @@ fn serve(workload: &Workload) -> Result<()> {
             "check" => println!("{}", losses(name, updates.parse()?, workload)?),
             "time" => {
                 if !running.contains_key(name) {
-                    running.insert(name.to_owned(), Running::new(make(name, workload)?, workload));
+                    running.insert(name.to_owned(), self::running(name, workload)?);
                 }
                 let time = running.get_mut(name).map(|running| running.time(updates.parse()?));
                 let Some(time) = time.transpose()? else { bail!("{name} is not running") };

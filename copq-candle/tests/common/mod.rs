@@ -153,15 +153,21 @@ pub fn given_action(da: &[f32]) -> impl FnMut(Sample<'_>, SampleGrad<'_>) -> Res
     }
 }
 
-/// One squared-error step of critics towards `target` (`rows x objectives`), a tenth of which their targets follow.
-pub fn fit(critic: &mut dyn Critic, obs: &[f32], act: &[f32], target: &[f32]) {
+/// One squared-error step of critics towards `target` (`rows x objectives`), a tenth of which their targets follow; the
+/// loss before it.
+pub fn fit(critic: &mut dyn Critic, obs: &[f32], act: &[f32], target: &[f32]) -> f32 {
+    let mut loss = 0.0;
     let grad = &mut |q: QView<'_>, grad: &mut [f32]| {
         let scale = 2.0 / (q.critics() * q.rows()) as f32;
         let targets = target.iter().cycle();
-        grad.iter_mut().zip(q.values()).zip(targets).for_each(|((g, q), y)| *g = scale * (q - y));
+        for ((g, q), y) in grad.iter_mut().zip(q.values()).zip(targets) {
+            *g = scale * (q - y);
+            loss += *g * (q - y) / 2.0;
+        }
         Ok(())
     };
     critic.fit(obs, act, grad, 0.1).unwrap();
+    loss
 }
 
 /// One step of an actor that raises the critics' mean, as TD3 does.

@@ -16,7 +16,7 @@ mod targets;
 mod work;
 
 /// Learns a policy and a vector of values from replayed experience:
-/// sample, next actions, targets, fit the critics, every so often improve the actor, track.
+/// sample, next actions, targets, fit the critics, every so often improve the actor; targets follow.
 pub struct Learner {
     config: Config,
     objectives: Vec<String>,

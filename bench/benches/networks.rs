@@ -1,0 +1,110 @@
+//! What the passes of the networks cost, with the fused implementation and with the plain one: 4 critics and an actor of
+//! walker2d's shapes, batches of 256 rows, and acting on one.
+//!
+//! `cargo bench -p copq-bench --bench networks`; a filter picks some: `-- fit`. An item is a floating-point operation of a
+//! matrix product, so "Gitem/s" are GFLOP/s.
+
+use copq::{Actor, Critic, Net, QView, Result, Rng, Sample, SampleGrad, Stream};
+use copq_bench::workload::{Batch, Workload};
+use copq_candle::{Device, plain};
+use divan::Bencher;
+use divan::counter::ItemsCount;
+
+const IMPLEMENTATIONS: [&str; 2] = ["fused", "plain"];
+
+fn main() {
+    divan::main();
+}
+
+fn workload() -> Workload {
+    Workload::named("walker2d", 1).unwrap()
+}
+
+fn critic(implementation: &str) -> Box<dyn Critic> {
+    let (w, mut rng) = (workload(), Rng::new(0, Stream::Init));
+    let (spec, networks) = (w.spec(), w.networks());
+    match implementation {
+        "plain" => Box::new(plain::Critics::new(&spec, w.critics, &networks, &mut rng, &Device::Cpu).unwrap()),
+        _ => Box::new(copq_candle::critic(&spec, w.critics, &networks, &mut rng).unwrap()),
+    }
+}
+
+fn actor(implementation: &str) -> Box<dyn Actor> {
+    let (w, mut rng) = (workload(), Rng::new(0, Stream::Init));
+    let (spec, networks) = (w.spec(), w.networks());
+    match implementation {
+        "plain" => Box::new(plain::Deterministic::new(&spec, &networks, &mut rng, &Device::Cpu).unwrap()),
+        _ => Box::new(copq_candle::actor(&spec, &networks, &mut rng).unwrap()),
+    }
+}
+
+/// Operations of `rows` going forward through layers of these widths.
+fn operations(rows: usize, widths: [usize; 4]) -> usize {
+    2 * rows * widths.windows(2).map(|pair| pair[0] * pair[1]).sum::<usize>()
+}
+
+/// Of the critics' forward pass, of their weights' gradient as well; and of the way to the hidden layers.
+fn critics_operations() -> (usize, usize) {
+    let Workload { observation, action, width, objectives, rows, critics, .. } = workload();
+    let forward = operations(rows, [observation + action, width, width, objectives]);
+    let hidden = 2 * rows * width * (width + objectives);
+    (critics * forward, critics * hidden)
+}
+
+/// As large a gradient for every value.
+fn fill(_: QView<'_>, grad: &mut [f32]) -> Result<()> {
+    grad.fill(1e-3);
+    Ok(())
+}
+
+#[divan::bench(args = IMPLEMENTATIONS)]
+fn values(bencher: Bencher<'_, '_>, implementation: &str) {
+    let (w, mut critic) = (workload(), critic(implementation));
+    let (Batch { obs, action, .. }, mut q) = (w.batch(), vec![0.0; w.critics * w.rows * w.objectives]);
+    bencher
+        .counter(ItemsCount::new(critics_operations().0))
+        .bench_local(|| critic.values(Net::Target, &obs, &action, &mut q).unwrap());
+}
+
+#[divan::bench(args = IMPLEMENTATIONS)]
+fn fit(bencher: Bencher<'_, '_>, implementation: &str) {
+    let (Batch { obs, action, .. }, mut critic) = (workload().batch(), critic(implementation));
+    let (forward, hidden) = critics_operations();
+    bencher
+        .counter(ItemsCount::new(2 * forward + hidden))
+        .bench_local(|| critic.fit(&obs, &action, &mut fill, 0.005).unwrap());
+}
+
+#[divan::bench(args = IMPLEMENTATIONS)]
+fn action_grad(bencher: Bencher<'_, '_>, implementation: &str) {
+    let (w, mut critic) = (workload(), critic(implementation));
+    let (Batch { obs, action, .. }, (forward, hidden)) = (w.batch(), critics_operations());
+    let (to_actions, mut out) = (2 * w.critics * w.rows * w.width * w.action, action.clone());
+    bencher
+        .counter(ItemsCount::new(forward + hidden + to_actions))
+        .bench_local(|| critic.action_grad(&obs, &action, &mut fill, &mut out).unwrap());
+}
+
+#[divan::bench(args = IMPLEMENTATIONS)]
+fn improve(bencher: Bencher<'_, '_>, implementation: &str) {
+    let (w, mut actor) = (workload(), actor(implementation));
+    let forward = operations(w.rows, [w.observation, w.width, w.width, w.action]);
+    let hidden = 2 * w.rows * w.width * (w.width + w.action);
+    let (batch, grad) = (w.batch(), &mut |_: Sample<'_>, grad: SampleGrad<'_>| {
+        grad.action.fill(1e-3);
+        Ok(())
+    });
+    bencher
+        .counter(ItemsCount::new(2 * forward + hidden))
+        .bench_local(|| actor.improve(&batch.obs, &[], grad).unwrap());
+}
+
+#[divan::bench(args = IMPLEMENTATIONS)]
+fn act(bencher: Bencher<'_, '_>, implementation: &str) {
+    let (w, mut actor) = (workload(), actor(implementation));
+    let (batch, mut action) = (w.batch(), vec![0.0; w.action]);
+    let obs = &batch.obs[..w.observation];
+    bencher
+        .counter(ItemsCount::new(operations(1, [w.observation, w.width, w.width, w.action])))
+        .bench_local(|| actor.sample(Net::Online, obs, &[], &mut action, &mut []).unwrap());
+}
