@@ -38,7 +38,7 @@ fn main() -> anyhow::Result<()> {
     print!("{table}");
     std::fs::write(out.join("table.md"), table)?;
     for picture in ["curves.svg", "curves.png"] {
-        compare("Every projection on the same robot", &runs, &out.join(picture))?;
+        compare("Every projection on the same robot", &runs, &[], &out.join(picture))?;
     }
     println!("\neverything is in {}", out.display());
     Ok(())

@@ -19,6 +19,10 @@ struct Cli {
     #[arg(long, default_value = "Evaluation without exploration")]
     title: String,
 
+    /// Draw a dashed line at this return of an objective, such as cost=740.2. May be given several times.
+    #[arg(long, value_name = "OBJECTIVE=RETURN", value_parser = limit)]
+    limit: Vec<(String, f64)>,
+
     /// Also write the markdown table that is printed to this file.
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
@@ -33,6 +37,11 @@ fn labelled(text: &str) -> Result<Labelled, String> {
     Ok(Labelled { label: label.to_owned(), folder: folder.into() })
 }
 
+fn limit(text: &str) -> Result<(String, f64), String> {
+    let (objective, value) = text.split_once('=').ok_or("wanted OBJECTIVE=RETURN")?;
+    Ok((objective.to_owned(), value.parse().map_err(|_| format!("wanted a number after the =, got {value}"))?))
+}
+
 fn main() -> ExitCode {
     match plot(&Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
@@ -45,7 +54,7 @@ fn main() -> ExitCode {
 
 fn plot(cli: &Cli) -> copq::Result<()> {
     for out in &cli.out {
-        compare(&cli.title, &cli.runs, out)?;
+        compare(&cli.title, &cli.runs, &cli.limit, out)?;
     }
     let table = comparison_table(&cli.runs)?;
     print!("{table}");

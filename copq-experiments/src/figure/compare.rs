@@ -28,15 +28,22 @@ struct Group {
 /// Draws the runs' evaluation curves to `out`, whose ending decides the format: `.svg` or `.png`.
 ///
 /// One colour a label: the line is the median of its seeds, the band goes from the lowest to the highest seed; with one
-/// seed they are the mean and the range of the evaluation episodes. A step that not all seeds reached is left out.
-pub fn compare(title: &str, runs: &[Labelled], out: &Path) -> Result<()> {
+/// seed they are the mean and the range of the evaluation episodes. A step that not all seeds reached is left out. A dashed
+/// line goes across at the `limits` (objective and return).
+pub fn compare(title: &str, runs: &[Labelled], limits: &[(String, f64)], out: &Path) -> Result<()> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
+    let objectives: Vec<_> = quantities.iter().skip(1).map(Quantity::title).collect();
+    if let Some((unknown, _)) = limits.iter().find(|(name, _)| !objectives.contains(name)) {
+        return Err(Error::invalid("objective of a limit", objectives.join(" or "), unknown));
+    }
+    let limit = |title: &str| limits.iter().find(|(name, _)| name == title).map(|&(_, limit)| limit);
     let panel = |quantity: &Quantity| Panel {
         title: quantity.title(),
+        limit: limit(&quantity.title()),
         series: groups.iter().map(|group| group.series(quantity)).collect(),
     };
-    let note = note(&groups).to_owned();
+    let note = note(&groups).to_owned() + if limits.is_empty() { "" } else { " Dashed: the limit." };
     let figure = Figure { title: title.to_owned(), note, panels: quantities.iter().map(panel).collect() };
     match out.extension().and_then(|ending| ending.to_str()) {
         Some("svg") => files::replace(out, canvas::svg(&figure)?.as_bytes()),
@@ -73,7 +80,7 @@ fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
     if groups.is_empty() { Err(Error::invalid("runs to compare", "at least one", 0)) } else { Ok(groups) }
 }
 
-/// Every quantity that some run has, in the runs' order.
+/// Every quantity that some run has, in the runs' order: the weighted total, then objectives.
 fn quantities(groups: &[Group]) -> Vec<Quantity> {
     let mut all = Vec::new();
     for quantity in groups.iter().flat_map(|group| &group.seeds).flat_map(Evaluated::quantities) {
@@ -166,10 +173,13 @@ mod tests {
             | cholesky | 3 | 3.0 (2.0 to 5.0) | 6.0 (4.0 to 10.0) |\n| minimum | 1 | 0.5 | 1.0 |\n";
         assert_eq!(comparison_table(&runs).unwrap(), wanted);
         for name in ["x.svg", "x.png"] {
-            compare("COP-Q", &runs, &folder.path().join(name)).unwrap();
+            compare("COP-Q", &runs, &[("speed".to_owned(), 20.5)], &folder.path().join(name)).unwrap();
         }
         let svg = std::fs::read_to_string(folder.path().join("x.svg")).unwrap();
-        assert!(["COP-Q", "cholesky", "minimum", "weighted total", "speed"].iter().all(|text| svg.contains(text)));
-        assert!(compare("COP-Q", &runs, Path::new("x.pdf")).is_err());
+        let words = ["COP-Q", "cholesky", "minimum", "weighted total", "speed", "Dashed: the limit.", "20"];
+        assert!(words.iter().all(|text| svg.contains(text)));
+        assert!(compare("COP-Q", &runs, &[], Path::new("x.pdf")).is_err());
+        let error = compare("COP-Q", &runs, &[("sped".to_owned(), 1.0)], Path::new("x.svg")).unwrap_err().to_string();
+        assert!(["limit", "speed", "sped"].iter().all(|text| error.contains(text)), "{error}");
     }
 }

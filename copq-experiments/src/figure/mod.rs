@@ -41,6 +41,8 @@ pub(crate) struct Point {
 #[derive(Clone, Debug)]
 pub(crate) struct Panel {
     title: String,
+    /// Where a dashed line goes across.
+    limit: Option<f64>,
     series: Vec<Series>,
 }
 
@@ -68,6 +70,7 @@ pub(crate) fn draw_run(folder: &Path) -> Result<()> {
     let note = "Line: mean of the evaluation episodes. Band: lowest to highest episode.".to_owned();
     let panels = run.quantities().into_iter().map(|quantity| Panel {
         title: quantity.title(),
+        limit: None,
         series: vec![Series { label: String::new(), points: run.over_episodes(&quantity) }],
     });
     let figure = Figure { title, note, panels: panels.collect() };

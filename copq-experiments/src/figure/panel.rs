@@ -13,6 +13,8 @@ pub(crate) const BAND: f64 = 0.18;
 /// Width of a curve.
 pub(crate) const LINE: f64 = 2.0;
 const TICK_SIZE: f64 = 12.0;
+/// Length of a dash, and of the gap after it.
+const DASH: f64 = 6.0;
 /// Fewer evaluations than this are marked by dots.
 const DOTS: usize = 16;
 
@@ -46,7 +48,9 @@ impl Axes {
         let last_step = points().map(|point| point.step).fold(0.0, f64::max);
         let low = points().map(|point| point.low).fold(f64::INFINITY, f64::min);
         let high = points().map(|point| point.high).fold(f64::NEG_INFINITY, f64::max);
-        let (low, high) = widened(low, high);
+        let limit = panel.limit;
+        let (low, high) =
+            widened(limit.map_or(low, |limit| low.min(limit)), limit.map_or(high, |limit| high.max(limit)));
         let last_step = if last_step > 0.0 { last_step } else { 1.0 };
         Self { frame: *frame, last_step, low, high }
     }
@@ -93,6 +97,7 @@ pub(crate) fn draw<B: DrawingBackend>(pen: &Pen<'_, B>, frame: &Frame, panel: &P
     for (i, points) in curves.iter().enumerate() {
         line(pen, &axes, points, colour(i))?;
     }
+    panel.limit.map_or(Ok(()), |limit| dashes(pen, &axes, limit))?;
     names(pen, frame, &panel.title)
 }
 
@@ -128,6 +133,13 @@ fn line<B: DrawingBackend>(pen: &Pen<'_, B>, axes: &Axes, points: &[Point], colo
     }
     let dots = if points.len() < DOTS { points.as_slice() } else { &[] };
     dots.iter().try_for_each(|&at| pen.dot(at, 1.6 * LINE, colour))
+}
+
+/// A dashed line across.
+fn dashes<B: DrawingBackend>(pen: &Pen<'_, B>, axes: &Axes, value: f64) -> Drawn<B> {
+    let (y, Frame { left, right, .. }) = (axes.y(value), axes.frame);
+    let mut dashes = (0..).map(|i| left + DASH * f64::from(2 * i)).take_while(|&x| x < right);
+    dashes.try_for_each(|x| pen.line(&[(x, y), ((x + DASH).min(right), y)], LINE, INK))
 }
 
 fn names<B: DrawingBackend>(pen: &Pen<'_, B>, frame: &Frame, title: &str) -> Drawn<B> {
