@@ -10,7 +10,10 @@ again by itself; after a part of updates, the chart of all is drawn.
 
 The peers get a private environment in third_party/bench-peers (git-ignored; the first time it downloads several
 gigabytes, for PyPI's PyTorch brings CUDA along). Every program must report the same losses before it is timed. Needs
-Linux, Rust, a C and a C++ compiler, python3 with venv, crates.io and PyPI; the part `instructions` needs Valgrind.
+Linux, Rust, a C and a C++ compiler, python3 with venv, crates.io and PyPI.
+
+The part `instructions` has to be asked for: it needs Valgrind, which computes fused multiply-adds one by one, and takes
+half an hour.
 
 torch.compile builds C++ at its first call, before anything is timed, and keeps it in third_party/bench-peers/compiled. On a
 busy machine that may take longer than an answer is waited for (10 minutes): `--skip compiled` leaves it out.
@@ -70,7 +73,7 @@ LABELS = {
     "sb3": "Stable-Baselines3 TD3 (PyTorch)",
 }
 # Programs whose instructions are counted.
-COUNTED = ["products", "copq", "learner", "plain", "autograd"]
+COUNTED = ["products", "copq", "learner"]
 
 
 def environment():
@@ -170,7 +173,7 @@ def ours_alone(part, args):
 
 
 def instructions(args):
-    """The table of what an update of walker2d executes: these numbers hardly depend on what else the machine does."""
+    """The table of what an update of walker2d executes: these numbers do not depend on what else the machine does."""
     counts = {}
     for name in COUNTED:
         print(f"instructions of {name}", file=sys.stderr)
@@ -202,7 +205,8 @@ def run(part, args):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("parts", nargs="*", default=PARTS, help=f"what to measure: {', '.join(PARTS)}")
+    usual = [part for part in PARTS if part != "instructions"]
+    parser.add_argument("parts", nargs="*", default=usual, help=f"what to measure: {', '.join(PARTS)} [all but the last]")
     parser.add_argument("--rounds", type=int, default=15, help="interleaved rounds, after two to warm up [15]")
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2], help="thread counts of an update [1 2]")
     parser.add_argument("--skip", nargs="+", default=[], help="programs to leave out, such as compiled")
