@@ -87,18 +87,12 @@ impl Critics {
     /// Online values of the gathered batch into `self.q`, and what `grad` makes of them into `self.grad`.
     fn forward(&mut self, rows: usize, grad: QGrad<'_>) -> Result<()> {
         let Self { networks, workers, input, .. } = self;
-        let count = networks.len();
-        let len = count * rows * self.objectives;
+        let len = networks.len() * rows * self.objectives;
         let (q, dq) = (room(&mut self.q, len), room(&mut self.grad, len));
-        workers.each(
-            count,
-            |size| networks.chunks_mut(size),
-            q,
-            |_, network, q, workspace| {
-                network.forward(input, q, workspace);
-            },
-        );
-        grad(QView::new(q, count, self.objectives)?, dq)
+        workers.each(&mut networks[..], <[_]>::chunks_mut, q, |_, network, q, workspace| {
+            network.forward(input, q, workspace);
+        });
+        grad(QView::new(q, networks.len(), self.objectives)?, dq)
     }
 }
 
@@ -115,14 +109,9 @@ impl Critic for Critics {
         let rows = self.gather(obs, act)?;
         check_len("critic values", q.len(), self.networks.len() * rows * self.objectives)?;
         let Self { networks, workers, input, .. } = self;
-        workers.each(
-            networks.len(),
-            |size| networks.chunks(size),
-            q,
-            |_, network, q, workspace| {
-                network.values(net, input, q, workspace);
-            },
-        );
+        workers.each(&networks[..], <[_]>::chunks, q, |_, network, q, workspace| {
+            network.values(net, input, q, workspace);
+        });
         Ok(())
     }
 
@@ -131,14 +120,9 @@ impl Critic for Critics {
         check_chosen(chosen, self.networks.len())?;
         check_len("critic values", q.len(), chosen.len() * rows * self.objectives)?;
         let Self { networks, workers, input, .. } = self;
-        workers.each(
-            chosen.len(),
-            |size| chosen.chunks(size),
-            q,
-            |_, &k, q, workspace| {
-                networks[k].values(net, input, q, workspace);
-            },
-        );
+        workers.each(chosen, <[_]>::chunks, q, |_, &k, q, workspace| {
+            networks[k].values(net, input, q, workspace);
+        });
         Ok(())
     }
 
@@ -147,16 +131,10 @@ impl Critic for Critics {
         let rows = self.gather(obs, act)?;
         self.forward(rows, grad)?;
         let Self { networks, workers, input, lr, .. } = self;
-        let (count, lr) = (networks.len(), *lr);
-        let dq = &mut self.grad[..count * rows * self.objectives];
-        workers.each(
-            count,
-            |size| networks.chunks_mut(size),
-            dq,
-            |_, network, dq, workspace| {
-                network.learn(input, dq, lr, tau, workspace);
-            },
-        );
+        let (dq, lr) = (&mut self.grad[..networks.len() * rows * self.objectives], *lr);
+        workers.each(&mut networks[..], <[_]>::chunks_mut, dq, |_, network, dq, workspace| {
+            network.learn(input, dq, lr, tau, workspace);
+        });
         Ok(())
     }
 
@@ -169,14 +147,9 @@ impl Critic for Critics {
         let dq = &self.grad[..networks.len() * share];
         // The values have been used: their buffer, or a larger one, takes each critic's share of the gradient.
         let parts = room(&mut self.q, networks.len() * out.len());
-        workers.each(
-            networks.len(),
-            |size| networks.chunks(size),
-            parts,
-            |k, network, part, workspace| {
-                network.input_grad(rows, &dq[k * share..(k + 1) * share], *observation, part, workspace);
-            },
-        );
+        workers.each(&networks[..], <[_]>::chunks, parts, |k, network, part, workspace| {
+            network.input_grad(rows, &dq[k * share..(k + 1) * share], *observation, part, workspace);
+        });
         sum_parts(parts, out);
         Ok(())
     }

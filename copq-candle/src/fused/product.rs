@@ -433,13 +433,7 @@ mod tests {
     #[test]
     #[should_panic(expected = "lines of a map")]
     fn shapes_that_do_not_fit() {
-        affine(
-            &panels(2, &[0.0; 6]),
-            &[Line::default(); 3],
-            2,
-            Finish::Keep,
-            &mut Panels::default(),
-            &Threads::default(),
-        );
+        let (left, map, mut out) = (panels(2, &[0.0; 6]), [Line::default(); 3], Panels::default());
+        affine(&left, &map, 2, Finish::Keep, &mut out, &Threads::default());
     }
 }
