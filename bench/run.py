@@ -13,7 +13,7 @@ gigabytes, for PyPI's PyTorch brings CUDA along). Every program must report the 
 Linux, Rust, a C and a C++ compiler, python3 with venv, crates.io and PyPI.
 
 The part `instructions` has to be asked for: it needs Valgrind, which computes fused multiply-adds one by one, and takes
-half an hour.
+most of an hour on a busy machine.
 
 torch.compile builds C++ at its first call, before anything is timed, and keeps it in third_party/bench-peers/compiled. On a
 busy machine that may take longer than an answer is waited for (10 minutes): `--skip compiled` leaves it out.
@@ -73,7 +73,7 @@ LABELS = {
     "sb3": "Stable-Baselines3 TD3 (PyTorch)",
 }
 # Programs whose instructions are counted.
-COUNTED = ["products", "copq", "learner"]
+COUNTED = ["products", "copq", "learner", "autograd"]
 
 
 def environment():
@@ -198,7 +198,8 @@ def run(part, args):
     measured = {**dict.fromkeys(WORKLOADS, partial(updates, part)), "steps": steps, "instructions": instructions}
     table = measured.get(part, partial(ours_alone, part))(args)
     load = f"load {before:.1f} before, {os.getloadavg()[0]:.1f} after"
-    head = f"{machine(args.python)}; {load}. Medians (smallest-largest), ratios of neighbouring rounds; "
+    statistics = "" if part == "instructions" else "Medians (smallest-largest), ratios of neighbouring rounds; "
+    head = f"{machine(args.python)}; {load}. {statistics}"
     (RESULTS / f"{part}.md").write_text(head + table)
     print(table)
 
