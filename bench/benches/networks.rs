@@ -43,7 +43,7 @@ fn operations(rows: usize, widths: [usize; 4]) -> usize {
     2 * rows * widths.windows(2).map(|pair| pair[0] * pair[1]).sum::<usize>()
 }
 
-/// Of the critics' forward pass, of their weights' gradient as well; and of the way to the hidden layers.
+/// Operations of the critics going forward, which their weights' gradients take as well, and going back to the hidden layers.
 fn critics_operations() -> (usize, usize) {
     let Workload { observation, action, width, objectives, rows, critics, .. } = workload();
     let forward = operations(rows, [observation + action, width, width, objectives]);

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # TD3 on MuJoCo's hopper as in the paper (preset Paper), under three projections; about three hours on two cores without AVX-512.
 #   scripts/fetch-mujoco.sh && cargo build --release --features copq-examples/mujoco --example td3
-#   results/hopper-mujoco-paper/run.sh && results/hopper-mujoco-paper/plot.sh
+#   results/hopper-mujoco-paper/run.sh && results/plot.sh results/hopper-mujoco-paper "TD3 on MuJoCo's hopper, preset Paper"
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 td3=${TD3:-target/release/examples/td3}

@@ -45,7 +45,7 @@ impl Policy {
         })
     }
 
-    /// Spreads every product over this many threads.
+    /// Spreads large products over this many threads.
     pub fn threads(mut self, threads: usize) -> Result<Self> {
         self.workspace = Workspace::shared(threads)?;
         Ok(self)

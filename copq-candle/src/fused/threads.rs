@@ -35,8 +35,7 @@ impl Threads {
         if multiplications < WORTH_SHARING { panels } else { panels.div_ceil(self.count()) }
     }
 
-    /// Runs `task` on every part, the first on the caller's own thread. Parts that no other thread's depend on give the
-    /// same bits on any number of threads.
+    /// Runs `task` on every part, the first on the caller's own thread.
     pub fn each<T: Send>(&self, mut parts: impl Iterator<Item = T>, task: impl Fn(T) + Sync) {
         match &self.helpers {
             None => parts.for_each(task),

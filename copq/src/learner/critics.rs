@@ -6,8 +6,8 @@ use crate::loss::{finite, finite_losses, squared_error_grad, squared_errors};
 use crate::{Bound, Net, Observer, QView, Result};
 
 impl Learner {
-    /// One step of all critics on the same targets, the objectives' losses weighted by FAMO, and `tau` of the way to
-    /// them for the target critics.
+    /// One step of all critics on the same TD targets, the objectives' losses weighted by FAMO; then the target networks
+    /// go `tau` of the way to the online ones.
     pub(super) fn fit_critics(&mut self, tau: f32, log: &mut dyn Observer) -> Result<()> {
         let Self { critic, famo, projection, multiplier, batch, config, objectives, names, steps, .. } = self;
         let Work { scratch, target, losses, loss_weights, bound, mean, .. } = &mut self.work;

@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Curves and table of the runs in a folder, LABEL-sSEED each: results/plot.sh FOLDER TITLE [OPTIONS OF COPQ-PLOT]
+set -euo pipefail
+cd "$(dirname "$0")/.."
+out=${1%/} title=$2
+shift 2
+runs=()
+for run in "$out"/*-s[0-9]; do
+    label=$(basename "${run%-s*}")
+    runs+=("$label=$run")
+done
+cargo run -q -p copq-experiments --bin copq-plot -- --title "$title" "$@" \
+    --out "$out/curves.svg" --out "$out/curves.png" --table "$out/table.md" "${runs[@]}"
