@@ -19,7 +19,7 @@ run cargo test --workspace --features "$mujoco" --locked
 smoke=$(mktemp -d)
 trap 'rm -rf "$smoke"' EXIT
 run cargo run --locked --features "$mujoco" --example td3 -- \
-    --steps 600 --start-steps 300 --eval-every 300 --eval-episodes 2 --out "$smoke/run"
+    --steps 600 --set start_steps=300 --eval-every 300 --eval-episodes 2 --out "$smoke/run"
 for file in config.toml metrics.csv evaluations.csv timings.csv curve.svg curve.png checkpoint.safetensors; do
     test -s "$smoke/run/$file" || { echo "the run folder has no $file" >&2; exit 1; }
 done
@@ -34,7 +34,7 @@ else
     printf '\n!! SKIPPED: feature `render` of copq-envs-mujoco, for there is no EGL (Debian: apt-get install libegl1 libgl1-mesa-dri)\n'
 fi
 run cargo run --locked --features "$mujoco" --example td3 -- --engine mujoco --preset paper \
-    --steps 400 --start-steps 300 --eval-every 400 --eval-episodes 2 --out "$smoke/mujoco"
+    --steps 400 --set start_steps=300 --eval-every 400 --eval-episodes 2 --out "$smoke/mujoco"
 
 # The other way to MuJoCo, against whatever is installed: by itself, for one process should hold one MuJoCo.
 if exports=$(scripts/system-mujoco.sh); then

@@ -73,10 +73,10 @@ impl Env for Cart {
 }
 
 fn main() -> Result<()> {
-    let steps = std::env::args().nth(1).map_or(20_000, |steps| steps.parse().expect("a number of steps"));
+    let steps = copq_examples::steps(20_000)?;
     println!("{:?}", check_env(&mut Cart::new())?); // first of all
-    let (spec, mut rng, mut config) = (Cart::new().spec, Rng::new(0, Stream::Init), Config::td3());
-    config.start_steps = steps / 10;
+    let (spec, mut rng, mut config) = (Cart::new().spec, Rng::new(0, Stream::Init), Config::cop_td3());
+    config.start_steps = (steps / 10).max(1);
     config.networks.hidden = vec![64, 64];
     let critic = copq_candle::critic(&spec, 3, &config.networks, &mut rng)?;
     let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?;

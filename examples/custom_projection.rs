@@ -51,11 +51,11 @@ fn check_gradient(projection: &dyn Projection) -> Result<()> {
 }
 
 fn main() -> Result<()> {
-    let steps = std::env::args().nth(1).map_or(20_000, |steps| steps.parse().expect("a number of steps"));
+    let steps = copq_examples::steps(20_000)?;
     check_gradient(&SafetyOnly { caution: 2.0 })?;
 
     let env = copq_envs_rapier::make("a/hopper")?;
-    let (spec, config) = (env.spec().clone(), Config { start_steps: steps / 4, ..Config::td3() });
+    let (spec, config) = (env.spec().clone(), Config { start_steps: (steps / 4).max(1), ..Config::cop_td3() });
     let mut rng = Rng::new(0, Stream::Init);
     let critic = copq_candle::critic(&spec, 4, &config.networks, &mut rng)?;
     let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?;

@@ -2,7 +2,7 @@
 
 mod view;
 
-use copq::{Env, Error, Ordered, Result};
+use copq::{Config, Env, EnvSpec, Error, Ordered, Result};
 use copq_envs::{Locomotion, Options, Physics, RobotSpec};
 use copq_experiments::Plan;
 pub use view::{VIEWS, make_view};
@@ -20,6 +20,21 @@ pub fn make_env(plan: &Plan) -> Result<Box<dyn Env>> {
         Some(order) => Box::new(Ordered::parse(world, order)?),
         None => world,
     })
+}
+
+/// The number of steps that the command line asks for, its only argument.
+pub fn steps(default: u64) -> Result<u64> {
+    let Some(given) = std::env::args().nth(1) else { return Ok(default) };
+    given.parse().map_err(|_| Error::invalid("the argument", format!("steps to train for, such as {default}"), given))
+}
+
+/// Says so if a task limits a cost and the method takes no notice of it.
+pub fn warn_of_limits(spec: &EnvSpec, config: &Config) {
+    let ignored = |&i: &usize| spec.limit(i).is_some() && config.constraint.is_none();
+    for i in (0..spec.objectives.len()).filter(ignored) {
+        let (cost, weight) = (&spec.objectives[i], spec.weights[i]);
+        eprintln!("note: nothing holds the {cost}'s limit here, its weight is {weight}; sac_lagrangian holds it");
+    }
 }
 
 /// A plan's task on its engine, whose robot can be looked at.

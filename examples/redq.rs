@@ -3,8 +3,8 @@
 //! `cargo run --release --example redq` trains the hopper on rapier; `--help` explains the rest.
 
 use clap::Parser;
-use copq::{Actor, Config, Learner, Optimism, Optimistic, Rng, Stream, Trainer, projection};
-use copq_examples::make_env;
+use copq::{Actor, Config, Learner, Optimism, Rng, Stream, Trainer};
+use copq_examples::{make_env, warn_of_limits};
 use copq_experiments::{Args, Plan, Run};
 
 /// Critics of the ensemble; every target is made by two of them, drawn at random.
@@ -19,12 +19,8 @@ struct Cli {
     #[command(flatten)]
     args: Args,
 
-    /// Environment steps with uniformly random actions before learning begins. [default: 5000]
-    #[arg(long, value_name = "N", conflicts_with = "resume")]
-    start_steps: Option<u64>,
-
     /// Explore with the policy's Gaussian noise alone, without optimism.
-    #[arg(long, conflicts_with = "resume")]
+    #[arg(long, conflicts_with_all = ["resume", "projection"])]
     gaussian: bool,
 
     /// REDQ on SAC, with a stochastic policy, instead of on TD3.
@@ -33,20 +29,21 @@ struct Cli {
 }
 
 fn main() -> anyhow::Result<()> {
-    let Cli { args, start_steps, gaussian, sac } = Cli::parse();
+    let Cli { args, gaussian, sac } = Cli::parse();
 
     // The settings: TD3's or SAC's, with REDQ's over them.
-    let base = if sac { Config::sac() } else { Config::td3() };
-    let optimism = (!gaussian).then(Optimism::default);
-    let config = Config { start_steps: start_steps.unwrap_or(5_000), optimism, ..base.redq() };
-    let config = args.settings(config)?;
+    let base = if sac { Config::sac() } else { Config::cop_td3() };
     let method = ["redq", if sac { "-sac" } else { "" }, if gaussian { "-gaussian" } else { "" }].concat();
-    let mut plan = args.plan(Plan { method: Some(method), ..Plan::new("redq") })?;
+    let projection = if gaussian { "scalarised-min" } else { "cholesky" }.to_owned();
+    let mut plan = args.plan(Plan { method: Some(method), projection, ..Plan::new("redq") })?;
+    let optimism = Optimism { projection: Some(plan.projection.clone()), ..Optimism::default() };
+    let config = args.settings(Config { optimism: (!gaussian).then_some(optimism), ..base.redq() })?;
     plan.run.discount = config.discount;
 
     // The world, and the networks: ten critics of N values each, and an actor.
     let env = make_env(&plan)?;
     let spec = env.spec().clone();
+    warn_of_limits(&spec, &config);
     let mut rng = Rng::new(plan.run.seed, Stream::Init);
     let critic = copq_candle::critic(&spec, CRITICS, &config.networks, &mut rng)?.threads(plan.threads)?;
     let actor: Box<dyn Actor> = match config.entropy {
@@ -56,10 +53,7 @@ fn main() -> anyhow::Result<()> {
 
     // The learner: its targets take the smaller of two random critics, its actor the mean of all ten, and all ten
     // explore, by the upper bound of another projection than that of the targets.
-    let mut learner = Learner::new(config.clone(), &spec, Box::new(critic), actor, plan.run.seed)?;
-    if config.optimism.is_some() {
-        learner = learner.explore(Optimistic::new(projection::by_name(&plan.projection)?));
-    }
+    let learner = Learner::new(config.clone(), &spec, Box::new(critic), actor, plan.run.seed)?;
 
     // Train, and leave everything in a folder.
     let folder = args.open(&plan, &config)?;

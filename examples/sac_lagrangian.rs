@@ -5,7 +5,7 @@
 use clap::{Parser, ValueEnum};
 use copq::projection::{Conservative, IndependentMin};
 use copq::{Config, Constraint, Critic, Learner, PidConfig, Projection, Rng, Stream, Trainer, projection};
-use copq_examples::make_env;
+use copq_examples::{make_env, warn_of_limits};
 use copq_experiments::{Args, Plan, Run};
 
 /// Trains SAC with a multiplier that holds the task's cost below its limit.
@@ -15,13 +15,9 @@ struct Cli {
     #[command(flatten)]
     args: Args,
 
-    /// Who values cost and reward, how cautiously, and who sets the multiplier. [default: cop-cal]
-    #[arg(long, value_enum, conflicts_with = "resume")]
-    method: Option<Method>,
-
-    /// Environment steps with uniformly random actions before learning begins. [default: the method's]
-    #[arg(long, value_name = "N", conflicts_with = "resume")]
-    start_steps: Option<u64>,
+    /// Who values cost and reward, how cautiously, and who sets the multiplier. With --resume it is the run's.
+    #[arg(long, value_enum, default_value = "cop-cal", conflicts_with = "resume")]
+    method: Method,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -38,37 +34,40 @@ enum Method {
     SacLagrangian,
     /// SAC-Lagrangian with a PID controller for the multiplier.
     SacPid,
+    /// SAC that knows no limit, for any task; --set optimism.projection=extremum makes it OAC.
+    Sac,
 }
 
-/// A method's settings, its critics of cost and of reward if they are separate, and its projection if it has no choice.
+/// A method's settings, its critics of each cost and of each reward if they are separate, and its own projection if any.
 type Parts = (Config, Option<[usize; 2]>, Option<Box<dyn Projection>>);
 
 impl Method {
     fn parts(self) -> Parts {
-        let pid = Some(Constraint::Pid(PidConfig::default()));
+        let pid = Config { constraint: Some(Constraint::Pid(PidConfig::default())), ..Config::sac() };
+        let cal = |config| -> Parts { (config, Some([4, 2]), Some(Box::new(Conservative::cal(0.5, 4)))) };
+        let least = |config, counts| -> Parts { (config, Some(counts), Some(Box::new(IndependentMin))) };
         match self {
             Self::CopCal => (Config::cop_cal(), None, None),
-            Self::Cal => (Config::cal(), Some([4, 2]), Some(Box::new(Conservative::cal(0.5, 4)))),
-            Self::CalOriginal => (Config::cal_original(), Some([4, 2]), Some(Box::new(Conservative::cal(0.5, 4)))),
-            Self::SaclagUcb => (Config::sac_lagrangian(), Some([2, 2]), Some(Box::new(IndependentMin))),
-            Self::SacLagrangian => (Config::sac_lagrangian(), Some([1, 2]), Some(Box::new(IndependentMin))),
-            Self::SacPid => (Config { constraint: pid, ..Config::sac() }, Some([1, 2]), Some(Box::new(IndependentMin))),
+            Self::Cal => cal(Config::cal()),
+            Self::CalOriginal => cal(Config::cal_original()),
+            Self::SaclagUcb => least(Config::sac_lagrangian(), [2, 2]),
+            Self::SacLagrangian => least(Config::sac_lagrangian(), [1, 2]),
+            Self::SacPid => least(pid, [1, 2]),
+            Self::Sac => (Config::sac(), None, None),
         }
     }
 }
 
 fn main() -> anyhow::Result<()> {
-    let Cli { args, method, start_steps } = Cli::parse();
+    let Cli { args, method } = Cli::parse();
 
     // The plan: the options over the defaults, or with --resume what the run's folder holds.
-    let value = method.unwrap_or(Method::CopCal).to_possible_value();
-    let method = value.map(|value| value.get_name().to_owned());
+    let method = method.to_possible_value().map(|method| method.get_name().to_owned());
     let mut plan = args.plan(Plan { method, task: "b/hopper".to_owned(), ..Plan::new("sac_lagrangian") })?;
 
     // The settings: the method's preset, and the options over it.
     let (preset, separate, own) = Method::from_str(plan.method(), false).map_err(anyhow::Error::msg)?.parts();
-    let start_steps = start_steps.unwrap_or(preset.start_steps);
-    let config = args.settings(Config { start_steps, ..preset })?;
+    let config = args.settings(preset)?;
     plan.run.discount = config.discount;
     if let (Some(own), Some(given)) = (&own, &args.projection) {
         anyhow::bail!("--projection {given}: wanted none, for --method {} has its own, {}", plan.method(), own.name());
@@ -76,16 +75,18 @@ fn main() -> anyhow::Result<()> {
     let projection = own.map_or_else(|| projection::by_name(&plan.projection), Ok)?;
     plan.projection = projection.name().to_owned();
 
-    // The world, whose first objective is a cost with a limit, and a stochastic actor.
+    // The world, one of whose objectives is a cost with a limit.
     let env = make_env(&plan)?;
     let (spec, seed, mut rng) = (env.spec().clone(), plan.run.seed, Rng::new(plan.run.seed, Stream::Init));
-    let actor = Box::new(copq_candle::gaussian_actor(&spec, &config.networks, &mut rng)?.threads(plan.threads)?);
 
-    // The critics: scalar ones for cost and for reward, or some that value both together.
-    let (networks, threads, together) = (&config.networks, plan.threads, projection.critics(spec.objectives.len()));
+    warn_of_limits(&spec, &config);
+
+    // A stochastic actor, and critics: scalar ones for cost and for reward, or some that value both together.
+    let (networks, threads) = (&config.networks, plan.threads);
+    let actor = Box::new(copq_candle::gaussian_actor(&spec, networks, &mut rng)?.threads(threads)?);
     let critic: Box<dyn Critic> = match separate {
-        Some(counts) => Box::new(copq_candle::separate_critics(&spec, &counts, networks, threads, &mut rng)?),
-        None => Box::new(copq_candle::critic(&spec, together, networks, &mut rng)?.threads(threads)?),
+        Some(counts) => Box::new(copq_candle::cost_and_reward_critics(&spec, counts, networks, threads, &mut rng)?),
+        None => copq_candle::critics_for(projection.as_ref(), &spec, networks, threads, &mut rng)?,
     };
 
     // The learner, whose policy maximises the projected bound. A task without a cost is an error here.

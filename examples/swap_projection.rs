@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
-use copq::{Config, Learner, Projection, Rng, Stream, Trainer, projection};
+use copq::{Config, Learner, Rng, Stream, Trainer, projection};
 use copq_examples::make_env;
 use copq_experiments::{Ending, Labelled, Plan, Run, RunFolder, RunSettings, compare, comparison_table};
 
@@ -17,7 +17,7 @@ struct Cli {
     #[arg(long, value_name = "N", default_value_t = 20_000)]
     steps: u64,
 
-    /// New folder for the runs, the table and the picture.
+    /// Folder for the runs, the table and the picture; what is there already is not trained again.
     #[arg(long, value_name = "DIR", default_value = "runs/swap_projection")]
     out: PathBuf,
 }
@@ -30,7 +30,7 @@ fn main() -> anyhow::Result<()> {
         let plan = Plan { projection: name.to_owned(), run, ..Plan::new("swap_projection") };
         let folder = out.join(name);
         if let interrupted @ Ending::Interrupted { .. } = train(&plan, &folder)? {
-            anyhow::bail!("{interrupted}");
+            anyhow::bail!("{interrupted}"); // the same command goes on
         }
         runs.push(Labelled { label: name.to_owned(), folder });
     }
@@ -47,16 +47,16 @@ fn main() -> anyhow::Result<()> {
 /// One run of COP-Q's learner under a plan's projection.
 fn train(plan: &Plan, folder: &Path) -> copq::Result<Ending> {
     let (env, seed, steps) = (make_env(plan)?, plan.run.seed, plan.run.steps);
-    let config = Config { start_steps: (steps / 4).clamp(1, 1_000), ..Config::td3() };
+    let config = Config { start_steps: (steps / 4).clamp(1, 1_000), ..Config::cop_td3() };
 
-    // The one thing besides the projection itself that a projection decides: how many critics it wants.
+    // The one thing besides the projection itself that a projection decides: which critics it wants.
     let projection = projection::by_name(&plan.projection)?;
     let (spec, mut rng) = (env.spec().clone(), Rng::new(seed, Stream::Init));
-    let critics = projection.critics(spec.objectives.len());
-    let critic = copq_candle::critic(&spec, critics, &config.networks, &mut rng)?;
+    let critic = copq_candle::critics_for(projection.as_ref(), &spec, &config.networks, 1, &mut rng)?;
     let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?;
-    let learner = Learner::new(config.clone(), &spec, Box::new(critic), Box::new(actor), seed)?.projection(projection);
+    let learner = Learner::new(config.clone(), &spec, critic, Box::new(actor), seed)?.projection(projection);
 
-    let folder = RunFolder::create(folder, plan, &config)?;
+    let make = if folder.exists() { RunFolder::resume } else { RunFolder::create };
+    let folder = make(folder, plan, &config)?;
     Run::new(Trainer::new(env, Box::new(learner), seed)?, make_env(plan)?, folder, plan.run)?.train()
 }

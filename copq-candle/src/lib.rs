@@ -40,11 +40,28 @@ mod squash;
 mod weights;
 
 pub use candle_core::Device;
-use copq::{EnvSpec, Networks, Result, Rng, Separate};
+use copq::{Critic, EnvSpec, Networks, Projection, Result, Rng, Separate};
 
 /// K critics for an environment, in the fast implementation, with fresh weights from `rng` ([`copq::Stream::Init`]).
 pub fn critic(spec: &EnvSpec, critics: usize, networks: &Networks, rng: &mut Rng) -> Result<fused::Critics> {
     fused::Critics::new(spec, critics, networks, rng)
+}
+
+/// The critics that a projection is meant for: as many as it says, together or separate for each objective.
+pub fn critics_for(
+    projection: &dyn Projection,
+    spec: &EnvSpec,
+    networks: &Networks,
+    threads: usize,
+    rng: &mut Rng,
+) -> Result<Box<dyn Critic>> {
+    let objectives = spec.objectives.len();
+    let critics = projection.critics(objectives);
+    Ok(if projection.separate() {
+        Box::new(separate_critics(spec, &vec![critics; objectives], networks, threads, rng)?)
+    } else {
+        Box::new(critic(spec, critics, networks, rng)?.threads(threads)?)
+    })
 }
 
 /// A deterministic actor for an environment, in the fast implementation, with fresh weights from `rng`.
@@ -57,8 +74,22 @@ pub fn gaussian_actor(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Res
     fused::Gaussian::new(spec, networks, rng)
 }
 
+/// Separate scalar critics, as many for each cost and for each reward as is said: 4 and 2 for CAL, wherever the cost
+/// stands among the objectives.
+pub fn cost_and_reward_critics(
+    spec: &EnvSpec,
+    [of_cost, of_reward]: [usize; 2],
+    networks: &Networks,
+    threads: usize,
+    rng: &mut Rng,
+) -> Result<Separate> {
+    let count = |i| if spec.limit(i).is_some() { of_cost } else { of_reward };
+    let counts: Vec<usize> = (0..spec.objectives.len()).map(count).collect();
+    separate_critics(spec, &counts, networks, threads, rng)
+}
+
 /// Separate scalar critics for each objective, `counts[i]` of them for objective i, in the fast implementation: such as
-/// 4 for the cost and 2 for the reward (CAL), or pairs (independent double-Q). See [`fused::Critics::threads`].
+/// pairs (independent double-Q). See [`fused::Critics::threads`].
 pub fn separate_critics(
     spec: &EnvSpec,
     counts: &[usize],

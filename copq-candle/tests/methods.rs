@@ -49,7 +49,7 @@ impl Reference {
             action_low: vec![-1.0; action],
             action_high: vec![1.0; action],
             objectives: vec!["cost".into(), "reward".into()],
-            weights: vec![1.0, 1.0],
+            weights: vec![0.0, 1.0],
             limits: vec![Some(self.number("limit") as f32), None],
             horizon: self.number("horizon") as usize,
         };
@@ -63,7 +63,7 @@ impl Reference {
     fn config(&self, method: &str) -> Config {
         let preset = match method {
             "sac" => Config::sac(),
-            "redq" => Config { actor_delay: 4, famo: None, ..Config::td3().redq() },
+            "redq" => Config { actor_delay: 4, famo: None, ..Config::cop_td3().redq() },
             "saclag-ucb" => Config::sac_lagrangian(),
             "cal" => Config::cal(),
             _ => Config::cop_cal(),

@@ -6,6 +6,7 @@ use copq::{Error, Result};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::config;
 use crate::folder::{RunFolder, read_config, read_plan};
 use crate::plan::Plan;
 
@@ -14,7 +15,7 @@ use crate::plan::Plan;
 /// An option that is not given comes from the program's [`Plan`], or with `--resume` from the run's folder.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Args {
-    /// Robot and task: what moves, and which rewards it gets, by priority. [default: a/hopper]
+    /// Robot and task: what moves, and which rewards it gets, by priority. [default: a/hopper, or b/hopper under a limit]
     #[arg(long, value_name = "NAME")]
     pub task: Option<String>,
 
@@ -38,13 +39,13 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
 
-    /// How critics that disagree become one cautious value vector. [default: cholesky]
+    /// How critics that disagree become one cautious value vector. [default: cholesky, or the method's own]
     ///
     /// cholesky puts the uncertainty of high-priority objectives first; swap it to see what that is worth.
     #[arg(long, value_name = "NAME")]
     pub projection: Option<String>,
 
-    /// Environment steps to train for; the only option that --resume lets you raise. [default: 100000]
+    /// Environment steps to train for; --resume lets you raise them. [default: 100000]
     #[arg(long, value_name = "N")]
     pub steps: Option<u64>,
 
@@ -54,7 +55,9 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
 
-    /// New folder for everything the run leaves behind. [default: runs/PROGRAM-TASK-PROJECTION-sSEED]
+    /// New folder for everything the run leaves behind. [default: runs/METHOD-TASK-PROJECTION-sSEED]
+    ///
+    /// The default also names order, engine and preset where they are not the usual ones.
     #[arg(long, value_name = "DIR", conflicts_with = "resume")]
     pub out: Option<PathBuf>,
 
@@ -80,9 +83,17 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     pub log_every: Option<u64>,
 
-    /// Threads inside this run. Seeds run best as processes of one thread each. [default: 1]
+    /// Threads inside this run; --resume lets you change them. [default: 1]
+    ///
+    /// They change no bit of the result. Seeds run best as processes of one thread each.
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
+
+    /// Another value for one of the settings that config.toml lists, such as batch=512; may be given several times.
+    ///
+    /// Deeper ones have dots: networks.hidden=[64,64], optimism.beta=2, optimism.projection=extremum.
+    #[arg(long, value_name = "KEY=VALUE", conflicts_with = "resume")]
+    pub set: Vec<String>,
 }
 
 impl Args {
@@ -93,7 +104,7 @@ impl Args {
             None => self.over(defaults),
             Some(folder) => {
                 let saved = read_plan(folder)?;
-                check_equal("program", &defaults.program, &saved.program)?;
+                check_program(&defaults.program, &saved.program)?;
                 self.check_against(&saved)?;
                 self.over(saved)
             }
@@ -102,10 +113,11 @@ impl Args {
         Ok(plan)
     }
 
-    /// The caller's settings: `fresh` for a new run, the saved ones with `--resume`.
-    pub fn settings<S: DeserializeOwned>(&self, fresh: S) -> Result<S> {
+    /// The caller's settings: `fresh` for a new run, with what `--set` changes, or the saved ones with `--resume`.
+    pub fn settings<S: Serialize + DeserializeOwned>(&self, fresh: S) -> Result<S> {
         match &self.resume {
-            None => Ok(fresh),
+            None if self.set.is_empty() => Ok(fresh),
+            None => config::with(&fresh, &self.set),
             Some(folder) => Ok(read_config(folder)?.settings),
         }
     }
@@ -144,11 +156,16 @@ impl Args {
     fn check_against(&self, saved: &Plan) -> Result<()> {
         let run = &saved.run;
         check_given("--task", &self.task(), &saved.task)?;
-        check_given("--order", &self.order, &saved.order.clone().unwrap_or("order".to_owned()))?;
+        match (&self.order, &saved.order) {
+            (given, Some(saved)) => check_given("--order", given, saved)?,
+            (Some(given), None) => {
+                return Err(Error::invalid("--order with --resume", "the task's (leave it out)", given));
+            }
+            (None, None) => {}
+        }
         check_given("--engine", &self.engine, &saved.engine)?;
         check_given("--preset", &self.preset, &saved.preset)?;
         check_given("--projection", &self.projection, &saved.projection)?;
-        check_given("--threads", &self.threads, &saved.threads)?;
         check_given("--seed", &self.seed, &run.seed)?;
         check_given("--eval-every", &self.eval_every, &run.eval_every)?;
         check_given("--eval-episodes", &self.eval_episodes, &run.eval_episodes)?;
@@ -171,6 +188,17 @@ fn set<T: Clone>(value: &mut T, given: &Option<T>) {
 
 fn check_given<T: PartialEq + ToString>(option: &str, given: &Option<T>, saved: &T) -> Result<()> {
     given.as_ref().map_or(Ok(()), |given| check_equal(option, given, saved))
+}
+
+fn check_program(this: &str, saved: &str) -> Result<()> {
+    if this == saved {
+        return Ok(());
+    }
+    Err(Error::invalid(
+        "--resume",
+        format!("a run of {this}"),
+        format!("one of {saved}, which {saved} --resume goes on with"),
+    ))
 }
 
 fn check_equal<T: PartialEq + ToString>(option: &str, given: &T, saved: &T) -> Result<()> {
@@ -225,6 +253,29 @@ mod tests {
         let message = |options: &str| resume(options).unwrap_err().to_string();
         assert_eq!(message(" --seed 4"), "--seed with --resume: wanted the run's own 3 (leave it out), got 4");
         assert_eq!(message(" --steps 400"), "--steps with --resume: wanted at least the run's 500, got 400");
-        assert!(message("x").contains("wanted a folder with a config.toml in it"));
+        assert!(message("x").contains("x': wanted the folder of a run, got nothing of that name"));
+        assert_eq!(message(" --order vsc"), "--order with --resume: wanted the task's (leave it out), got vsc");
+        let other = parse(&format!("redq --resume {}", folder.display())).plan(Plan::new("redq")).unwrap_err();
+        let wanted = "--resume: wanted a run of redq, got one of td3, which td3 --resume goes on with";
+        assert_eq!(other.to_string(), wanted);
+    }
+
+    #[test]
+    fn a_setting_is_set_by_its_name_in_the_configuration() {
+        let set = |options: &str| parse(&format!("td3 {options}")).settings(copq::Config::cop_td3());
+        let options = "--set batch=64 --set networks.hidden=[8,8] --set optimism.projection=extremum --set tau=1";
+        let config = set(options).unwrap();
+        assert_eq!((config.batch, config.networks.hidden, config.tau), (64, vec![8, 8], 1.0));
+        assert_eq!(config.optimism.unwrap().projection.as_deref(), Some("extremum"));
+        let message = |options: &str| set(options).unwrap_err().to_string();
+        assert!(message("--set bath=64").contains("--set: unknown field `bath`, expected one of `discount`"));
+        assert!(message("--set networks.hiden=3").contains("unknown field `hiden`"));
+        assert!(message("--set batch=many").contains("invalid type: string \"many\", expected usize"));
+        assert_eq!(
+            message("--set batch.size=1"),
+            "--set batch.size=1: wanted a setting that has parts, got 256 at batch"
+        );
+        assert_eq!(message("--set batch"), "--set batch: wanted KEY=VALUE, got no =");
+        assert_eq!(set("--steps 5").unwrap(), copq::Config::cop_td3());
     }
 }

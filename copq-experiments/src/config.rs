@@ -35,7 +35,7 @@ pub struct MadeWith {
     pub rustc: String,
     /// Operating system and architecture.
     pub system: String,
-    /// The processor, whose vector width decides the order of sums.
+    /// The processor; it decides how long a run takes, not its bits.
     pub processor: String,
 }
 
@@ -86,6 +86,33 @@ pub(crate) fn check_same<S: Serialize>(path: &Path, saved: &toml::Table, now: &S
             let what = format!("{key} (a run goes on with what made it, '{}')", path.display());
             Err(Error::invalid(what, saved, now))
         }
+    }
+}
+
+/// The settings with some changed, each as KEY=VALUE: the key's parts between dots, the value as TOML or as plain text.
+pub(crate) fn with<S: Serialize + DeserializeOwned>(settings: &S, changes: &[String]) -> Result<S> {
+    let mut table = toml::Table::try_from(settings).map_err(|e| Error::other("encoding the settings", e))?;
+    for change in changes {
+        let invalid = |wanted: &str, got: String| Error::invalid(format!("--set {change}"), wanted, got);
+        let (key, value) = change.split_once('=').ok_or_else(|| invalid("KEY=VALUE", "no =".to_owned()))?;
+        let (parents, name) = key.rsplit_once('.').unwrap_or(("", key));
+        let mut at = &mut table;
+        for parent in parents.split('.').filter(|parent| !parent.is_empty()) {
+            let inner = at.entry(parent).or_insert_with(|| toml::Table::new().into());
+            let got = format!("{inner} at {parent}");
+            at = inner.as_table_mut().ok_or_else(|| invalid("a setting that has parts", got))?;
+        }
+        at.insert(name.to_owned(), parse_value(value, at.get(name)));
+    }
+    table.try_into().map_err(|e| Error::other("--set", e))
+}
+
+/// A value as TOML has it, or else a text; an integer where a number with a fraction was becomes one.
+fn parse_value(text: &str, old: Option<&toml::Value>) -> toml::Value {
+    let value = text.parse().unwrap_or_else(|_| toml::Value::String(text.to_owned()));
+    match (value.as_integer(), old) {
+        (Some(integer), Some(toml::Value::Float(_))) => toml::Value::Float(integer as f64),
+        _ => value,
     }
 }
 

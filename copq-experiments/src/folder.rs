@@ -44,7 +44,11 @@ impl RunFolder {
         let made_with = MadeWith::here();
         config::write(&part.join("config.toml"), &RunConfig { plan: plan.clone(), settings, made_with })?;
         // A folder appears with its configuration or not at all; an empty one may be in its place.
-        fs::rename(&part, &path).map_err(files::failed("making", &path))?;
+        fs::rename(&part, &path).map_err(|e| {
+            // What is left of it matters less than why.
+            fs::remove_dir_all(&part).unwrap_or_default();
+            files::failed("making", &path)(e)
+        })?;
         files::sync_folder_of(&path)?;
         Ok(Self { _lock: lock(&path)?, path })
     }
@@ -52,7 +56,7 @@ impl RunFolder {
     /// Reopens a folder to go on with its run.
     ///
     /// Errors: no run there, another process writes to it, settings or a plan that differ from the saved ones; only
-    /// the number of steps may be larger than it was.
+    /// the number of steps may be larger than it was, and that of threads another.
     pub fn resume<S: Serialize>(path: impl Into<PathBuf>, plan: &Plan, settings: &S) -> Result<Self> {
         let path = path.into();
         let folder = Self { _lock: lock(&path)?, path };
@@ -60,8 +64,8 @@ impl RunFolder {
         let mut saved: RunConfig<toml::Table> = config::read(&file)?;
         config::check_same(&file, &saved.settings, settings)?;
         check_plan(&folder.path, &saved.plan, plan)?;
-        if plan.run.steps > saved.plan.run.steps {
-            saved.plan.run.steps = plan.run.steps;
+        if *plan != saved.plan {
+            saved.plan = plan.clone();
             config::write(&file, &saved)?;
         }
         Ok(folder)
@@ -99,7 +103,8 @@ pub fn read_config<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
     let file = path.join("config.toml");
     if !file.is_file() {
         let what = format!("run folder '{}'", path.display());
-        return Err(Error::invalid(what, "a folder with a config.toml in it, made by a run", "none"));
+        let got = if path.exists() { "one without config.toml" } else { "nothing of that name" };
+        return Err(Error::invalid(what, "the folder of a run", got));
     }
     config::read(&file)
 }
@@ -136,7 +141,7 @@ fn taken(path: &Path) -> Error {
 fn part_of(path: &Path) -> Result<PathBuf> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let part = path.with_file_name(format!(".{name}.part{}", std::process::id()));
-    fs::create_dir_all(&part).map_err(files::failed("making", &part))?;
+    fs::create_dir_all(&part).map_err(files::failed("making", path))?;
     Ok(part)
 }
 
@@ -161,7 +166,7 @@ fn check_plan(path: &Path, saved: &Plan, now: &Plan) -> Result<()> {
         return Err(Error::invalid(what, format!("at least its {}", saved.run.steps), now.run.steps));
     }
     let mut same = now.clone();
-    same.run.steps = saved.run.steps;
+    (same.run.steps, same.threads) = (saved.run.steps, saved.threads);
     if same == *saved {
         return Ok(());
     }

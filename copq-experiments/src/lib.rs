@@ -18,7 +18,7 @@
 //! fn train(make_env: fn(&Plan) -> Result<Box<dyn Env>>, make_agent: fn(&Plan, &Config) -> Result<Box<dyn Agent>>) -> Result<()> {
 //!     let args = Cli::parse().args;
 //!     let mut plan = args.plan(Plan::new("td3"))?; // the options, or with --resume the saved plan
-//!     let config = args.settings(Config::td3())?; // likewise for the learner's settings
+//!     let config = args.settings(Config::cop_td3())?; // likewise for the learner's settings
 //!     plan.run.discount = config.discount;
 //!     let folder = args.open(&plan, &config)?; // makes or reopens the folder, with its config.toml
 //!     let trainer = Trainer::new(make_env(&plan)?, make_agent(&plan, &config)?, plan.run.seed)?;

@@ -3,6 +3,9 @@
 use copq::{Error, Result};
 use serde::{Deserialize, Serialize};
 
+/// More than any update can use.
+const MAX_THREADS: usize = 256;
+
 /// Names of a run's parts, and its length. The caller turns the names into an environment and an agent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -100,10 +103,16 @@ impl Plan {
 
     /// An error that names the first setting that cannot be used.
     pub fn check(&self) -> Result<()> {
-        if self.threads == 0 {
-            return Err(Error::invalid("threads", "at least 1", 0));
+        if !(1..=MAX_THREADS).contains(&self.threads) {
+            return Err(Error::invalid("threads", format!("1 to {MAX_THREADS}"), self.threads));
         }
         self.run.check()
+    }
+
+    /// Whether two runs differ in nothing but seed, length and cadence.
+    pub(crate) fn is_seed_of(&self, other: &Self) -> bool {
+        let plain = |plan: &Self| Self { threads: 1, run: RunSettings::default(), ..plan.clone() };
+        plain(self) == plain(other)
     }
 
     /// The method's name, which is the program's if it has but one.

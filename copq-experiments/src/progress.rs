@@ -26,7 +26,7 @@ impl Progress {
     /// A bar if standard error is a terminal, else lines.
     pub(crate) fn new(step: u64, steps: u64) -> Self {
         if !std::io::stderr().is_terminal() {
-            return Self::Lines(Lines { steps, last: Instant::now(), last_step: step });
+            return Self::Lines(Lines { steps, printed: Instant::now(), since: Instant::now(), last_step: step });
         }
         let bar = ProgressBar::new(steps).with_position(step);
         if let Ok(style) = ProgressStyle::with_template(BAR) {
@@ -59,7 +59,7 @@ impl Progress {
             Self::Bar(bar) => bar.suspend(|| eprintln!("{text}")),
             Self::Lines(lines) => {
                 eprintln!("{text}");
-                lines.last = Instant::now();
+                lines.printed = Instant::now();
             }
         }
     }
@@ -77,23 +77,26 @@ fn write_rate(state: &ProgressState, text: &mut dyn fmt::Write) {
     write!(text, "{:.0} steps/s", state.per_sec()).unwrap_or_default();
 }
 
-/// When the last line was printed, to break a long silence.
+/// Breaks a long silence with how far and how fast it goes.
 #[derive(Debug)]
 pub(crate) struct Lines {
     steps: u64,
-    last: Instant,
+    /// When any line was last printed.
+    printed: Instant,
+    /// When, and at which step, the speed was last told.
+    since: Instant,
     last_step: u64,
 }
 
 impl Lines {
     fn step(&mut self, step: u64) {
         // A look at the clock costs as much as a small environment's step.
-        if !step.is_multiple_of(256) || self.last.elapsed() < SILENCE {
+        if !step.is_multiple_of(256) || self.printed.elapsed() < SILENCE {
             return;
         }
-        let rate = (step - self.last_step) as f64 / self.last.elapsed().as_secs_f64();
+        let rate = (step - self.last_step) as f64 / self.since.elapsed().as_secs_f64();
         let minutes = (self.steps - step) as f64 / rate / 60.0;
         eprintln!("{:>9} of {} steps, {rate:.0} steps/s, {minutes:.0} min left", grouped(step), grouped(self.steps));
-        (self.last, self.last_step) = (Instant::now(), step);
+        (self.printed, self.since, self.last_step) = (Instant::now(), Instant::now(), step);
     }
 }

@@ -13,6 +13,7 @@ use crate::metrics::Metrics;
 use crate::numbers::grouped;
 use crate::plan::RunSettings;
 use crate::progress::Progress;
+use crate::sheet::Sheet;
 use crate::stop::Stop;
 use crate::tensorboard::EventFile;
 use crate::timings::{self, Timings};
@@ -80,6 +81,9 @@ impl Run {
         settings.check()?;
         check_same_task(&trainer, eval_env.as_ref())?;
         let saved = folder.load()?;
+        if saved.is_none() {
+            check_not_begun(&folder, &settings)?;
+        }
         if let Some(saved) = &saved {
             trainer.load(saved.child("trainer")?)?;
         }
@@ -133,7 +137,13 @@ impl Run {
         }
         self.checkpoint()?;
         let ending = self.close()?;
-        self.progress.line(&self.describe_time(began.elapsed()));
+        let done = self.trainer.steps();
+        let end = if done > self.first_step {
+            self.describe_time(began.elapsed())
+        } else {
+            format!("nothing to do: the run has its {} steps; more with --steps", grouped(done))
+        };
+        self.progress.line(&end);
         self.progress.finish();
         Ok(ending)
     }
@@ -177,7 +187,11 @@ impl Run {
         self.events.scalars(step, &numbers)?;
         self.evaluation_time += began.elapsed();
         self.timings.evaluated(began.elapsed());
-        figure::draw_run(self.folder.path())
+        // A run is worth more than its picture.
+        if let Err(error) = figure::draw_run(self.folder.path(), self.trainer.spec()) {
+            self.progress.line(&format!("the curves could not be drawn: {error}"));
+        }
+        Ok(())
     }
 
     fn checkpoint(&mut self) -> Result<()> {
@@ -208,6 +222,20 @@ impl Run {
     fn describe_time(&self, total: Duration) -> String {
         let steps = self.trainer.steps() - self.first_step;
         timings::describe(steps, total, self.trainer.timing(), self.evaluation_time)
+    }
+}
+
+/// An error for a folder that has lost its checkpoint: to begin anew would delete what it has left.
+fn check_not_begun(folder: &RunFolder, settings: &RunSettings) -> Result<()> {
+    let file = folder.file("evaluations.csv");
+    let last = if file.exists() { Sheet::read(&file)?.steps().last().copied() } else { None };
+    match last {
+        Some(step) if step > settings.checkpoint_every => {
+            let what = format!("run folder '{}'", folder.path().display());
+            let wanted = "its checkpoint.safetensors, to go on from (the command in config.toml, with a new --out, repeats the run)";
+            Err(Error::invalid(what, wanted, format!("none, but evaluations up to step {}", grouped(step))))
+        }
+        _ => Ok(()),
     }
 }
 

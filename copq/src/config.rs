@@ -51,19 +51,21 @@ pub struct Smoothing {
 
 /// Exploration towards what the critics may promise: the policy's mean moves up the gradient of their upper bound
 /// (OAC, paper eq. 15 and App. D.1).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Optimism {
     /// Length of the upper bound's step, the root of chi2_N(p).
     pub beta: f64,
     /// How far the mean moves, in standard deviations of the policy: sqrt(2 delta), delta the KL bound.
     pub shift: f64,
+    /// Whose upper bound, by its name in [`by_name`](crate::projection::by_name); the learner's own projection's unless named.
+    pub projection: Option<String>,
 }
 
 impl Default for Optimism {
     /// 4.66, and 6.86 for a KL bound of 23.53 (paper Table D.2).
     fn default() -> Self {
-        Self { beta: 4.66, shift: 6.86 }
+        Self { beta: 4.66, shift: 6.86, projection: None }
     }
 }
 
@@ -80,16 +82,16 @@ impl Optimism {
 ///
 /// | method | preset | critics | projection | actor |
 /// |---|---|---|---|---|
-/// | COP-Q | [`Config::td3`] | N + 1 | [`Cholesky`](crate::projection::Cholesky) | deterministic |
+/// | COP-Q on TD3 | [`Config::cop_td3`] | N + 1 | [`Cholesky`](crate::projection::Cholesky) | deterministic |
 /// | TD3 | [`Config::td3`] | 2, for N = 1 | any | deterministic |
-/// | REDQ | [`Config::td3`]`.redq()` | 10 | [`ScalarisedMin`](crate::projection::ScalarisedMin) | deterministic |
+/// | REDQ | [`Config::cop_td3`]`.redq()` | 10 | [`ScalarisedMin`](crate::projection::ScalarisedMin) | deterministic |
 /// | SAC | [`Config::sac`] | 2, for N = 1 | any | stochastic |
 /// | SAC-Lagrangian | [`Config::sac_lagrangian`] | [`Separate`](crate::Separate), 1 cost and 2 reward | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
 /// | SACLag-UCB | [`Config::sac_lagrangian`] | [`Separate`](crate::Separate), 2 and 2 | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
 /// | CAL | [`Config::cal`] | [`Separate`](crate::Separate), 4 and 2 | [`Conservative::cal`](crate::projection::Conservative::cal) | stochastic |
 /// | COP-Q on CAL | [`Config::cop_cal`] | 3 | [`Cholesky`](crate::projection::Cholesky) | stochastic |
 ///
-/// Each takes [`Optimistic`](crate::Optimistic) exploration: that is OAC. COP-Q's preset has it.
+/// Each takes [`Config::optimism`], which makes it OAC; [`Config::cop_td3`] has it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
@@ -127,7 +129,7 @@ pub struct Config {
     pub famo: Option<FamoConfig>,
     /// Standard deviation of the default Gaussian exploration, in units of half the action range.
     pub exploration_std: f64,
-    /// Exploration towards the upper bound of the learner's own projection; the policy and its noise alone without.
+    /// Exploration towards an upper bound of the critics; the policy and its noise alone without.
     pub optimism: Option<Optimism>,
     /// Network shapes and step sizes.
     pub networks: Networks,
@@ -136,8 +138,8 @@ pub struct Config {
 impl Config {
     /// COP-Q on TD3: the constants of the paper's Tables D.1 to D.3, optimistic exploration included. Targets follow at
     /// every update. The warm-up, whose length the paper leaves open, is 1,000 steps: a hopper that acts at random falls
-    /// after 20, and 25,000 steps of that (TD3's other choice) held it back for long; DESIGN.md has the figures.
-    pub fn td3() -> Self {
+    /// after 20, and 25,000 steps of that (TD3's choice) held it back for long; DESIGN.md has the figures.
+    pub fn cop_td3() -> Self {
         Self {
             discount: 0.99,
             tau: 0.005,
@@ -161,14 +163,24 @@ impl Config {
         }
     }
 
+    /// TD3 as its authors have it (Fujimoto et al. 2018): noise alone explores, targets follow at every second update, the
+    /// warm-up is 25,000 steps. Meant for one objective and 2 critics, with which every projection is its clipped
+    /// double-Q; the actor climbs the smaller critic, too, where theirs climbs the first.
+    pub fn td3() -> Self {
+        Self { start_steps: 25_000, target_period: 2, famo: None, optimism: None, ..Self::cop_td3() }
+    }
+
     /// Randomised ensembled double-Q (REDQ): 20 updates an environment step, the 20th with the actor's; each target
     /// from 2 critics drawn at random by [`ScalarisedMin`](crate::projection::ScalarisedMin), the actor on the mean of
-    /// all. Meant for 10 critics, exploration by noise alone (Chen et al. 2021; paper sec. 5.1 and App. D).
+    /// all. Meant for 10 critics, exploration by noise alone, a warm-up of 5,000 steps (Chen et al. 2021; paper sec. 5.1
+    /// and App. D).
     pub fn redq(self) -> Self {
         Self {
             capacity: 100_000,
+            start_steps: 5_000,
             updates_per_step: 20,
             actor_delay: 20,
+            target_period: 1,
             actor_pessimism: 0.0,
             subset: Some(2),
             optimism: None,
@@ -179,15 +191,7 @@ impl Config {
     /// SAC with a learned temperature: the constants of the paper's Table D.3, a warm-up of 10,000 steps. With one
     /// objective and 2 critics every projection is SAC's clipped double-Q.
     pub fn sac() -> Self {
-        Self {
-            start_steps: 10_000,
-            target_period: 2,
-            smoothing: None,
-            entropy: Some(Entropy::default()),
-            famo: None,
-            optimism: None,
-            ..Self::td3()
-        }
+        Self { start_steps: 10_000, smoothing: None, entropy: Some(Entropy::default()), ..Self::td3() }
     }
 
     /// SAC with a Lagrange multiplier for each cost. [`IndependentMin`](crate::projection::IndependentMin) on 2 separate
@@ -247,7 +251,7 @@ impl Config {
         check_not_negative("pessimism", self.pessimism)?;
         check_not_negative("actor_pessimism", self.actor_pessimism)?;
         check_not_negative("exploration_std", self.exploration_std)?;
-        if let Some(optimism) = self.optimism {
+        if let Some(optimism) = &self.optimism {
             optimism.check()?;
         }
         if let Some(smoothing) = self.smoothing {

@@ -29,9 +29,9 @@ pub struct EnvSpec {
     /// The task's scalarisation weights w, one an objective, not normalised (paper Table 1).
     pub weights: Vec<f32>,
     /// Which objectives are costs: the limit of each one's undiscounted sum over an episode, `None` for a reward. Empty
-    /// if the task has no costs.
+    /// if the task has no costs. A cost is told as a positive number; its weight is negative, or 0 to leave it to a multiplier.
     pub limits: Vec<Option<f32>>,
-    /// Steps after which an episode is truncated.
+    /// Steps after which an episode is truncated at the latest; it is an error to run on.
     pub horizon: usize,
 }
 
@@ -44,6 +44,16 @@ impl EnvSpec {
     /// The limit of an objective that is a cost.
     pub fn limit(&self, objective: usize) -> Option<f32> {
         self.limits.get(objective).copied().flatten()
+    }
+
+    /// An error for an episode that runs on past its horizon: whoever waits for its end would wait for ever.
+    pub(crate) fn check_length(&self, length: u64, outcome: Outcome) -> Result<()> {
+        if outcome != Outcome::Running || length < self.horizon as u64 {
+            return Ok(());
+        }
+        let what =
+            format!("still running after {length} steps; wanted Outcome::Truncated at its horizon, {}", self.horizon);
+        Err(Error::Env { env: self.name.clone(), what })
     }
 
     /// Maps an action from [-1, 1], the units of policies and replay, to the environment's bounds.
@@ -85,6 +95,10 @@ impl EnvSpec {
         }
         if let Some(limit) = self.limits.iter().flatten().find(|limit| !limit.is_finite()) {
             return error("cost limit", "a finite number".into(), limit.to_string());
+        }
+        if let Some(i) = (0..objectives).find(|&i| self.limit(i).is_some() && self.weights[i] > 0.0) {
+            let what = format!("weight of the cost '{}'", self.objectives[i]);
+            return error(&what, "at most 0, as costs are positive and unwanted".into(), self.weights[i].to_string());
         }
         if self.horizon == 0 {
             return error("horizon", "at least 1 step".into(), "0".into());

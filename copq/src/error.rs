@@ -1,10 +1,14 @@
 //! The one error type: what was wrong, what was wanted, what came.
 
+use std::fmt;
+
 /// A result whose error is [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Everything that can go wrong in copq, worded for the person who has to mend it.
-#[derive(Debug, thiserror::Error)]
+///
+/// `{:?}` gives the same words as `{}`, so that a `main` that returns [`Result`] ends readably.
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// A setting, shape or argument that cannot be used.
@@ -48,13 +52,19 @@ pub enum Error {
         what: String,
     },
     /// A network backend, file format or other library failed.
-    #[error("{what}: {source}")]
+    #[error("{what}: {cause}")]
     Other {
         /// What was being done.
         what: String,
-        /// The library's own error.
-        source: Box<dyn std::error::Error + Send + Sync>,
+        /// The library's own error; part of this one's words, and therefore not its `source()`.
+        cause: Box<dyn std::error::Error + Send + Sync>,
     },
+}
+
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
 }
 
 impl Error {
@@ -71,8 +81,8 @@ impl Error {
     }
 
     /// Wraps another library's error with what was being done.
-    pub fn other(what: impl Into<String>, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
-        Self::Other { what: what.into(), source: source.into() }
+    pub fn other(what: impl Into<String>, cause: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self::Other { what: what.into(), cause: cause.into() }
     }
 }
 
@@ -107,5 +117,12 @@ mod tests {
     fn the_nearest_names_come_first() {
         let error = Error::unknown("task", "a/hoper", &["a/ant", "b/hopper", "a/hopper"]);
         assert_eq!(error.to_string(), "unknown task 'a/hoper'; known: a/hopper, b/hopper, a/ant");
+    }
+
+    #[test]
+    fn both_ways_of_printing_give_the_words() {
+        let error = Error::other("reading 'x'", "no such file");
+        assert_eq!((format!("{error:?}"), error.to_string()), ("reading 'x': no such file".into(), format!("{error}")));
+        assert!(std::error::Error::source(&error).is_none(), "its cause would be printed twice");
     }
 }

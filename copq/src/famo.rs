@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::adam::Adam;
-use crate::{Error, Result, State};
+use crate::error::check_not_negative;
+use crate::{Result, State};
 
 /// FAMO's constants.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,9 +39,7 @@ impl Famo {
     /// Equal weights for `objectives` losses.
     pub fn new(config: FamoConfig, objectives: usize) -> Result<Self> {
         for (name, value) in [("famo.lr", config.lr), ("famo.weight_decay", config.weight_decay)] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::invalid(name, "a finite number, at least 0", value));
-            }
+            check_not_negative(name, value)?;
         }
         let zeros = vec![0.0; objectives];
         Ok(Self {

@@ -29,7 +29,7 @@
 //! **Swap the projection**, in one line:
 //!
 //! ```ignore
-//! let learner = Learner::new(Config::td3(), env.spec(), critic, actor, seed)?.projection(Extremum);
+//! let learner = Learner::new(Config::cop_td3(), env.spec(), critic, actor, seed)?.projection(Extremum);
 //! ```
 //!
 //! **Write a projection of your own**: implement [`Projection`] (a value and a vector-Jacobian product), or, if it is an
@@ -37,11 +37,12 @@
 //!
 //! **Write an environment of your own**: implement [`Env`], and run [`check_env`] on it before anything else.
 //!
-//! **Choose a method**: [`Config::td3`], [`Config::sac`] and their relatives are presets of the one learner, and
+//! **Choose a method**: [`Config::cop_td3`], [`Config::sac`] and their relatives are presets of the one learner, and
 //! [`Config`]'s table says which critics and projection each is meant for.
 //!
-//! **Explore otherwise**: COP-Q explores towards its own upper bound (COP-OAC); `learner.explore(Optimistic::new(Extremum))`
-//! takes another's, [`Config::optimism`] says how far, and `None` there leaves the policy's noise.
+//! **Explore otherwise**: COP-Q explores towards its own upper bound (COP-OAC); `Optimism::projection`
+//! names another's, [`Config::optimism`] says how far, and `None` there leaves the policy's noise. `learner.explore(...)` takes
+//! a rule of your own.
 //!
 //! **Change the priorities**: `Ordered::new(env, &["velocity", "safety", "control"])` is the same world in another order.
 //!

@@ -119,7 +119,11 @@ impl Trainer {
         self.timing.env += (reset - start) + (stepped - acted);
         self.timing.update += stepped.elapsed();
         std::mem::swap(&mut self.obs, &mut self.next_obs);
-        Ok(self.advance_episode(outcome))
+        let episode = self.advance_episode(outcome);
+        if let Some(running) = &self.episode {
+            self.env.spec().check_length(running.length, outcome)?;
+        }
+        Ok(episode)
     }
 
     fn advance_episode(&mut self, outcome: Outcome) -> Option<Episode> {
@@ -171,7 +175,8 @@ pub struct Evaluation {
     pub lengths: Vec<u64>,
     /// Discounted returns from the first step, averaged over the episodes, one an objective.
     pub discounted: Vec<f64>,
-    /// The mean critic's Q at the first step, averaged over the episodes: compare with `discounted`.
+    /// The mean critic's Q at the first step, averaged over the episodes: compare with `discounted`. With an entropy bonus
+    /// (SAC) it includes the bonus of the steps to come, which `discounted` does not.
     pub promised: Vec<f64>,
 }
 
@@ -218,6 +223,7 @@ pub fn evaluate(
                 result.discounted[i] += weight * f64::from(reward[i]);
             }
             weight *= discount;
+            spec.check_length(length, outcome)?;
             if outcome != Outcome::Running {
                 break;
             }

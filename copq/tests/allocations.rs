@@ -29,14 +29,14 @@ fn warm_steps_of_the_other_methods_allocate_no_more() {
     let networks = || LinearCritics::new(3, 2, 0.02, 1);
     let cal = || Separate::new(Box::new(LinearCritics::new(6, 1, 0.02, 1)), &[4, 2]).unwrap();
     let pid = Config { constraint: Some(Constraint::Pid(PidConfig::default())), ..Config::sac() };
-    let redq = Config { updates_per_step: 2, actor_delay: 2, ..toy::small(Config::td3().redq()) };
+    let redq = Config { updates_per_step: 2, actor_delay: 2, ..toy::small(Config::cop_td3().redq()) };
     let sac = |config| toy::stochastic(toy::small(config), &Toy::new(), networks(), 1);
     let constrained = |config| toy::stochastic(toy::small(config), &Toy::constrained(), networks(), 1);
     let cal = toy::stochastic(toy::small(Config::cal()), &Toy::constrained(), cal(), 1);
     let methods: Vec<(&str, Toy, Learner)> = vec![
-        ("redq", Toy::new(), toy::learner(redq, 10, 1).explore(Optimistic::new(Cholesky))),
+        ("redq", Toy::new(), toy::learner(redq, 10, 1).explore(Optimistic::default().projection(Cholesky))),
         ("sac", Toy::new(), sac(Config::sac())),
-        ("oac", Toy::new(), sac(Config::sac()).explore(Optimistic::new(Cholesky))),
+        ("oac", Toy::new(), sac(Config::sac()).explore(Optimistic::default().projection(Cholesky))),
         ("cal", Toy::constrained(), cal.projection(Conservative::cal(0.5, 4))),
         ("cop-q on cal", Toy::constrained(), constrained(Config::cop_cal())),
         ("pid", Toy::constrained(), constrained(pid)),

@@ -73,40 +73,6 @@ fn a_resumed_run_is_the_same_bit_for_bit() {
 }
 
 #[test]
-fn one_objective_and_two_critics_are_td3() {
-    // With N = 1 every ellipsoid method and both baselines are clipped double-Q: the same run, bit for bit.
-    let run = |name: &str| {
-        let mut spec = Toy::new().spec;
-        spec.objectives.truncate(1);
-        spec.weights.truncate(1);
-        let critic = Box::new(toy::LinearCritics::new(2, 1, 0.02, 5));
-        let learner = Learner::new(toy::config(), &spec, critic, Box::new(toy::LinearActor::new(0.005)), 5).unwrap();
-        let mut learner = learner.projection(projection::by_name(name).unwrap());
-        let mut env = Toy::new();
-        let (mut obs, mut next, mut reward, mut action) = ([0.0], [0.0], [0.0; 2], [0.0]);
-        env.reset(1, &mut obs).unwrap();
-        for _ in 0..400 {
-            learner.act(&obs, Mode::Explore, &mut action).unwrap();
-            let outcome = env.step(&[2.0 * action[0]], &mut next, &mut reward).unwrap();
-            let t = Transition { obs: &obs, action: &action, reward: &reward[..1], next_obs: &next, outcome };
-            learner.observe(t).unwrap();
-            learner.update(&mut Silent).unwrap();
-            obs = next;
-            if outcome != Outcome::Running {
-                env.reset(2, &mut obs).unwrap();
-            }
-        }
-        let mut state = State::default();
-        learner.save(&mut state).unwrap();
-        state
-    };
-    let reference = run("independent-min");
-    for &name in projection::names() {
-        assert!(run(name) == reference, "{name} differs from clipped double-Q");
-    }
-}
-
-#[test]
 fn bad_settings_are_readable_errors() {
     let build = |config: Config| {
         let critic = Box::new(toy::LinearCritics::new(3, 2, 0.02, 0));
@@ -135,6 +101,10 @@ fn bad_settings_are_readable_errors() {
         check(vec![None]),
         "toy: cost limits: wanted none, or an entry for every objective, got 2 names, 1 limits"
     );
+    assert_eq!(
+        check(vec![None, Some(3.0)]),
+        "toy: weight of the cost 'rest': wanted at most 0, as costs are positive and unwanted, got 1"
+    );
     assert_eq!(check(vec![Some(f32::NAN), None]), "toy: cost limit: wanted a finite number, got NaN");
     let zero = EnvSpec { weights: vec![0.0, 0.0], ..Toy::new().spec };
     let critic = Box::new(toy::LinearCritics::new(3, 2, 0.02, 0));
@@ -152,6 +122,25 @@ fn nan_is_a_named_error() {
     assert!(reward.contains("reward of objective 'rest' is not finite at step 6"), "{reward}");
     let obs = fails(Toy { nan_obs_at: Some(5), ..Toy::new() });
     assert!(obs.contains("observation, component 0 is not finite at step 4"), "{obs}");
+}
+
+#[test]
+fn an_observation_that_is_not_finite_is_not_blamed_on_the_actor() {
+    let mut learner = toy::learner(toy::config(), 3, 0);
+    let error = learner.act(&[f32::NAN], Mode::Exploit, &mut [0.0]).unwrap_err().to_string();
+    assert!(error.contains("observation, component 0 is not finite") && error.contains("environment"), "{error}");
+}
+
+#[test]
+fn an_episode_that_outlives_its_horizon_is_an_error_and_no_endless_loop() {
+    let mut endless = Toy::new();
+    endless.spec.horizon = 12;
+    let wanted = "environment 'toy': still running after 12 steps; wanted Outcome::Truncated at its horizon, 12";
+    let mut learner = toy::learner(toy::config(), 3, 0);
+    assert_eq!(evaluate(&mut learner, &mut endless, 1, 0, 0.5).unwrap_err().to_string(), wanted);
+    let mut trainer = Trainer::new(Box::new(endless), Box::new(learner), 0).unwrap();
+    let error = (0..20).find_map(|_| trainer.step(&mut Silent).err()).unwrap();
+    assert_eq!((error.to_string(), trainer.steps()), (wanted.to_owned(), 12));
 }
 
 #[test]

@@ -42,9 +42,31 @@ fn policy(agent: &mut dyn Agent) -> (f32, f32) {
     ((low + high) / 2.0, (high - low) / 2.0)
 }
 
+/// Noise that remembers: what Ornstein and Uhlenbeck would explore with.
+#[derive(Debug)]
+struct Drift(f32);
+
+impl Explore for Drift {
+    fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()> {
+        context.actor.sample(Net::Online, obs, &[], action, &mut [])?;
+        self.0 = 0.9 * self.0 + 0.1 * context.rng.normal() as f32;
+        action[0] = (action[0] + self.0).clamp(-1.0, 1.0);
+        Ok(())
+    }
+
+    fn save(&self, state: &mut State) {
+        state.put("drift", [self.0]);
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.0 = state.get_one("drift")?;
+        Ok(())
+    }
+}
+
 /// Every method by name, in a world that suits it.
 fn methods(seed: u64) -> Vec<(&'static str, Toy, Learner)> {
-    let redq = || toy::learner(toy::small(Config::td3().redq()), 10, seed);
+    let redq = || toy::learner(toy::small(Config::cop_td3().redq()), 10, seed);
     let sac = |config, critic| toy::stochastic(toy::small(config), &Toy::new(), critic, seed);
     let constrained =
         |config, counts| toy::stochastic(toy::small(config), &Toy::constrained(), separate(counts, seed), seed);
@@ -53,14 +75,16 @@ fn methods(seed: u64) -> Vec<(&'static str, Toy, Learner)> {
     let cal = Conservative::cal(0.5, 4);
     vec![
         ("redq", Toy::new(), redq()),
-        ("redq with cop-oac", Toy::new(), redq().explore(Optimistic::new(Cholesky))),
+        ("redq with cop-oac", Toy::new(), redq().explore(Optimistic::default().projection(Cholesky))),
         ("sac", Toy::new(), sac(Config::sac(), critics(3, seed))),
-        ("oac", Toy::new(), sac(Config::sac(), critics(3, seed)).explore(Optimistic::new(Extremum))),
+        ("oac", Toy::new(), sac(Config::sac(), critics(3, seed)).explore(Optimistic::default().projection(Extremum))),
         ("saclag-ucb", Toy::constrained(), constrained(Config::sac_lagrangian(), &[2, 2]).projection(IndependentMin)),
         ("cal", Toy::constrained(), constrained(Config::cal(), &[4, 2]).projection(cal)),
         ("cal's own", Toy::constrained(), constrained(Config::cal_original(), &[4, 2]).projection(cal)),
         ("cop-q on cal", Toy::constrained(), cop_cal(Config::cop_cal())),
         ("pid", Toy::constrained(), cop_cal(pid)),
+        ("redq with extremum-oac", Toy::new(), redq().explore(Optimistic::default().projection(Extremum))),
+        ("a rule with a memory", Toy::new(), toy::learner(toy::config(), 3, seed).explore(Drift(0.0))),
     ]
 }
 
@@ -80,7 +104,7 @@ fn a_resumed_run_of_every_method_is_the_same_bit_for_bit() {
 
 #[test]
 fn redq_learns_the_optimum() {
-    let learner = toy::learner(toy::small(Config::td3().redq()), 10, 1);
+    let learner = toy::learner(toy::small(Config::cop_td3().redq()), 10, 1);
     let (mut trainer, _) = train(Toy::new(), learner, 1, 700);
     let (bias, slope) = policy(trainer.agent_mut());
     assert!(bias.abs() < 0.08 && (slope - SLOPE).abs() < 0.08, "a = {bias} + {slope} s");
@@ -88,7 +112,7 @@ fn redq_learns_the_optimum() {
 
 #[test]
 fn redq_updates_twenty_times_a_step_and_the_actor_once() {
-    let mut learner = toy::learner(toy::small(Config::td3().redq()), 10, 1);
+    let mut learner = toy::learner(toy::small(Config::cop_td3().redq()), 10, 1);
     let (mut critic_losses, mut objectives) = (0, 0);
     let mut log = |_: u64, name: &str, _: f64| {
         critic_losses += u32::from(name == "critic_loss/track");
@@ -123,13 +147,47 @@ fn sac_learns_the_optimum_and_holds_its_entropy() {
     assert!(temperature < 0.2, "temperature {temperature}");
 }
 
+/// The best Gaussian's variance is known: -(w_1 + w_2) var + alpha w_e log std is largest at alpha w_e / (2 (w_1 + w_2)).
+#[test]
+fn the_entropy_bonus_is_weighed_like_its_objective() {
+    for (e, objective) in ["track", "rest"].into_iter().enumerate() {
+        let mut env = Toy::new();
+        env.spec.weights = vec![1.0, 3.0];
+        let bonus = Entropy { temperature: 0.08, lr: 0.0, objective: Some(objective.into()), ..Default::default() };
+        let config = Config { entropy: Some(bonus), pessimism: 0.0, actor_pessimism: 0.0, ..toy::small(Config::sac()) };
+        let learner = toy::stochastic(config, &env, critics(3, 3), 3);
+        let variance = 0.08 * f64::from(env.spec.weights[e]) / (2.0 * 4.0);
+        let mut trainer = Trainer::new(Box::new(env), Box::new(learner), 3).unwrap();
+        let mut entropy = 0.0;
+        let mut log = |_: u64, name: &str, value: f64| {
+            if name == "actor/entropy" {
+                entropy = 0.98 * entropy + 0.02 * value;
+            }
+        };
+        (0..5_000).for_each(|_| drop(trainer.step(&mut log).unwrap()));
+        // 0.5 ln(2 pi e var), less what the tanh takes.
+        let wanted = 0.5 * (std::f64::consts::TAU * std::f64::consts::E * variance).ln() - variance;
+        assert!((entropy - wanted).abs() < 0.08, "{objective}: entropy {entropy}, wanted {wanted}");
+    }
+}
+
+#[test]
+fn a_pid_controller_finds_the_known_multiplier() {
+    let pid = PidConfig { proportional: 0.02, integral: 1e-4, derivative: 0.02, multiplier: 0.3, ..Default::default() };
+    constrained_optimum(Constraint::Pid(pid));
+}
+
 /// lambda* = 1, a* = 0: known in closed form, see [`Toy::constrained`].
 #[test]
 fn primal_and_dual_converge_to_the_known_optimum() {
     let lagrangian = LagrangianConfig { multiplier: 0.3, lr: 0.003, augmentation: 1.0 };
+    constrained_optimum(Constraint::Lagrangian(lagrangian));
+}
+
+fn constrained_optimum(constraint: Constraint) {
     // The deterministic policy, the critics' mean, no smoothing, no optimism: nothing moves the optimum.
     let config = Config {
-        constraint: Some(Constraint::Lagrangian(lagrangian)),
+        constraint: Some(constraint),
         capacity: 1_000,
         pessimism: 0.0,
         actor_pessimism: 0.0,
@@ -269,7 +327,7 @@ fn a_method_that_does_not_suit_the_task_is_a_readable_error() {
     let gaussian = || Box::new(toy::GaussianActor::new(0.005, -1.0));
     assert_eq!(
         build(Config::cop_cal(), Box::new(critics(3, 0)), gaussian()),
-        "a constraint on 'toy': wanted a task with at least one cost (EnvSpec::limits), got none"
+        "a constraint on 'toy': wanted a task with a cost under a limit, such as b/hopper, got none"
     );
     assert!(build(Config::cal(), Box::new(separate(&[4, 2, 2], 0)), gaussian()).starts_with("a constraint on 'toy'"));
     assert_eq!(
@@ -278,7 +336,7 @@ fn a_method_that_does_not_suit_the_task_is_a_readable_error() {
     );
     assert_eq!(
         build(
-            Config { subset: Some(11), ..Config::td3() },
+            Config { subset: Some(11), ..Config::cop_td3() },
             Box::new(critics(10, 0)),
             Box::new(LinearActor::new(0.005))
         ),
@@ -300,7 +358,7 @@ fn shift(learner: impl Fn() -> Learner, std: f32, pre_tanh: bool) -> f32 {
         let action = act(&mut learner, 0.4, Mode::Explore);
         if pre_tanh { action.atanh() } else { action }
     };
-    (noisy(learner().explore(Optimistic::own(Optimism::default(), std))) - noisy(learner())) / std
+    (noisy(learner().explore(Optimistic::new(Optimism::default(), std).unwrap())) - noisy(learner())) / std
 }
 
 #[test]

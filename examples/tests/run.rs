@@ -3,14 +3,19 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-/// Runs an example and returns what it printed.
-fn run(name: &str, arguments: &[&str]) -> String {
+/// An example's program.
+fn path(name: &str) -> PathBuf {
     let mut path: PathBuf = std::env::current_exe().unwrap();
     path.pop();
     path.pop();
     let path = path.join("examples").join(name);
     assert!(path.exists(), "{} is not there; run `cargo test -p copq-examples`", path.display());
-    let output = Command::new(path).args(arguments).output().unwrap();
+    path
+}
+
+/// Runs an example and returns what it printed.
+fn run(name: &str, arguments: &[&str]) -> String {
+    let output = Command::new(path(name)).args(arguments).output().unwrap();
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
     assert!(output.status.success(), "{name} {arguments:?}: {}", text(output.stderr));
     text(output.stdout)
@@ -22,7 +27,8 @@ fn train(name: &str, arguments: &[&str], start: &str, halves: [&str; 2]) -> Stri
     let out = folder.path().join("run");
     let out = out.to_str().unwrap();
     let cadence = ["--eval-every", halves[0], "--eval-episodes", "1", "--log-every", "20"];
-    let fresh = ["--out", out, "--steps", halves[0], "--start-steps", start];
+    let start = format!("start_steps={start}");
+    let fresh = ["--out", out, "--steps", halves[0], "--set", &start];
     run(name, &[arguments, &cadence, &fresh].concat());
     run(name, &["--resume", out, "--steps", halves[1]]);
     let film = folder.path().join("rollout.gif");
@@ -47,8 +53,9 @@ fn redq() {
 
 #[test]
 fn sac_lagrangian() {
-    for method in ["cop-cal", "cal", "cal-original", "saclag-ucb", "sac-lagrangian", "sac-pid"] {
-        let metrics = train("sac_lagrangian", &["--method", method], "150", ["200", "240"]);
+    for method in ["cop-cal", "cal", "cal-original", "saclag-ucb", "sac-lagrangian", "sac-pid", "cal --order rc"] {
+        let arguments: Vec<&str> = ["--method"].into_iter().chain(method.split(' ')).collect();
+        let metrics = train("sac_lagrangian", &arguments, "150", ["200", "240"]);
         for name in ["multiplier/cost", "multiplier_effective/cost", "cost_violation/cost", "actor/temperature"] {
             assert!(metrics.contains(name), "{method}: {metrics}");
         }
@@ -56,9 +63,36 @@ fn sac_lagrangian() {
 }
 
 #[test]
+fn sac_without_a_limit() {
+    let oac = ["--method", "sac", "--task", "a/hopper", "--set", "optimism.projection=extremum"];
+    assert!(!train("sac_lagrangian", &oac, "150", ["180", "200"]).contains("multiplier"));
+}
+
+#[test]
+fn wrong_words_are_readable_errors() {
+    for (name, arguments, wanted) in [
+        (
+            "sac_lagrangian",
+            "--task a/hopper",
+            "Error: a constraint on 'a/hopper': wanted a task with a cost under a limit",
+        ),
+        ("redq", "--gaussian --projection cholesky", "'--gaussian' cannot be used with '--projection"),
+        ("redq", "--projection choleski", "Error: unknown projection 'choleski'; known: cholesky"),
+        ("td3", "--set bach=3", "unknown field `bach`, expected one of `discount`"),
+        ("custom_env", "many", "Error: the argument: wanted steps to train for, such as 20000, got many"),
+    ] {
+        let output = Command::new(path(name)).args(arguments.split(' ')).env("RUST_BACKTRACE", "0").output().unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && error.contains(wanted), "{name} {arguments}: {error}");
+    }
+}
+
+#[test]
 fn swap_projection() {
     let folder = tempfile::tempdir().unwrap();
-    let table = run("swap_projection", &["--steps", "120", "--out", folder.path().to_str().unwrap()]);
+    let arguments = ["--steps", "120", "--out", folder.path().to_str().unwrap()];
+    let table = run("swap_projection", &arguments);
+    assert_eq!(run("swap_projection", &arguments), table, "what is finished is not trained again");
     for name in copq::projection::names() {
         assert!(table.contains(&format!("| {name} | 1 |")), "{table}");
     }

@@ -5,7 +5,7 @@ use copq_experiments::{Plan, Run, RunFolder, RunSettings};
 
 /// Small networks and a short warm-up, so that a test can train for real.
 fn config() -> Config {
-    let mut config = Config { start_steps: 300, batch: 32, ..Config::td3() };
+    let mut config = Config { start_steps: 300, batch: 32, ..Config::cop_td3() };
     config.networks.hidden = vec![32, 32];
     config
 }

@@ -64,11 +64,8 @@ fn trainer(name: &str) -> Result<Trainer> {
     let options = Options { senses: Senses::Gymnasium, ..Options::default() };
     let env = make_with("gym/hopper", &options)?;
     let (config, critics, projection): (_, _, Box<dyn Projection>) = match name {
-        "td3" => {
-            let td3 = Config { famo: None, optimism: None, target_period: 2, ..Config::td3() };
-            (td3, 2, Box::new(ScalarisedMin))
-        }
-        "cop" => (Config::td3(), 4, Box::new(Cholesky)),
+        "td3" => (Config::td3(), 2, Box::new(ScalarisedMin)),
+        "cop" => (Config::cop_td3(), 4, Box::new(Cholesky)),
         _ => bail!("{name}: wanted td3 or cop"),
     };
     let config = Config { start_steps: START, ..config };

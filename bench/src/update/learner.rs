@@ -20,7 +20,7 @@ impl Full {
             start_steps: 1,
             actor_delay: workload.actor_delay as u64,
             networks,
-            ..Config::td3()
+            ..Config::cop_td3()
         };
         let mut learner = Learner::new(config, &spec, Box::new(critic), Box::new(actor), 0)?;
         for batch in workload.batches() {

@@ -6,8 +6,11 @@ use std::path::{Path, PathBuf};
 use copq::{Error, Result};
 
 use super::curves::{Evaluated, Quantity};
-use super::{Figure, Panel, Point, Series, canvas};
+use super::{Figure, LIMIT_NOTE, Panel, Point, Series, canvas};
 use crate::files;
+use crate::folder::read_plan;
+use crate::numbers::grouped;
+use crate::plan::Plan;
 use crate::statistics::{max, mean, median, min};
 
 /// A run and what it is called in the legend; runs of one label are seeds of one method.
@@ -22,6 +25,8 @@ pub struct Labelled {
 /// The runs of one label.
 struct Group {
     label: String,
+    /// What the first of them is, if its folder says so.
+    plan: Option<Plan>,
     seeds: Vec<Evaluated>,
 }
 
@@ -43,7 +48,7 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[(String, f64)], out: &P
         limit: limit(&quantity.title()),
         series: groups.iter().map(|group| group.series(quantity)).collect(),
     };
-    let note = note(&groups).to_owned() + if limits.is_empty() { "" } else { " Dashed: the limit." };
+    let note = note(&groups).to_owned() + if limits.is_empty() { "" } else { LIMIT_NOTE };
     let figure = Figure { title: title.to_owned(), note, panels: quantities.iter().map(panel).collect() };
     match out.extension().and_then(|ending| ending.to_str()) {
         Some("svg") => files::replace(out, canvas::svg(&figure)?.as_bytes()),
@@ -52,17 +57,17 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[(String, f64)], out: &P
     }
 }
 
-/// A markdown table of the same runs: the mean of the last three evaluations, as the median over the seeds and, for
-/// several seeds, their range.
+/// A markdown table of the same runs: the mean of the last three evaluations up to the last step that all of a label's
+/// seeds reached, as the median over the seeds and, for several seeds, their range.
 pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
     let row = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-    let head = ["label", "seeds"].map(str::to_owned).into_iter().chain(quantities.iter().map(Quantity::title));
+    let head = ["label", "seeds", "steps"].map(str::to_owned).into_iter().chain(quantities.iter().map(Quantity::title));
     let mut text = row(head.collect());
-    text += &format!("|---|--:|{}\n", "--:|".repeat(quantities.len()));
+    text += &format!("|---|--:|--:|{}\n", "--:|".repeat(quantities.len()));
     for group in &groups {
-        let first = [group.label.clone(), group.seeds.len().to_string()];
+        let first = [group.label.clone(), group.seeds.len().to_string(), grouped(group.last_step())];
         text += &row(first.into_iter().chain(quantities.iter().map(|quantity| group.last(quantity))).collect());
     }
     Ok(text)
@@ -72,12 +77,26 @@ fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
     let mut groups: Vec<Group> = Vec::new();
     for Labelled { label, folder } in runs {
         let seed = Evaluated::read(folder)?;
+        let plan = if folder.join("config.toml").is_file() { Some(read_plan(folder)?) } else { None };
         match groups.iter_mut().find(|group| group.label == *label) {
-            Some(group) => group.seeds.push(seed),
-            None => groups.push(Group { label: label.clone(), seeds: vec![seed] }),
+            Some(group) => {
+                check_same_method(label, group.plan.as_ref(), plan.as_ref())?;
+                group.seeds.push(seed);
+            }
+            None => groups.push(Group { label: label.clone(), plan, seeds: vec![seed] }),
         }
     }
     if groups.is_empty() { Err(Error::invalid("runs to compare", "at least one", 0)) } else { Ok(groups) }
+}
+
+fn check_same_method(label: &str, first: Option<&Plan>, other: Option<&Plan>) -> Result<()> {
+    let (Some(first), Some(other)) = (first, other) else { return Ok(()) };
+    if first.is_seed_of(other) {
+        return Ok(());
+    }
+    let name = |plan: &Plan| Plan { run: first.run, ..plan.clone() }.folder_name();
+    let what = format!("runs called '{label}'");
+    Err(Error::invalid(what, format!("seeds of {} (another label for another method)", name(first)), name(other)))
 }
 
 /// Every quantity that some run has, in the runs' order: the weighted total, then objectives.
@@ -111,9 +130,15 @@ impl Group {
         Series { label: self.label.clone(), points }
     }
 
+    /// The last step that all seeds reached.
+    fn last_step(&self) -> u64 {
+        self.seeds.iter().map(Evaluated::last_step).min().unwrap_or(0)
+    }
+
     /// The end of the runs as a cell of the table.
     fn last(&self, quantity: &Quantity) -> String {
-        let ends: Vec<f64> = self.seeds.iter().map(|seed| last_three(&seed.means(quantity))).collect();
+        let end = self.last_step();
+        let ends: Vec<f64> = self.seeds.iter().map(|seed| last_three(&seed.means(quantity), end)).collect();
         let middle = median(&ends);
         match (middle.is_nan(), ends.len()) {
             (true, _) => "".to_owned(),
@@ -123,9 +148,10 @@ impl Group {
     }
 }
 
-fn last_three(means: &[(u64, f64)]) -> f64 {
-    let last = &means[means.len().saturating_sub(3)..];
-    mean(&last.iter().map(|&(_, value)| value).collect::<Vec<_>>())
+/// The mean of the last three values up to a step.
+fn last_three(means: &[(u64, f64)], end: u64) -> f64 {
+    let until: Vec<f64> = means.iter().filter(|&&(step, _)| step <= end).map(|&(_, value)| value).collect();
+    mean(&until[until.len().saturating_sub(3)..])
 }
 
 fn over_seeds(seeds: &[Evaluated], quantity: &Quantity) -> Vec<Point> {
@@ -169,9 +195,14 @@ mod tests {
             labelled("cholesky", "c1", [4.0, 5.0, 6.0]),
             labelled("cholesky", "c2", [2.0, 3.0, 4.0]),
         ];
-        let wanted = "| label | seeds | weighted total | speed |\n|---|--:|--:|--:|\n\
-            | cholesky | 3 | 3.0 (2.0 to 5.0) | 6.0 (4.0 to 10.0) |\n| minimum | 1 | 0.5 | 1.0 |\n";
+        let wanted = "| label | seeds | steps | weighted total | speed |\n|---|--:|--:|--:|--:|\n\
+            | cholesky | 3 | 2,000 | 3.0 (2.0 to 5.0) | 6.0 (4.0 to 10.0) |\n| minimum | 1 | 2,000 | 0.5 | 1.0 |\n";
         assert_eq!(comparison_table(&runs).unwrap(), wanted);
+        // A seed that stopped earlier ends the comparison there.
+        let short = runs[0].folder.join("evaluations.csv");
+        let text = std::fs::read_to_string(&short).unwrap();
+        std::fs::write(&short, text.lines().take(3).fold(String::new(), |all, line| all + line + "\n")).unwrap();
+        assert!(comparison_table(&runs).unwrap().contains("| cholesky | 3 | 1,000 | 2.5 (1.5 to 4.5) |"));
         for name in ["x.svg", "x.png"] {
             compare("COP-Q", &runs, &[("speed".to_owned(), 20.5)], &folder.path().join(name)).unwrap();
         }

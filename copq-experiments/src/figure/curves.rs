@@ -63,6 +63,11 @@ impl Evaluated {
         steps.map(point).collect()
     }
 
+    /// The step of the last evaluation.
+    pub(crate) fn last_step(&self) -> u64 {
+        self.sheet.steps().last().copied().unwrap_or(0)
+    }
+
     /// Step and mean return of each evaluation.
     pub(crate) fn means(&self, quantity: &Quantity) -> Vec<(u64, f64)> {
         self.sheet.steps().into_iter().zip(self.statistic(quantity, "mean")).collect()

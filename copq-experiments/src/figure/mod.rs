@@ -11,11 +11,11 @@ mod ticks;
 
 use std::path::Path;
 
-use copq::Result;
+use copq::{EnvSpec, Result};
 
 pub(crate) use canvas::encode_png;
 pub use compare::{Labelled, compare, comparison_table};
-use curves::Evaluated;
+use curves::{Evaluated, Quantity};
 pub(crate) use font::DEJAVU_SANS;
 pub(crate) use layout::colour;
 
@@ -55,8 +55,11 @@ pub(crate) struct Figure {
     panels: Vec<Panel>,
 }
 
-/// Draws a run's evaluations as `curve.svg` and `curve.png` in its folder.
-pub(crate) fn draw_run(folder: &Path) -> Result<()> {
+/// What a dashed line means.
+const LIMIT_NOTE: &str = " Dashed: the limit.";
+
+/// Draws a run's evaluations as `curve.svg` and `curve.png` in its folder, and the limits of its task's costs.
+pub(crate) fn draw_run(folder: &Path, spec: &EnvSpec) -> Result<()> {
     let run = Evaluated::read(folder)?;
     let plan = crate::folder::read_plan(folder)?;
     let title = format!(
@@ -67,13 +70,19 @@ pub(crate) fn draw_run(folder: &Path) -> Result<()> {
         plan.projection,
         plan.run.seed
     );
-    let note = "Line: mean of the evaluation episodes. Band: lowest to highest episode.".to_owned();
-    let panels = run.quantities().into_iter().map(|quantity| Panel {
+    let limit = |title: &str| {
+        let objective = spec.objectives.iter().position(|name| name == title)?;
+        spec.limit(objective).map(f64::from)
+    };
+    let panel = |quantity: Quantity| Panel {
         title: quantity.title(),
-        limit: None,
+        limit: limit(&quantity.title()),
         series: vec![Series { label: String::new(), points: run.over_episodes(&quantity) }],
-    });
-    let figure = Figure { title, note, panels: panels.collect() };
+    };
+    let panels: Vec<_> = run.quantities().into_iter().map(panel).collect();
+    let dashed = if panels.iter().any(|panel| panel.limit.is_some()) { LIMIT_NOTE } else { "" };
+    let note = format!("Line: mean of the evaluation episodes. Band: lowest to highest episode.{dashed}");
+    let figure = Figure { title, note, panels };
     files::replace(&folder.join("curve.svg"), canvas::svg(&figure)?.as_bytes())?;
     files::replace(&folder.join("curve.png"), &canvas::png(&figure)?)
 }

@@ -45,6 +45,8 @@ fn a_run_leaves_all_its_files() {
     assert!(config.made_with.rustc.starts_with("rustc 1."));
     let state = read_checkpoint(&folder).unwrap();
     assert_eq!(state.child("trainer").unwrap().get_one::<u64>("steps").unwrap(), 620);
+    let curve = std::fs::read_to_string(folder.join("curve.svg")).unwrap();
+    assert!(curve.contains("Dashed: the limit."), "the limit of the task's cost is drawn");
 }
 
 #[test]
@@ -62,10 +64,10 @@ fn rows_are_at_their_intervals_and_at_the_end() {
     assert_eq!(metrics.columns()[..6], wanted);
     assert!(metrics.column("q/speed").unwrap()[0].is_nan(), "nothing is logged in the warm-up");
     let column = |name: &str| evaluations.column(name).unwrap();
-    let total = column("return/speed/mean")[3] + 0.5 * column("return/effort/mean")[3];
+    let total = column("return/speed/mean")[3] - 0.5 * column("return/effort/mean")[3];
     assert!((total - column("weighted_total/mean")[3]).abs() < 1e-9);
     assert!(column("return/speed/min")[3] < column("return/speed/mean")[3]);
-    assert!(column("promised/speed")[3].is_finite() && column("discounted/effort")[3] < 0.0);
+    assert!(column("promised/speed")[3].is_finite() && column("discounted/effort")[3] > 0.0);
 }
 
 #[test]
@@ -144,6 +146,6 @@ fn a_finished_run_has_a_row_in_a_comparison() {
     finished(&folder);
     let runs = [copq_experiments::Labelled { label: "pusher".to_owned(), folder }];
     let table = comparison_table(&runs).unwrap();
-    assert!(table.starts_with("| label | seeds | weighted total | speed | effort |\n"), "{table}");
+    assert!(table.starts_with("| label | seeds | steps | weighted total | speed | effort |\n"), "{table}");
     assert_eq!(table.lines().count(), 3);
 }

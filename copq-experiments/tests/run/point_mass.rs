@@ -12,7 +12,7 @@ pub struct Settings {
     pub rate: f32,
 }
 
-/// Position and velocity; rewarded for speed, then for little effort.
+/// Position and velocity; rewarded for speed, and effort is a cost under a limit.
 pub struct PointMass {
     spec: EnvSpec,
     position: f64,
@@ -29,8 +29,8 @@ impl PointMass {
             action_low: vec![-2.0],
             action_high: vec![2.0],
             objectives: vec!["speed".to_owned(), "effort".to_owned()],
-            weights: vec![1.0, 0.5],
-            limits: vec![],
+            weights: vec![1.0, -0.5],
+            limits: vec![None, Some(31.5)],
             horizon: 70,
         };
         Self { spec, position: 0.0, velocity: 0.0, steps: 0, wind: Rng::with_stream(0, 99) }
@@ -59,7 +59,7 @@ impl Env for PointMass {
         self.position += 0.1 * self.velocity;
         self.steps += 1;
         self.observe(obs);
-        reward.copy_from_slice(&[self.velocity as f32, -(push * push) as f32]);
+        reward.copy_from_slice(&[self.velocity as f32, (push * push) as f32]);
         Ok(if self.position > 6.0 {
             Outcome::Terminated
         } else if self.steps >= self.spec.horizon as u64 {
@@ -111,13 +111,13 @@ impl Agent for Pusher {
         // A warm-up without any numbers, as real learners have it.
         if self.updates > 150 {
             log.scalar(self.updates, "q/speed", f64::from(self.weight) + self.noise.normal());
-            log.scalar(self.updates, "q/effort", -f64::from(self.weight));
+            log.scalar(self.updates, "q/effort", f64::from(self.weight));
         }
         Ok(())
     }
 
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()> {
-        q.copy_from_slice(&[20.0 * action[0] + obs[1], -4.0 * action[0] * action[0]]);
+        q.copy_from_slice(&[20.0 * action[0] + obs[1], 4.0 * action[0] * action[0]]);
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use copq_experiments::{Ending, RunFolder};
+use copq_experiments::{Ending, Plan, Run, RunFolder, read_plan};
 
 use crate::point_mass::{self, plan, settings};
 
@@ -73,8 +73,35 @@ fn a_run_without_a_checkpoint_begins_anew() {
     let temporary = tempfile::tempdir().unwrap();
     let (whole, bare) = (temporary.path().join("whole"), temporary.path().join("bare"));
     train(&whole, 5, 600);
-    train(&bare, 5, 600);
+    train(&bare, 5, 290);
     std::fs::remove_file(bare.join("checkpoint.safetensors")).unwrap();
     train(&bare, 5, 600);
     assert_same(&whole, &bare);
+}
+
+#[test]
+fn a_run_that_lost_its_checkpoint_loses_nothing_more() {
+    let temporary = tempfile::tempdir().unwrap();
+    let bare = temporary.path().join("bare");
+    train(&bare, 5, 600);
+    std::fs::remove_file(bare.join("checkpoint.safetensors")).unwrap();
+    let evaluations = std::fs::read_to_string(bare.join("evaluations.csv")).unwrap();
+    let (plan, eval_env) = (plan(5, 900), Box::new(point_mass::PointMass::new()));
+    let folder = RunFolder::resume(&bare, &plan, &settings()).unwrap();
+    let error = Run::new(point_mass::trainer(5), eval_env, folder, plan.run).unwrap_err().to_string();
+    assert!(error.contains("wanted its checkpoint.safetensors") && error.ends_with("up to step 600"), "{error}");
+    assert_eq!(std::fs::read_to_string(bare.join("evaluations.csv")).unwrap(), evaluations);
+}
+
+#[test]
+fn a_run_goes_on_with_more_threads() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path().join("run");
+    train(&folder, 5, 300);
+    let more = Plan { threads: 2, ..plan(5, 300) };
+    drop(RunFolder::resume(&folder, &more, &settings()).unwrap());
+    assert_eq!(read_plan(&folder).unwrap(), more);
+    let none = Plan { threads: 0, ..more };
+    let error = RunFolder::resume(&folder, &none, &settings()).unwrap_err().to_string();
+    assert_eq!(error, "threads: wanted 1 to 256, got 0");
 }

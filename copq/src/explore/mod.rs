@@ -6,7 +6,7 @@ use std::fmt::{self, Debug};
 
 pub use optimistic::Optimistic;
 
-use crate::{Actor, Critic, Net, Projection, Result, Rng, Scratch};
+use crate::{Actor, Critic, Net, Projection, Result, Rng, Scratch, State};
 
 /// What an exploration rule may use.
 pub struct Context<'a> {
@@ -34,6 +34,14 @@ impl Debug for Context<'_> {
 pub trait Explore: Debug + Send {
     /// Writes an action in [-1, 1] for one observation.
     fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()>;
+
+    /// Writes what changes from step to step, for a rule with a memory; the generator is the learner's.
+    fn save(&self, _state: &mut State) {}
+
+    /// Restores what [`Explore::save`] wrote.
+    fn load(&mut self, _state: &State) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// The policy's action plus clipped Gaussian noise (TD3).

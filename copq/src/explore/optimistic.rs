@@ -2,7 +2,7 @@
 
 use super::{Context, Explore};
 use crate::error::check_not_negative;
-use crate::projection::{Bound, Directions, Projection};
+use crate::projection::{Bound, Directions, Projection, by_name};
 use crate::{Net, Optimism, QView, Result};
 
 /// Optimistic Actor Critic (Ciosek et al. 2019) with any projection's upper bound: COP-OAC with
@@ -39,19 +39,20 @@ struct Work {
 impl Default for Optimistic {
     /// The upper bound of the learner's own projection, with the paper's constants (Tables D.2 and D.3).
     fn default() -> Self {
-        Self::own(Optimism::default(), 0.1)
+        Self { optimism: Optimism::default(), std: 0.1, projection: None, work: Work::default() }
     }
 }
 
 impl Optimistic {
-    /// The upper bound of the learner's own projection; `std` as the field of that name.
-    pub fn own(optimism: Optimism, std: f32) -> Self {
-        Self { optimism, std, projection: None, work: Work::default() }
+    /// Optimism as described, an error for a projection that nobody knows; `std` as the field of that name.
+    pub fn new(optimism: Optimism, std: f32) -> Result<Self> {
+        let projection = optimism.projection.as_deref().map(by_name).transpose()?;
+        Ok(Self { optimism, std, projection, ..Self::default() })
     }
 
-    /// The upper bound of another projection, with the paper's constants.
-    pub fn new(projection: impl Projection + 'static) -> Self {
-        Self { projection: Some(Box::new(projection)), ..Self::default() }
+    /// The upper bound of another projection than the learner's own, or of one of your own making.
+    pub fn projection(self, projection: impl Projection + 'static) -> Self {
+        Self { projection: Some(Box::new(projection)), ..self }
     }
 
     /// Writes the gradient of the scalarised upper bound in the action, at `action`.

@@ -5,8 +5,12 @@ use crate::error::check_len;
 use crate::loss::{finite, finite_row};
 use crate::{Agent, Context, Explore, Mode, Net, Observer, Result, State, Transition, Uniform};
 
+/// What to do about an observation that is not finite.
+const OBSERVATION: &str = "the environment returned it; check its physics";
+
 impl Agent for Learner {
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
+        finite_row("observation", obs, self.steps, OBSERVATION)?;
         let Self { config, actor, critic, projection, multiplier, explore, streams, work, steps, .. } = self;
         if mode == Mode::Exploit {
             actor.sample(Net::Online, obs, &[], action, &mut [])?;
@@ -31,8 +35,8 @@ impl Agent for Learner {
     fn observe(&mut self, t: Transition<'_>) -> Result<()> {
         check_len("transition's reward", t.reward.len(), self.objectives.len())?;
         finite("reward", t.reward, &self.objectives, self.steps)?;
-        finite_row("observation", t.next_obs, self.steps, "the environment returned it; check its physics")?;
-        finite_row("observation", t.obs, self.steps, "the environment returned it; check its physics")?;
+        finite_row("observation", t.next_obs, self.steps, OBSERVATION)?;
+        finite_row("observation", t.obs, self.steps, OBSERVATION)?;
         self.replay.push(t)?;
         self.steps += 1;
         Ok(())
@@ -62,6 +66,11 @@ impl Agent for Learner {
         self.streams.save(state);
         self.replay.save(state.child_mut("replay"));
         self.multiplier.save(state.child_mut("multiplier"));
+        let mut explore = State::default();
+        self.explore.save(&mut explore);
+        if explore != State::default() {
+            *state.child_mut("explore") = explore;
+        }
         if let Some(temperature) = &self.temperature {
             temperature.save(state.child_mut("temperature"));
         }
@@ -78,6 +87,8 @@ impl Agent for Learner {
         self.streams.load(state)?;
         self.replay.load(state.child("replay")?)?;
         self.multiplier.load(state.child("multiplier")?)?;
+        // A rule without a memory has written nothing.
+        self.explore.load(state.child("explore").unwrap_or(&State::default()))?;
         if let Some(temperature) = &mut self.temperature {
             temperature.load(state.child("temperature")?)?;
         }

@@ -17,8 +17,8 @@ impl Learner {
     ///
     /// * the Cholesky projection, or with [`ScalarisedMin`] if targets draw a subset of the critics: two critics say
     ///   too little of a covariance;
-    /// * exploration by Gaussian noise or a stochastic policy's own samples, towards the upper bound of its projection if
-    ///   [`Config::optimism`] says so;
+    /// * exploration by Gaussian noise or a stochastic policy's own samples, towards an upper bound if [`Config::optimism`]
+    ///   says so;
     /// * the task's weights, or the multipliers of [`Config::constraint`], which is an error for a task without costs.
     ///
     /// Swap any of them with [`Learner::projection`], [`Learner::explore`] and [`Learner::multiplier`].
@@ -46,7 +46,7 @@ impl Learner {
         Ok(Self {
             replay: Replay::new(config.capacity, spec.observation, spec.action(), n)?,
             projection: if config.subset.is_some() { Box::new(ScalarisedMin) } else { Box::new(Cholesky) },
-            explore: exploration(&config, actor.as_ref()),
+            explore: exploration(&config, actor.as_ref())?,
             multiplier,
             temperature,
             streams: Streams::new(seed),
@@ -85,13 +85,13 @@ impl Learner {
 }
 
 /// The exploration that a configuration describes.
-fn exploration(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
+fn exploration(config: &Config, actor: &dyn Actor) -> Result<Box<dyn Explore>> {
     let std = config.exploration_std as f32;
-    match (config.optimism, actor.noise()) {
-        (Some(optimism), _) => Box::new(Optimistic::own(optimism, std)),
+    Ok(match (&config.optimism, actor.noise()) {
+        (Some(optimism), _) => Box::new(Optimistic::new(optimism.clone(), std)?),
         (None, 0) => Box::new(Gaussian { std }),
         (None, _) => Box::<Sampled>::default(),
-    }
+    })
 }
 
 /// An error that names the first part that does not fit the others.

@@ -42,7 +42,7 @@ impl Learner {
                 *y = r + discount * *y;
             }
         }
-        finite("TD target", target, &self.objectives, self.steps)?;
+        target.chunks_exact(shared).try_for_each(|target| finite("TD target", target, &self.objectives, self.steps))?;
         log.scalar(self.steps, "clip_rate", scratch.clip_rate());
         column_means(target, mean);
         log_each(log, self.steps, &self.names.target, mean);

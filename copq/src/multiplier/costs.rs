@@ -33,6 +33,8 @@ struct Cost {
     objective: usize,
     /// Its limit, discounted.
     limit: f64,
+    /// Of how many units of an episode's cost one of a discounted value speaks.
+    per_episode: f64,
     /// What it was last estimated to be.
     estimate: f64,
     names: [String; 4],
@@ -43,14 +45,21 @@ impl Costs {
     pub(super) fn new(spec: &EnvSpec, discount: f64) -> Result<Self> {
         let cost = |objective: usize| {
             let limit = discounted_limit(f64::from(spec.limit(objective)?), discount, spec.horizon);
+            let per_episode = 1.0 / discounted_limit(1.0, discount, spec.horizon);
             let name = &spec.objectives[objective];
             let names = ["multiplier", "multiplier_effective", "cost_estimate", "cost_violation"];
-            Some(Cost { objective, limit, estimate: limit, names: names.map(|kind| format!("{kind}/{name}")) })
+            Some(Cost {
+                objective,
+                limit,
+                per_episode,
+                estimate: limit,
+                names: names.map(|kind| format!("{kind}/{name}")),
+            })
         };
         let costs: Vec<_> = (0..spec.objectives.len()).filter_map(cost).collect();
         if costs.is_empty() {
             let what = format!("a constraint on '{}'", spec.name);
-            return Err(Error::invalid(what, "a task with at least one cost (EnvSpec::limits)", "none"));
+            return Err(Error::invalid(what, "a task with a cost under a limit, such as b/hopper", "none"));
         }
         let (weights, actor_weights) = (spec.weights.clone(), spec.weights.iter().map(|&w| w.into()).collect());
         Ok(Self { costs, weights, actor_weights })
@@ -74,6 +83,11 @@ impl Costs {
     /// The i-th cost's estimate over its limit: positive where the constraint is broken.
     pub(super) fn violation(&self, i: usize) -> f64 {
         self.costs[i].estimate - self.costs[i].limit
+    }
+
+    /// The i-th cost's estimate and violation, as the cost of an episode at the same rate.
+    pub(super) fn of_episode(&self, i: usize) -> [f64; 2] {
+        [self.estimate(i), self.violation(i)].map(|value| value * self.costs[i].per_episode)
     }
 
     /// Sets the i-th cost's weight in projections. A cost's weight is negative, so that pessimism raises it.

@@ -12,7 +12,7 @@ use crate::{EnvSpec, Error, Observer, Result, State};
 /// Share of the past in the smoothed error and cost.
 const SMOOTHING: f64 = 0.95;
 
-/// Constants of [`Pid`]; gains are per unit of cost.
+/// Constants of [`Pid`]; gains are per unit of an episode's cost.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PidConfig {
@@ -38,7 +38,7 @@ impl Default for PidConfig {
 }
 
 /// `lambda = max(0, Kp e + I + Kd max(0, rise))` for each cost (Stooke et al. 2020), with e the smoothed violation of
-/// the pessimistic cost estimate, I its running sum, never negative, and the rise of the smoothed cost over `delay` updates.
+/// the pessimistic cost estimate (in units of an episode's cost, as the gains are), I its running sum, never negative, and the rise of the smoothed cost over `delay` updates.
 #[derive(Clone, Debug)]
 pub struct Pid {
     config: PidConfig,
@@ -126,7 +126,8 @@ impl Multiplier for Pid {
 
     fn update(&mut self) {
         for (i, controller) in self.controllers.iter_mut().enumerate() {
-            controller.update(&self.config, self.costs.estimate(i), self.costs.violation(i));
+            let [cost, violation] = self.costs.of_episode(i);
+            controller.update(&self.config, cost, violation);
         }
         self.refresh();
     }

@@ -1,6 +1,6 @@
 //! Costs and rewards each on the pessimistic side of their own mean, by lengths of their own.
 
-use super::vector::{add_scaled, rms};
+use super::diagonal::{along_axes, along_axes_vjp};
 use super::{Deviations, Ellipsoid, Work};
 
 /// `mean_i + step * k_i sigma_i sign(u_i)`, with one k for costs (negative weights) and one for rewards: no correlations,
@@ -35,18 +35,10 @@ impl Ellipsoid for Conservative {
     }
 
     fn offset(&self, x: &Deviations<'_>, u: &[f64], _work: &mut Work, out: &mut [f64]) {
-        for (i, out) in out.iter_mut().enumerate() {
-            *out = self.length(u[i]) * x.std(i);
-        }
+        along_axes(x, |i| self.length(u[i]), out);
     }
 
     fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], _work: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
-        let critics = x.critics();
-        for (i, (x, grad_x)) in x.iter().zip(grad_x.chunks_exact_mut(critics)).enumerate() {
-            let std = rms(x);
-            if std > 0.0 {
-                add_scaled(grad_x, grad[i] * self.length(u[i]) / (critics as f64 * std), x);
-            }
-        }
+        along_axes_vjp(x, |i| self.length(u[i]), grad, grad_x);
     }
 }

@@ -16,20 +16,28 @@ impl Ellipsoid for Diagonal {
     }
 
     fn offset(&self, x: &Deviations<'_>, u: &[f64], _work: &mut Work, out: &mut [f64]) {
-        for (i, out) in out.iter_mut().enumerate() {
-            *out = x.std(i) * u[i];
-        }
+        along_axes(x, |i| u[i], out);
     }
 
     fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], _work: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
-        let critics = x.critics();
-        for (i, (x, grad_x)) in x.iter().zip(grad_x.chunks_exact_mut(critics)).enumerate() {
-            let std = rms(x);
-            if std > 0.0 {
-                let slope = grad[i] * u[i] / critics as f64;
-                // Division first: x_ki / sigma_i is exactly +-1 for two critics.
-                x.iter().zip(grad_x).for_each(|(x, grad_x)| *grad_x += slope * (x / std));
-            }
+        along_axes_vjp(x, |i| u[i], grad, grad_x);
+    }
+}
+
+/// Writes every objective's own standard deviation times a length.
+pub(super) fn along_axes(x: &Deviations<'_>, length: impl Fn(usize) -> f64, out: &mut [f64]) {
+    out.iter_mut().enumerate().for_each(|(i, out)| *out = x.std(i) * length(i));
+}
+
+/// Adds the gradient of `grad . along_axes` to `grad_x`; nothing where all critics agree.
+pub(super) fn along_axes_vjp(x: &Deviations<'_>, length: impl Fn(usize) -> f64, grad: &[f64], grad_x: &mut [f64]) {
+    let critics = x.critics();
+    for (i, (x, grad_x)) in x.iter().zip(grad_x.chunks_exact_mut(critics)).enumerate() {
+        let std = rms(x);
+        if std > 0.0 {
+            let slope = grad[i] * length(i) / critics as f64;
+            // Division first: x_ki / sigma_i is exactly +-1 for two critics.
+            x.iter().zip(grad_x).for_each(|(x, grad_x)| *grad_x += slope * (x / std));
         }
     }
 }

@@ -5,7 +5,7 @@ use super::{Bound, Projection, QView, Scratch};
 use crate::Result;
 
 /// Every objective's least value over the critics for a negative step, or its greatest for a positive one; the other
-/// way round where the objective's weight is negative (a cost).
+/// way round where the objective's weight is negative or -0 (a cost).
 ///
 /// The bound is `mean + |step| (Q_k - mean)`, objective by objective, so that steps -1 and 1 give exactly the extreme
 /// values, and step 0 the mean. The first of equal critics gets the gradient. A NaN
@@ -20,6 +20,10 @@ impl Projection for IndependentMin {
 
     fn critics(&self, _objectives: usize) -> usize {
         2
+    }
+
+    fn separate(&self) -> bool {
+        true
     }
 
     fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
@@ -51,6 +55,7 @@ impl Projection for IndependentMin {
 }
 
 fn choose(q: QView<'_>, row: usize, objective: usize, weight: f32, step: f32) -> usize {
-    let sign = if (step > 0.0) == (weight < 0.0) { 1.0 } else { -1.0 };
+    // A weight of -0 is still a cost's: that of a multiplier at rest.
+    let sign = if (step > 0.0) == weight.is_sign_negative() { 1.0 } else { -1.0 };
     worst((0..q.critics()).map(|k| sign * f64::from(q.get(k, row)[objective])))
 }

@@ -82,6 +82,11 @@ pub trait Projection: Debug + Send + Sync {
         objectives + 1
     }
 
+    /// Whether these are separate scalar critics for each objective, not critics of all objectives together.
+    fn separate(&self) -> bool {
+        false
+    }
+
     /// Writes the bound, `rows x objectives`, into `out`.
     fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()>;
 
@@ -97,6 +102,10 @@ impl Projection for Box<dyn Projection> {
 
     fn critics(&self, objectives: usize) -> usize {
         self.as_ref().critics(objectives)
+    }
+
+    fn separate(&self) -> bool {
+        self.as_ref().separate()
     }
 
     fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {

@@ -3,7 +3,7 @@
 #![allow(dead_code)]
 
 use copq::projection::{
-    Bound, Cholesky, Deviations, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin, Projection, QView,
+    Bound, Cholesky, Conservative, Deviations, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin, Projection, QView,
     ScalarisedMin, Scratch, Work,
 };
 use proptest::prelude::*;
@@ -174,9 +174,12 @@ pub fn ellipsoids() -> [&'static dyn Ellipsoid; 4] {
     [&Cholesky, &Eigen, &Extremum, &Diagonal]
 }
 
-pub fn projections() -> [&'static dyn Projection; 6] {
-    [&Cholesky, &Eigen, &Extremum, &Diagonal, &ScalarisedMin, &IndependentMin]
+/// The six that have a name in the registry, and CAL's.
+pub fn projections() -> [&'static dyn Projection; 7] {
+    [&Cholesky, &Eigen, &Extremum, &Diagonal, &ScalarisedMin, &IndependentMin, &CONSERVATIVE]
 }
+
+const CONSERVATIVE: Conservative = Conservative { cost: 1.0, reward: 1.0 };
 
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()

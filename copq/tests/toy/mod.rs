@@ -444,7 +444,7 @@ impl Actor for GaussianActor {
 
 /// Settings small enough for the toy: a batch of 64, 200 uniform steps.
 pub fn config() -> Config {
-    small(Config::td3())
+    small(Config::cop_td3())
 }
 
 /// Any settings made small enough for the toy.

@@ -25,7 +25,7 @@ impl Ellipsoid for SafetyOnly {
 
 fn main() -> Result<()> {
     let (env, seed) = (copq_envs_rapier::make("a/hopper")?, 0);
-    let config = Config { start_steps: 100, batch: 16, ..Config::td3() };
+    let config = Config { start_steps: 100, batch: 16, ..Config::cop_td3() };
     let mut rng = Rng::new(seed, Stream::Init);
     let critic = copq_candle::critic(env.spec(), 4, &config.networks, &mut rng)?;
     let actor = copq_candle::actor(env.spec(), &config.networks, &mut rng)?;

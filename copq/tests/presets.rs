@@ -1,0 +1,74 @@
+//! The constants of every preset, typed once more from the papers' tables.
+
+use copq::*;
+
+/// What all presets share (paper Table D.3).
+fn assert_common(name: &str, config: &Config) {
+    assert_eq!((config.discount, config.tau), (0.99, 0.005), "{name}");
+    let networks = Networks { hidden: vec![256, 256], critic_lr: 3e-4, actor_lr: 3e-4 };
+    assert_eq!(config.networks, networks, "{name}");
+    assert_eq!(config.check().map_err(|e| e.to_string()), Ok(()), "{name}");
+}
+
+/// Batch, capacity, warm-up; updates a step, actor delay, target period.
+fn sizes(config: &Config) -> ([usize; 3], [u64; 3]) {
+    let Config { batch, capacity, start_steps, updates_per_step, actor_delay, target_period, .. } = *config;
+    ([batch, capacity, start_steps as usize], [updates_per_step as u64, actor_delay, target_period])
+}
+
+#[test]
+fn sizes_and_rhythms() {
+    let rows: [(&str, Config, [usize; 3], [u64; 3]); 9] = [
+        ("cop_td3", Config::cop_td3(), [256, 1_000_000, 1_000], [1, 2, 1]),
+        ("td3", Config::td3(), [256, 1_000_000, 25_000], [1, 2, 2]),
+        ("redq", Config::cop_td3().redq(), [256, 100_000, 5_000], [20, 20, 1]),
+        ("redq on sac", Config::sac().redq(), [256, 100_000, 5_000], [20, 20, 1]),
+        ("sac", Config::sac(), [256, 1_000_000, 10_000], [1, 2, 2]),
+        ("sac_lagrangian", Config::sac_lagrangian(), [256, 1_000_000, 10_000], [1, 2, 2]),
+        ("cop_cal", Config::cop_cal(), [256, 1_000_000, 10_000], [1, 2, 2]),
+        ("cal", Config::cal(), [256, 1_000_000, 10_000], [1, 2, 2]),
+        ("cal_original", Config::cal_original(), [12, 1_000_000, 5_000], [10, 1, 2]),
+    ];
+    for (name, config, wanted, rhythm) in rows {
+        assert_common(name, &config);
+        assert_eq!(sizes(&config), (wanted, rhythm), "{name}");
+        assert_eq!((config.pessimism, config.exploration_std), (1.0, 0.1), "{name}");
+        let redq = name.starts_with("redq");
+        assert_eq!(config.subset, redq.then_some(2), "{name}");
+        assert_eq!(config.actor_pessimism, if redq { 0.0 } else { 1.0 }, "{name}");
+        assert_eq!(config.own_cost_targets, name.starts_with("cal"), "{name}");
+        assert_eq!(config.optimism.is_some(), name == "cop_td3", "{name}");
+        assert_eq!(config.famo.is_some(), ["cop_td3", "redq"].contains(&name), "{name}");
+        let deterministic = ["cop_td3", "td3", "redq"].contains(&name);
+        assert_eq!(config.smoothing, deterministic.then_some(Smoothing { std: 0.2, clip: 0.5 }), "{name}");
+        assert_eq!(config.entropy.is_some(), !deterministic, "{name}");
+    }
+}
+
+#[test]
+fn balancing_and_optimism() {
+    let config = Config::cop_td3();
+    assert_eq!(config.famo, Some(FamoConfig { lr: 0.025, weight_decay: 0.001 }));
+    assert_eq!(config.optimism, Some(Optimism { beta: 4.66, shift: 6.86, projection: None }));
+    // 6.86 is the root of twice the KL bound 23.53, whose 4.66 is the radius: both to three digits.
+    assert!((0.5 * 6.86f64.powi(2) - 23.53).abs() < 0.005);
+}
+
+#[test]
+fn entropy_and_multipliers() {
+    let entropy = |lr| Some(Entropy { temperature: 1.0, lr, target: None, objective: None });
+    let lagrangian =
+        |multiplier, lr, augmentation| Some(Constraint::Lagrangian(LagrangianConfig { multiplier, lr, augmentation }));
+    for (config, wanted_entropy, constraint) in [
+        (Config::sac(), entropy(5e-4), None),
+        (Config::sac_lagrangian(), entropy(5e-4), lagrangian(1.0, 5e-4, 0.0)),
+        (Config::cop_cal(), entropy(5e-4), lagrangian(1.0, 5e-4, 10.0)),
+        (Config::cal(), entropy(5e-4), lagrangian(1.0, 5e-4, 10.0)),
+        (Config::cal_original(), entropy(3e-4), lagrangian(2.0f64.ln(), 3e-4, 10.0)),
+    ] {
+        assert_eq!((config.entropy, config.constraint), (wanted_entropy, constraint));
+    }
+    let pid =
+        PidConfig { proportional: 1e-6, integral: 1e-7, derivative: 1e-7, multiplier: 0.001, delay: 10, cap: 100.0 };
+    assert_eq!(PidConfig::default(), pid);
+}
