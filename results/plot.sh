@@ -5,7 +5,7 @@ cd "$(dirname "$0")/.."
 out=${1%/} title=$2
 shift 2
 runs=()
-for run in "$out"/*-s[0-9]; do
+for run in "$out"/*-s[0-9]*; do
     label=$(basename "${run%-s*}")
     runs+=("$label=$run")
 done
