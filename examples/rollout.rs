@@ -1,6 +1,6 @@
 //! Shows what a trained policy does, as an animated picture that needs no window and no graphics card.
 //!
-//! `cargo run --release --example rollout -- runs/FOLDER` writes rollout.gif; `--help` explains the rest.
+//! `cargo run --release --example rollout -- runs/FOLDER` writes rollout.gif there; `--help` explains the rest.
 
 use std::path::PathBuf;
 
@@ -30,9 +30,9 @@ struct Cli {
     /// How to draw: `side` needs nothing, `mujoco` is MuJoCo's own picture, of whichever engine's run.
     #[arg(long, value_parser = VIEWS, default_value = "side")]
     view: String,
-    /// The GIF to write.
-    #[arg(long, value_name = "FILE", default_value = "rollout.gif")]
-    out: PathBuf,
+    /// The GIF to write. [default: rollout.gif in the run's folder]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
     /// Folder for the frames as PNG files, if you want them too.
     #[arg(long, value_name = "DIR")]
     png: Option<PathBuf>,
@@ -60,8 +60,9 @@ fn main() -> anyhow::Result<()> {
         let readings: Vec<_> = end.readings.iter().map(|(name, value)| format!("{name} {value}")).collect();
         println!("episode {episode}: {}", readings.join(", "));
     }
-    film.write_gif(&cli.out, &mut *draw)?;
-    println!("{} frames in {}", film.frames(), cli.out.display());
+    let out = cli.out.unwrap_or_else(|| cli.run.join("rollout.gif"));
+    film.write_gif(&out, &mut *draw)?;
+    println!("{} frames in {}", film.frames(), out.display());
     Ok(cli.png.map_or(Ok(()), |folder| film.write_png(&folder, &mut *draw))?)
 }
 

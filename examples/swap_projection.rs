@@ -29,8 +29,8 @@ fn main() -> anyhow::Result<()> {
         let run = RunSettings { steps, eval_every: steps.min(5_000), ..RunSettings::default() };
         let plan = Plan { projection: name.to_owned(), run, ..Plan::new("swap_projection") };
         let folder = out.join(name);
-        if let interrupted @ Ending::Interrupted { .. } = train(&plan, &folder)? {
-            anyhow::bail!("{interrupted}"); // the same command goes on
+        if let Ending::Interrupted { step, .. } = train(&plan, &folder)? {
+            anyhow::bail!("stopped and saved at step {step} of {name}; the same command goes on");
         }
         runs.push(Labelled { label: name.to_owned(), folder });
     }

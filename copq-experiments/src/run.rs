@@ -85,7 +85,9 @@ impl Run {
             check_not_begun(&folder, &settings)?;
         }
         if let Some(saved) = &saved {
-            trainer.load(saved.child("trainer")?)?;
+            let failed =
+                |e| Error::other(format!("going on from '{}'", folder.file("checkpoint.safetensors").display()), e);
+            saved.child("trainer").and_then(|saved| trainer.load(saved)).map_err(failed)?;
         }
         let step = trainer.steps();
         // Off its interval, a row was the last one of a shorter run.

@@ -40,7 +40,7 @@
 //! **Choose a method**: [`Config::cop_td3`], [`Config::sac`] and their relatives are presets of the one learner, and
 //! [`Config`]'s table says which critics and projection each is meant for.
 //!
-//! **Explore otherwise**: COP-Q explores towards its own upper bound (COP-OAC); `Optimism::projection`
+//! **Explore otherwise**: COP-Q explores towards its own upper bound (COP-OAC); [`Optimism::projection`]
 //! names another's, [`Config::optimism`] says how far, and `None` there leaves the policy's noise. `learner.explore(...)` takes
 //! a rule of your own.
 //!

@@ -90,6 +90,9 @@ impl Animation {
 
     /// Writes a GIF that runs in real time, again and again.
     pub fn write_gif(&self, path: &Path, draw: &mut Draw<'_>) -> Result<()> {
+        if path.extension().is_none_or(|ending| ending != "gif") {
+            return Err(Error::invalid("animation's file", "a name that ends in .gif", path.display()));
+        }
         files::replace(path, &gif::encode(self, draw)?)
     }
 

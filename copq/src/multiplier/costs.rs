@@ -33,7 +33,7 @@ struct Cost {
     objective: usize,
     /// Its limit, discounted.
     limit: f64,
-    /// Of how many units of an episode's cost one of a discounted value speaks.
+    /// An episode's cost for each unit of the discounted value.
     per_episode: f64,
     /// What it was last estimated to be.
     estimate: f64,

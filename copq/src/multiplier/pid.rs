@@ -38,7 +38,8 @@ impl Default for PidConfig {
 }
 
 /// `lambda = max(0, Kp e + I + Kd max(0, rise))` for each cost (Stooke et al. 2020), with e the smoothed violation of
-/// the pessimistic cost estimate (in units of an episode's cost, as the gains are), I its running sum, never negative, and the rise of the smoothed cost over `delay` updates.
+/// the pessimistic cost estimate, I its running sum, never negative, and the rise of the smoothed cost over `delay`
+/// updates; all in units of an episode's cost.
 #[derive(Clone, Debug)]
 pub struct Pid {
     config: PidConfig,
