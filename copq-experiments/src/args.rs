@@ -75,7 +75,8 @@ pub struct Args {
 
     /// Environment steps between two checkpoints: what a crash can cost you. [default: 20000]
     ///
-    /// A checkpoint holds the replay buffer, so it grows to hundreds of megabytes. Ctrl-C writes one too.
+    /// A checkpoint holds the replay buffer, so it grows to hundreds of megabytes, and writing or loading one needs as
+    /// much memory again. Ctrl-C writes one too.
     #[arg(long, value_name = "N")]
     pub checkpoint_every: Option<u64>,
 

@@ -15,6 +15,8 @@ pub(crate) const LINE: f64 = 2.0;
 const TICK_SIZE: f64 = 12.0;
 /// Length of a dash, and of the gap after it.
 const DASH: f64 = 6.0;
+/// Ends that differ by less than this share are equal.
+const ROUNDING: f64 = 1e-5;
 /// Fewer evaluations than this are marked by dots.
 const DOTS: usize = 16;
 
@@ -73,7 +75,8 @@ fn widened(low: f64, high: f64) -> (f64, f64) {
     if low > high {
         return (0.0, 1.0);
     }
-    let room = if low < high { 0.05 * (high - low) } else { (0.05 * low.abs()).max(0.5) };
+    let size = low.abs().max(high.abs());
+    let room = if high - low > ROUNDING * size { 0.05 * (high - low) } else { (0.05 * size).max(0.5) };
     // An axis of positive numbers may end at 0, not below.
     let keep_sign = |end: f64, moved: f64| if end * moved < 0.0 { 0.0 } else { moved };
     (keep_sign(low, low - room), keep_sign(high, high + room))
@@ -147,4 +150,19 @@ fn names<B: DrawingBackend>(pen: &Pen<'_, B>, frame: &Frame, title: &str) -> Dra
     pen.word(title, (middle, frame.top - 22.0), 14.0, Anchor::Top)?;
     pen.word("environment steps", (middle, frame.bottom + 24.0), TICK_SIZE, Anchor::Top)?;
     pen.word("return of an episode", (frame.left - 58.0, centre), TICK_SIZE, Anchor::Turned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::widened;
+
+    #[test]
+    fn an_axis_has_room_and_rounding_is_no_range() {
+        assert_eq!(widened(1.0, 101.0), (0.0, 106.0));
+        assert_eq!(widened(-100.0, 100.0), (-110.0, 110.0));
+        let (low, high) = widened(41.99830, 41.99831);
+        assert!(high - low > 4.0, "a flat curve is not a wall of digits: {low} to {high}");
+        assert_eq!(widened(0.0, 0.0), (-0.5, 0.5));
+        assert_eq!(widened(f64::INFINITY, f64::NEG_INFINITY), (0.0, 1.0));
+    }
 }
