@@ -2,7 +2,7 @@
 
 mod view;
 
-use copq::{Config, Env, EnvSpec, Error, Ordered, Result};
+use copq::{Config, Env, EnvSpec, Error, OrderedEnv, Result};
 use copq_envs::{Locomotion, Options, Physics, RobotSpec};
 use copq_experiments::Plan;
 pub use view::{VIEWS, make_view};
@@ -17,7 +17,7 @@ pub type World = Locomotion<Box<dyn Physics>>;
 pub fn make_env(plan: &Plan) -> Result<Box<dyn Env>> {
     let world = Box::new(make_world(plan)?);
     Ok(match &plan.order {
-        Some(order) => Box::new(Ordered::parse(world, order)?),
+        Some(order) => Box::new(OrderedEnv::parse(world, order)?),
         None => world,
     })
 }

@@ -40,7 +40,7 @@ mod squash;
 mod weights;
 
 pub use candle_core::Device;
-use copq::{Critic, EnvSpec, Networks, Projection, Result, Rng, Separate};
+use copq::{Critic, EnvSpec, Networks, Projection, Result, Rng, SeparateCritics};
 
 /// K critics for an environment, in the fast implementation, with fresh weights from `rng` ([`copq::Stream::Init`]).
 pub fn critic(spec: &EnvSpec, critics: usize, networks: &Networks, rng: &mut Rng) -> Result<fused::Critics> {
@@ -82,7 +82,7 @@ pub fn cost_and_reward_critics(
     networks: &Networks,
     threads: usize,
     rng: &mut Rng,
-) -> Result<Separate> {
+) -> Result<SeparateCritics> {
     let count = |i| if spec.limit(i).is_some() { of_cost } else { of_reward };
     let counts: Vec<usize> = (0..spec.objectives.len()).map(count).collect();
     separate_critics(spec, &counts, networks, threads, rng)
@@ -96,8 +96,8 @@ pub fn separate_critics(
     networks: &Networks,
     threads: usize,
     rng: &mut Rng,
-) -> Result<Separate> {
+) -> Result<SeparateCritics> {
     let scalar =
         EnvSpec { objectives: vec!["value".to_owned()], weights: vec![1.0], limits: Vec::new(), ..spec.clone() };
-    Separate::new(Box::new(critic(&scalar, counts.iter().sum(), networks, rng)?.threads(threads)?), counts)
+    SeparateCritics::new(Box::new(critic(&scalar, counts.iter().sum(), networks, rng)?.threads(threads)?), counts)
 }

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use copq::projection::{Conservative, IndependentMin};
 use copq::{
-    Agent, Config, Constraint, Critic, Entropy, EnvSpec, LagrangianConfig, Learner, Networks, Outcome, Rng, Separate,
-    Silent, State, Stream, Transition,
+    Agent, Config, Constraint, Critic, Entropy, EnvSpec, LagrangianConfig, Learner, Networks, Outcome, Rng,
+    SeparateCritics, Silent, State, Stream, Transition,
 };
 use serde_json::{Value, json};
 
@@ -99,7 +99,7 @@ impl Reference {
     fn learner(&self, method: &Value) -> Learner {
         let name = method["name"].as_str().unwrap();
         let (spec, config, rng) = (self.spec(name), self.config(name), &mut Rng::new(SEED, Stream::Init));
-        let separate = |counts, rng: &mut Rng| -> Separate {
+        let separate = |counts, rng: &mut Rng| -> SeparateCritics {
             copq_candle::separate_critics(&spec, counts, &config.networks, 1, rng).unwrap()
         };
         let critic: Box<dyn Critic> = match name {

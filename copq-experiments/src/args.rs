@@ -92,7 +92,7 @@ pub struct Args {
 
     /// Another value for one of the settings that config.toml lists, such as batch=512; may be given several times.
     ///
-    /// Deeper ones have dots: networks.hidden=[64,64], optimism.beta=2, optimism.projection=extremum.
+    /// Deeper ones have dots, lists brackets: "networks.hidden=[64, 64]", optimism.beta=2, optimism.projection=extremum.
     #[arg(long, value_name = "KEY=VALUE", conflicts_with = "resume")]
     pub set: Vec<String>,
 }

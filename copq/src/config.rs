@@ -86,9 +86,9 @@ impl Optimism {
 /// | TD3 | [`Config::td3`] | 2, for N = 1 | any | deterministic |
 /// | REDQ | [`Config::cop_td3`]`.redq()` | 10 | [`ScalarisedMin`](crate::projection::ScalarisedMin) | deterministic |
 /// | SAC | [`Config::sac`] | 2, for N = 1 | any | stochastic |
-/// | SAC-Lagrangian | [`Config::sac_lagrangian`] | [`Separate`](crate::Separate), 1 cost and 2 reward | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
-/// | SACLag-UCB | [`Config::sac_lagrangian`] | [`Separate`](crate::Separate), 2 and 2 | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
-/// | CAL | [`Config::cal`] | [`Separate`](crate::Separate), 4 and 2 | [`Conservative::cal`](crate::projection::Conservative::cal) | stochastic |
+/// | SAC-Lagrangian | [`Config::sac_lagrangian`] | [`SeparateCritics`](crate::SeparateCritics), 1 cost and 2 reward | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
+/// | SACLag-UCB | [`Config::sac_lagrangian`] | [`SeparateCritics`](crate::SeparateCritics), 2 and 2 | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
+/// | CAL | [`Config::cal`] | [`SeparateCritics`](crate::SeparateCritics), 4 and 2 | [`Conservative::cal`](crate::projection::Conservative::cal) | stochastic |
 /// | COP-Q on CAL | [`Config::cop_cal`] | 3 | [`Cholesky`](crate::projection::Cholesky) | stochastic |
 ///
 /// Each takes [`Config::optimism`], which makes it OAC; [`Config::cop_td3`] has it.

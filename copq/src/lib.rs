@@ -44,7 +44,7 @@
 //! names another's, [`Config::optimism`] says how far, and `None` there leaves the policy's noise. `learner.explore(...)` takes
 //! a rule of your own.
 //!
-//! **Change the priorities**: `Ordered::new(env, &["velocity", "safety", "control"])` is the same world in another order.
+//! **Change the priorities**: `OrderedEnv::new(env, &["velocity", "safety", "control"])` is the same world in another order.
 //!
 //! **Train, save, resume**: [`Trainer::step`] is one environment step with its learning, [`Trainer::save`] holds everything;
 //! a loaded trainer goes on bit for bit.
@@ -82,16 +82,18 @@ pub use config::{Config, Networks, Optimism, Smoothing};
 pub use critic::{Critic, Net, QGrad};
 pub use env::{Env, EnvSpec, Outcome};
 pub use error::{Error, Result};
-pub use explore::{Context, Explore, Gaussian, Optimistic, Sampled, Uniform};
+pub use explore::{Context, Explore, GaussianNoise, Optimistic, PolicySamples, UniformActions};
 pub use famo::{Famo, FamoConfig};
 pub use learner::Learner;
-pub use multiplier::{Constraint, Fixed, Lagrangian, LagrangianConfig, Multiplier, Pid, PidConfig, discounted_limit};
+pub use multiplier::{
+    Constraint, FixedWeights, Lagrangian, LagrangianConfig, Multiplier, Pid, PidConfig, discounted_limit,
+};
 pub use observer::{Observer, Silent};
-pub use ordered::Ordered;
+pub use ordered::OrderedEnv;
 pub use projection::{Bound, Projection, QView, Scratch};
 pub use replay::{Batch, Replay};
 pub use rng::{Rng, Stream};
-pub use separate::Separate;
+pub use separate::SeparateCritics;
 pub use state::{Element, State, Value};
 pub use temperature::Entropy;
 pub use trainer::{Episode, Evaluation, Timing, Trainer, evaluate};

@@ -7,9 +7,9 @@ use crate::{Env, EnvSpec, Error, Outcome, Result, State};
 /// Only methods that know priorities care: for Cholesky the order says whose uncertainty is answered for first.
 ///
 /// ```ignore
-/// let env = Ordered::new(env, &["velocity", "safety", "control"])?;
+/// let env = OrderedEnv::new(env, &["velocity", "safety", "control"])?;
 /// ```
-pub struct Ordered {
+pub struct OrderedEnv {
     env: Box<dyn Env>,
     spec: EnvSpec,
     /// Where each objective comes from.
@@ -17,13 +17,13 @@ pub struct Ordered {
     reward: Vec<f32>,
 }
 
-impl std::fmt::Debug for Ordered {
+impl std::fmt::Debug for OrderedEnv {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Ordered").field("objectives", &self.spec.objectives).finish_non_exhaustive()
+        f.debug_struct("OrderedEnv").field("objectives", &self.spec.objectives).finish_non_exhaustive()
     }
 }
 
-impl Ordered {
+impl OrderedEnv {
     /// Puts the objectives in this order; every one must be named once.
     pub fn new(env: Box<dyn Env>, objectives: &[impl AsRef<str>]) -> Result<Self> {
         let old = env.spec();
@@ -74,7 +74,7 @@ fn only(names: &[String], letter: char) -> Result<String> {
     }
 }
 
-impl Env for Ordered {
+impl Env for OrderedEnv {
     fn spec(&self) -> &EnvSpec {
         &self.spec
     }

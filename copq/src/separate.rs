@@ -9,7 +9,7 @@ use crate::{Critic, Error, Net, QGrad, QView, Result, State};
 /// To projections and losses it is an ensemble of K critics of N values, with K the least common multiple of the counts:
 /// an objective with fewer networks shows each of them equally often. That changes no mean, no least value and no
 /// standard deviation (over K), and the gradients of a network's copies add up.
-pub struct Separate {
+pub struct SeparateCritics {
     networks: Box<dyn Critic>,
     /// Networks of each objective, which lie one objective after another.
     counts: Vec<usize>,
@@ -20,13 +20,13 @@ pub struct Separate {
     grad: Vec<f32>,
 }
 
-impl std::fmt::Debug for Separate {
+impl std::fmt::Debug for SeparateCritics {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Separate").field("counts", &self.counts).finish_non_exhaustive()
+        f.debug_struct("SeparateCritics").field("counts", &self.counts).finish_non_exhaustive()
     }
 }
 
-impl Separate {
+impl SeparateCritics {
     /// `counts[i]` of the scalar critics in `networks` for objective i, in order.
     pub fn new(networks: Box<dyn Critic>, counts: &[usize]) -> Result<Self> {
         if counts.is_empty() || counts.contains(&0) {
@@ -58,7 +58,7 @@ impl Separate {
     }
 }
 
-impl Critic for Separate {
+impl Critic for SeparateCritics {
     fn critics(&self) -> usize {
         self.critics
     }

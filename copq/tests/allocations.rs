@@ -3,7 +3,7 @@
 mod toy;
 
 use copq::projection::{Cholesky, Conservative};
-use copq::{Config, Constraint, Learner, Optimistic, PidConfig, Separate, Silent, Trainer, projection};
+use copq::{Config, Constraint, Learner, Optimistic, PidConfig, SeparateCritics, Silent, Trainer, projection};
 use toy::{LinearCritics, Toy};
 
 /// Allocations in steps 301 to 319, one episode's middle: acting, stepping, storing, sampling, updating, all of it warm.
@@ -27,7 +27,7 @@ fn a_warm_step_allocates_only_the_episode_it_returns() {
 #[test]
 fn warm_steps_of_the_other_methods_allocate_no_more() {
     let networks = || LinearCritics::new(3, 2, 0.02, 1);
-    let cal = || Separate::new(Box::new(LinearCritics::new(6, 1, 0.02, 1)), &[4, 2]).unwrap();
+    let cal = || SeparateCritics::new(Box::new(LinearCritics::new(6, 1, 0.02, 1)), &[4, 2]).unwrap();
     let pid = Config { constraint: Some(Constraint::Pid(PidConfig::default())), ..Config::sac() };
     let redq = Config { updates_per_step: 2, actor_delay: 2, ..toy::small(Config::cop_td3().redq()) };
     let sac = |config| toy::stochastic(toy::small(config), &Toy::new(), networks(), 1);

@@ -39,7 +39,7 @@ fn assert_moments(what: &str, got: (f64, f64), wanted: (f64, f64)) {
 
 #[test]
 fn gaussian_noise_has_its_width_around_the_policy_and_stays_in_range() {
-    let noisy = |std| actions(&mut Gaussian { std }, &mut LinearActor::new(0.0));
+    let noisy = |std| actions(&mut GaussianNoise { std }, &mut LinearActor::new(0.0));
     assert_moments("0.1", moments(noisy(0.1).iter().map(|&a| a.into())), (0.1, 0.1));
     let wide = noisy(2.0);
     assert!(wide.iter().all(|a| a.abs() <= 1.0));
@@ -50,7 +50,7 @@ fn gaussian_noise_has_its_width_around_the_policy_and_stays_in_range() {
 
 #[test]
 fn uniform_actions_fill_the_range() {
-    let uniform = actions(&mut Uniform, &mut LinearActor::new(0.0));
+    let uniform = actions(&mut UniformActions, &mut LinearActor::new(0.0));
     assert_moments("uniform", moments(uniform.iter().map(|&a| a.into())), (0.0, (1.0f64 / 3.0).sqrt()));
     for tenth in 0..10 {
         let from = -1.0 + 0.2 * tenth as f32;
@@ -61,7 +61,7 @@ fn uniform_actions_fill_the_range() {
 
 #[test]
 fn a_stochastic_policy_explores_by_its_own_samples() {
-    let sampled = actions(&mut Sampled::default(), &mut GaussianActor::new(0.0, 0.2f32.ln()));
+    let sampled = actions(&mut PolicySamples::default(), &mut GaussianActor::new(0.0, 0.2f32.ln()));
     // s = 0.4: 0.3 - 0.5 * 0.4 before the tanh.
     assert_moments("before the tanh", moments(sampled.iter().map(|&a| f64::from(a).atanh())), (0.1, 0.2));
 }

@@ -11,9 +11,9 @@ fn critics(count: usize, seed: u64) -> LinearCritics {
 }
 
 /// CAL's critics: 4 of the cost and 2 of the reward.
-fn separate(counts: &[usize], seed: u64) -> Separate {
+fn separate(counts: &[usize], seed: u64) -> SeparateCritics {
     let networks = LinearCritics::new(counts.iter().sum(), 1, 0.02, seed);
-    Separate::new(Box::new(networks), counts).unwrap()
+    SeparateCritics::new(Box::new(networks), counts).unwrap()
 }
 
 fn run(trainer: &mut Trainer, steps: u64) -> State {
@@ -421,8 +421,9 @@ fn separate_networks_are_an_ensemble() {
     };
     scalars.action_grad(&obs, &act, doubled, &mut wanted).unwrap();
     assert_eq!(grad, wanted);
-    let wrong =
-        |counts: &[usize]| Separate::new(Box::new(LinearCritics::new(6, 1, 0.02, 3)), counts).unwrap_err().to_string();
+    let wrong = |counts: &[usize]| {
+        SeparateCritics::new(Box::new(LinearCritics::new(6, 1, 0.02, 3)), counts).unwrap_err().to_string()
+    };
     assert_eq!(wrong(&[2, 2]), "scalar critics: wanted 4 for [2, 2], got 6");
     assert_eq!(wrong(&[6, 0]), "critics of each objective: wanted at least 1, got [6, 0]");
 }
@@ -430,7 +431,7 @@ fn separate_networks_are_an_ensemble() {
 #[test]
 fn another_order_moves_names_weights_limits_and_rewards_together() {
     let mut plain = Toy::constrained();
-    let mut ordered = Ordered::new(Box::new(Toy::constrained()), &["reward", "cost"]).unwrap();
+    let mut ordered = OrderedEnv::new(Box::new(Toy::constrained()), &["reward", "cost"]).unwrap();
     let spec = ordered.spec().clone();
     assert_eq!(
         (spec.objectives, spec.weights, spec.limits),
@@ -443,14 +444,14 @@ fn another_order_moves_names_weights_limits_and_rewards_together() {
     ordered.step(&[0.7], &mut obs, &mut turned).unwrap();
     assert_eq!([turned[1], turned[0]], reward);
     check_env(&mut ordered).unwrap();
-    let error = |names: &[&str]| Ordered::new(Box::new(Toy::constrained()), names).unwrap_err().to_string();
+    let error = |names: &[&str]| OrderedEnv::new(Box::new(Toy::constrained()), names).unwrap_err().to_string();
     assert_eq!(error(&["cost", "cost"]), "order of objectives: wanted each of cost, reward once, got cost, cost");
     assert!(error(&["reward", "costs"]).starts_with("unknown objective 'costs'; known: cost, "));
 }
 
 #[test]
 fn an_order_is_written_in_letters_or_names() {
-    let parse = |order: &str| Ordered::parse(Box::new(Toy::constrained()), order);
+    let parse = |order: &str| OrderedEnv::parse(Box::new(Toy::constrained()), order);
     for order in ["rc", "reward,cost", "reward, cost"] {
         assert_eq!(parse(order).unwrap().spec().objectives, ["reward", "cost"]);
     }

@@ -46,12 +46,12 @@ pub trait Explore: Debug + Send {
 
 /// The policy's action plus clipped Gaussian noise (TD3).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gaussian {
+pub struct GaussianNoise {
     /// Standard deviation, in units of half the action range.
     pub std: f32,
 }
 
-impl Explore for Gaussian {
+impl Explore for GaussianNoise {
     fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()> {
         context.actor.sample(Net::Online, obs, &[], action, &mut [])?;
         for a in action {
@@ -63,11 +63,11 @@ impl Explore for Gaussian {
 
 /// A sample of a stochastic policy (SAC).
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sampled {
+pub struct PolicySamples {
     noise: Vec<f32>,
 }
 
-impl Explore for Sampled {
+impl Explore for PolicySamples {
     fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()> {
         self.noise.resize(context.actor.noise(), 0.0);
         context.rng.fill_normal(&mut self.noise);
@@ -77,9 +77,9 @@ impl Explore for Sampled {
 
 /// Uniform actions, whatever the policy says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Uniform;
+pub struct UniformActions;
 
-impl Explore for Uniform {
+impl Explore for UniformActions {
     fn act(&mut self, context: &mut Context<'_>, _obs: &[f32], action: &mut [f32]) -> Result<()> {
         action.iter_mut().for_each(|a| *a = context.rng.uniform_in(-1.0, 1.0) as f32);
         Ok(())

@@ -3,7 +3,7 @@
 use super::Learner;
 use crate::error::check_len;
 use crate::loss::{finite, finite_row};
-use crate::{Agent, Context, Explore, Mode, Net, Observer, Result, State, Transition, Uniform};
+use crate::{Agent, Context, Explore, Mode, Net, Observer, Result, State, Transition, UniformActions};
 
 /// What to do about an observation that is not finite.
 const OBSERVATION: &str = "the environment returned it; check its physics";
@@ -24,7 +24,7 @@ impl Agent for Learner {
                 scratch: &mut work.scratch,
             };
             if *steps < config.start_steps {
-                Uniform.act(&mut context, obs, action)?;
+                UniformActions.act(&mut context, obs, action)?;
             } else {
                 explore.act(&mut context, obs, action)?;
             }

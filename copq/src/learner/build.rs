@@ -4,12 +4,12 @@ use super::Learner;
 use super::streams::Streams;
 use super::work::{Names, Work};
 use crate::error::check_len;
-use crate::multiplier::Fixed;
+use crate::multiplier::FixedWeights;
 use crate::projection::{Cholesky, ScalarisedMin};
 use crate::temperature::Temperature;
 use crate::{
-    Actor, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, Gaussian, Multiplier, Optimistic, Projection, Replay,
-    Result, Sampled,
+    Actor, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, GaussianNoise, Multiplier, Optimistic, PolicySamples,
+    Projection, Replay, Result,
 };
 
 impl Learner {
@@ -34,7 +34,7 @@ impl Learner {
         // A task that does not suit the method is worth more words than critics that do not suit the task.
         let multiplier: Box<dyn Multiplier> = match &config.constraint {
             Some(constraint) => constraint.multiplier(spec, config.discount)?,
-            None => Box::new(Fixed::new(&spec.weights)?),
+            None => Box::new(FixedWeights::new(&spec.weights)?),
         };
         check_parts(&config, spec, critic.as_ref(), actor.as_ref())?;
         let (n, rows) = (spec.objectives.len(), config.batch);
@@ -89,8 +89,8 @@ fn exploration(config: &Config, actor: &dyn Actor) -> Result<Box<dyn Explore>> {
     let std = config.exploration_std as f32;
     Ok(match (&config.optimism, actor.noise()) {
         (Some(optimism), _) => Box::new(Optimistic::new(optimism.clone(), std)?),
-        (None, 0) => Box::new(Gaussian { std }),
-        (None, _) => Box::<Sampled>::default(),
+        (None, 0) => Box::new(GaussianNoise { std }),
+        (None, _) => Box::<PolicySamples>::default(),
     })
 }
 

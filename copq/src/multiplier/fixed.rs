@@ -6,12 +6,12 @@ use crate::{Error, Observer, Result, State};
 
 /// Constant weights; the actor maximises along their unit direction (paper eq. 14).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fixed {
+pub struct FixedWeights {
     weights: Vec<f32>,
     direction: Vec<f64>,
 }
 
-impl Fixed {
+impl FixedWeights {
     /// Weights that never change; at least one must be non-zero and all finite.
     pub fn new(weights: &[f32]) -> Result<Self> {
         if weights.iter().any(|w| !w.is_finite()) || weights.iter().all(|&w| w == 0.0) {
@@ -27,7 +27,7 @@ impl Fixed {
     }
 }
 
-impl Multiplier for Fixed {
+impl Multiplier for FixedWeights {
     fn weights(&self) -> &[f32] {
         &self.weights
     }

@@ -10,7 +10,7 @@ use std::fmt::Debug;
 use serde::{Deserialize, Serialize};
 
 pub use costs::discounted_limit;
-pub use fixed::Fixed;
+pub use fixed::FixedWeights;
 pub use lagrangian::{Lagrangian, LagrangianConfig};
 pub use pid::{Pid, PidConfig};
 
