@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# TD3 on MuJoCo's hopper as in the paper (preset Paper), under three projections; about three hours on two cores without AVX-512.
+# TD3 on MuJoCo's hopper as in the paper (preset Paper), under three projections; about five hours on two cores without AVX-512.
 #   scripts/fetch-mujoco.sh && cargo build --release --features copq-examples/mujoco --example td3
 #   results/hopper-mujoco-paper/run.sh && results/plot.sh results/hopper-mujoco-paper "TD3 on MuJoCo's hopper, preset Paper"
 set -euo pipefail
