@@ -93,6 +93,7 @@ pub struct Args {
     /// Another value for one of the settings that config.toml lists, such as batch=512; may be given several times.
     ///
     /// Deeper ones have dots, lists brackets: "networks.hidden=[64, 64]", optimism.beta=2, optimism.projection=extremum.
+    /// none takes away what a run can do without: famo=none, optimism=none.
     #[arg(long, value_name = "KEY=VALUE", conflicts_with = "resume")]
     pub set: Vec<String>,
 }
@@ -277,6 +278,10 @@ mod tests {
             "--set batch.size=1: wanted a setting that has parts, got 256 at batch"
         );
         assert_eq!(message("--set batch"), "--set batch: wanted KEY=VALUE, got no =");
+        let config = set("--set famo=none --set optimism.beta=2").unwrap();
+        assert_eq!((config.famo, config.optimism.map(|optimism| optimism.beta)), (None, Some(2.0)));
+        assert!(message("--set batch=none").contains("missing field `batch`"));
+        assert_eq!(message("--set fmo=none"), "--set fmo=none: wanted a setting that there is, got none at fmo");
         assert_eq!(set("--steps 5").unwrap(), copq::Config::cop_td3());
     }
 }

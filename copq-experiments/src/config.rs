@@ -89,7 +89,8 @@ pub(crate) fn check_same<S: Serialize>(path: &Path, saved: &toml::Table, now: &S
     }
 }
 
-/// The settings with some changed, each as KEY=VALUE: the key's parts between dots, the value as TOML or as plain text.
+/// The settings with some changed, each as KEY=VALUE: the key's parts between dots, the value as TOML or as plain text,
+/// or `none`, which takes a setting away that need not be there.
 pub(crate) fn with<S: Serialize + DeserializeOwned>(settings: &S, changes: &[String]) -> Result<S> {
     let mut table = toml::Table::try_from(settings).map_err(|e| Error::other("encoding the settings", e))?;
     for change in changes {
@@ -102,7 +103,12 @@ pub(crate) fn with<S: Serialize + DeserializeOwned>(settings: &S, changes: &[Str
             let got = format!("{inner} at {parent}");
             at = inner.as_table_mut().ok_or_else(|| invalid("a setting that has parts", got))?;
         }
-        at.insert(name.to_owned(), parse_value(value, at.get(name)));
+        let old = at.remove(name);
+        if value != "none" {
+            at.insert(name.to_owned(), parse_value(value, old.as_ref()));
+        } else if old.is_none() {
+            return Err(invalid("a setting that there is", format!("none at {key}")));
+        }
     }
     table.try_into().map_err(|e| Error::other("--set", e))
 }
