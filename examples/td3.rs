@@ -27,12 +27,14 @@ struct Cli {
 fn main() -> anyhow::Result<()> {
     let Cli { args, gaussian } = Cli::parse();
 
-    // The settings: TD3's preset, the options over it, or with --resume what the run's folder holds.
-    let preset = Config::cop_td3();
-    let optimism = preset.optimism.clone().filter(|_| !gaussian);
-    let config = args.settings(Config { optimism, ..preset })?;
+    // The settings: the preset, the options over it, or with --resume what the run's folder holds.
     let method = gaussian.then(|| "td3-gaussian".to_owned());
     let mut plan = args.plan(Plan { method, ..Plan::new("td3") })?;
+    let projection = projection::by_name(&plan.projection)?;
+    let preset = Config::cop_td3();
+    let optimism = preset.optimism.clone().filter(|_| !gaussian);
+    let famo = preset.famo.filter(|_| !projection.separate());
+    let config = args.settings(Config { optimism, famo, ..preset })?;
     plan.run.discount = config.discount;
 
     // The world, twice: to learn in, and to be evaluated in.
@@ -41,7 +43,6 @@ fn main() -> anyhow::Result<()> {
     warn_of_limits(&spec, &config);
 
     // The networks: the critics that the projection wants, N + 1 of N values each for Cholesky, and a deterministic actor.
-    let projection = projection::by_name(&plan.projection)?;
     let mut rng = Rng::new(plan.run.seed, Stream::Init);
     let critic = copq_candle::critics_for(projection.as_ref(), &spec, &config.networks, plan.threads, &mut rng)?;
     let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?.threads(plan.threads)?;

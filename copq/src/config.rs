@@ -125,7 +125,7 @@ pub struct Config {
     pub entropy: Option<Entropy>,
     /// How the limits of costs are held, if they are.
     pub constraint: Option<Constraint>,
-    /// Balancing of the objectives' losses, if any.
+    /// Balancing of the losses of objectives that share networks, if any; not for [`SeparateCritics`](crate::SeparateCritics).
     pub famo: Option<FamoConfig>,
     /// Standard deviation of the default Gaussian exploration, in units of half the action range.
     pub exploration_std: f64,

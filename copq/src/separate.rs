@@ -9,6 +9,10 @@ use crate::{Critic, Error, Net, QGrad, QView, Result, State};
 /// To projections and losses it is an ensemble of K critics of N values, with K the least common multiple of the counts:
 /// an objective with fewer networks shows each of them equally often. That changes no mean, no least value and no
 /// standard deviation (over K), and the gradients of a network's copies add up.
+///
+/// They are to learn without FAMO ([`Config::famo`](crate::Config::famo)). Adam undoes the scale of a loss, so weights of losses that
+/// share no network balance nothing: they drift, until an objective's gradients are as small as Adam's epsilon and its
+/// networks hardly move.
 pub struct SeparateCritics {
     networks: Box<dyn Critic>,
     /// Networks of each objective, which lie one objective after another.

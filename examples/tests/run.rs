@@ -40,7 +40,10 @@ fn train(name: &str, arguments: &[&str], start: &str, halves: [&str; 2]) -> Stri
 #[test]
 fn td3() {
     for arguments in [&[][..], &["--projection", "independent-min"], &["--order", "vsc", "--gaussian"]] {
-        assert!(train("td3", arguments, "150", ["180", "200"]).contains("critic_loss/safety"));
+        let metrics = train("td3", arguments, "150", ["180", "200"]);
+        assert!(metrics.contains("critic_loss/safety"));
+        let separate = arguments.contains(&"independent-min");
+        assert_eq!(metrics.contains("famo/"), !separate, "{arguments:?}: {metrics}");
     }
 }
 
