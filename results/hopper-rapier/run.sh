@@ -10,7 +10,10 @@ out=results/hopper-rapier
     for seed in 0 1 2; do
         echo "--seed $seed --out $out/cholesky-s$seed"
     done
-    for projection in eigen extremum diagonal scalarised-min independent-min; do
+    for projection in eigen extremum diagonal scalarised-min; do
         echo "--projection $projection --steps 60000 --out $out/$projection-s0"
     done
+    # Made when FAMO was on for separate critics, too.
+    famo="--set famo.lr=0.025 --set famo.weight_decay=0.001"
+    echo "--projection independent-min $famo --steps 60000 --out $out/independent-min-s0"
 } | xargs -P 2 -I {} sh -c "$td3 {} 2>&1 | tail -n 3"
