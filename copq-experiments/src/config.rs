@@ -123,7 +123,7 @@ fn parse_value(text: &str, old: Option<&toml::Value>) -> toml::Value {
 }
 
 /// The first key at which two values differ, with both sides.
-fn difference(key: &str, a: &toml::Value, b: &toml::Value) -> Option<(String, String, String)> {
+pub(crate) fn difference(key: &str, a: &toml::Value, b: &toml::Value) -> Option<(String, String, String)> {
     let (toml::Value::Table(a_table), toml::Value::Table(b_table)) = (a, b) else {
         return (a != b).then(|| (key.to_owned(), a.to_string(), b.to_string()));
     };

@@ -19,9 +19,34 @@ use crate::{checkpoint, files};
 /// | `metrics.csv` | averages over each logging interval: training episodes, losses, Q-values |
 /// | `evaluations.csv` | returns of the evaluation episodes, promised and observed values |
 /// | `timings.csv` | where the time went |
-/// | `events.out.tfevents.*` | the same numbers for TensorBoard |
+/// | `events.out.tfevents.*` | the means of these numbers for TensorBoard |
 /// | `curve.svg`, `curve.png` | the evaluations as a picture |
 /// | `checkpoint.safetensors` | everything needed to go on |
+///
+/// Columns of `metrics.csv`, NAME being an objective's; all but the first three are of the updates' batches:
+///
+/// | column | meaning |
+/// |---|---|
+/// | `train/length` | steps of the episodes that ended, explored actions included |
+/// | `train/return/NAME` | their undiscounted returns |
+/// | `train/weighted_total` | the sum of these by the task's weights |
+/// | `q/NAME` | the critics' mean value of the replayed actions (discounted, as all values) |
+/// | `q_spread/NAME` | the critics' standard deviation there (the root of its mean square over the batch) |
+/// | `bound/NAME` | the lower bound there, by the learner's projection |
+/// | `target/NAME` | what the critics should say: mean TD target |
+/// | `critic_loss/NAME` | mean squared distance from it, over critics and batch |
+/// | `clip_rate` | share of the targets in which the Cholesky bound's clip fired |
+/// | `famo/NAME` | FAMO's weight of the loss; all together are 1 |
+/// | `actor/objective` | what the actor climbs, less the entropy bonus: weights x lower bound of its own actions |
+/// | `actor/entropy` | entropy of a stochastic policy, in nats of actions in \[-1, 1\] |
+/// | `actor/temperature` | alpha, the entropy bonus's weight |
+/// | `multiplier/NAME` | lambda of a cost, which projections see |
+/// | `multiplier_effective/NAME` | the cost's weight in `actor/objective`: that of the augmented Lagrangian |
+/// | `cost_estimate/NAME` | the pessimistic cost of the replayed actions, discounted |
+/// | `cost_violation/NAME` | how far that is above the discounted limit |
+///
+/// `evaluations.csv` has mean, standard deviation, least and largest of the returns over its episodes, `promised/NAME` (the
+/// critics' mean value of an episode's first action) and `discounted/NAME` (what the episode then returned, discounted).
 ///
 /// A crash at any moment leaves a folder that can be resumed: the CSV files only grow and lose a torn last line on
 /// resume, the others are replaced by a rename.

@@ -7,8 +7,9 @@ use copq::{Error, Result};
 
 use super::curves::{Evaluated, Quantity};
 use super::{Figure, LIMIT_NOTE, Panel, Point, Series, canvas};
+use crate::config::{RunConfig, difference};
 use crate::files;
-use crate::folder::read_plan;
+use crate::folder::read_config;
 use crate::numbers::grouped;
 use crate::plan::Plan;
 use crate::statistics::{max, mean, median, min};
@@ -22,11 +23,14 @@ pub struct Labelled {
     pub folder: PathBuf,
 }
 
+/// A run's plan, and its settings whatever they are.
+type Config = RunConfig<toml::Table>;
+
 /// The runs of one label.
 struct Group {
     label: String,
-    /// What the first of them is, if its folder says so.
-    plan: Option<Plan>,
+    /// What made the first of them, if its folder says so.
+    config: Option<Config>,
     seeds: Vec<Evaluated>,
 }
 
@@ -77,26 +81,33 @@ fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
     let mut groups: Vec<Group> = Vec::new();
     for Labelled { label, folder } in runs {
         let seed = Evaluated::read(folder)?;
-        let plan = if folder.join("config.toml").is_file() { Some(read_plan(folder)?) } else { None };
+        let config = if folder.join("config.toml").is_file() { Some(read_config(folder)?) } else { None };
         match groups.iter_mut().find(|group| group.label == *label) {
             Some(group) => {
-                check_same_method(label, group.plan.as_ref(), plan.as_ref())?;
+                check_same_method(label, group.config.as_ref(), config.as_ref())?;
                 group.seeds.push(seed);
             }
-            None => groups.push(Group { label: label.clone(), plan, seeds: vec![seed] }),
+            None => groups.push(Group { label: label.clone(), config, seeds: vec![seed] }),
         }
     }
     if groups.is_empty() { Err(Error::invalid("runs to compare", "at least one", 0)) } else { Ok(groups) }
 }
 
-fn check_same_method(label: &str, first: Option<&Plan>, other: Option<&Plan>) -> Result<()> {
+/// An error unless two runs differ in nothing but seed, length and cadence.
+fn check_same_method(label: &str, first: Option<&Config>, other: Option<&Config>) -> Result<()> {
     let (Some(first), Some(other)) = (first, other) else { return Ok(()) };
-    if first.is_seed_of(other) {
-        return Ok(());
+    let name = |plan: &Plan| Plan { run: first.plan.run, ..plan.clone() }.folder_name();
+    let differing = |wanted: String, got: String| {
+        let wanted = format!("seeds of {wanted} (another label for another method)");
+        Err(Error::invalid(format!("runs called '{label}'"), wanted, got))
+    };
+    if !first.plan.is_seed_of(&other.plan) {
+        return differing(name(&first.plan), name(&other.plan));
     }
-    let name = |plan: &Plan| Plan { run: first.run, ..plan.clone() }.folder_name();
-    let what = format!("runs called '{label}'");
-    Err(Error::invalid(what, format!("seeds of {} (another label for another method)", name(first)), name(other)))
+    match difference("settings", &first.settings.clone().into(), &other.settings.clone().into()) {
+        None => Ok(()),
+        Some((key, wanted, got)) => differing(format!("{} with {key} {wanted}", name(&first.plan)), got),
+    }
 }
 
 /// Every quantity that some run has, in the runs' order: the weighted total, then objectives.
@@ -212,5 +223,30 @@ mod tests {
         assert!(compare("COP-Q", &runs, &[], Path::new("x.pdf")).is_err());
         let error = compare("COP-Q", &runs, &[("sped".to_owned(), 1.0)], Path::new("x.svg")).unwrap_err().to_string();
         assert!(["limit", "speed", "sped"].iter().all(|text| error.contains(text)), "{error}");
+    }
+
+    #[test]
+    fn runs_of_one_label_differ_in_their_seeds_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let labelled = |name, plan: Plan, settings: &str| {
+            let path = run(folder.path(), name, [1.0; 3]);
+            let settings: toml::Table = settings.parse().unwrap();
+            let config = RunConfig { plan, settings, made_with: crate::config::MadeWith::here() };
+            crate::config::write(&path.join("config.toml"), &config).unwrap();
+            Labelled { label: "td3".to_owned(), folder: path }
+        };
+        let plan = |projection: &str, seed| {
+            let mut plan = Plan { projection: projection.to_owned(), ..Plan::new("td3") };
+            plan.run.seed = seed;
+            plan
+        };
+        let first = labelled("first", plan("cholesky", 0), "tau = 0.005");
+        let with = |other| comparison_table(&[first.clone(), other]).map_err(|e| e.to_string());
+        assert!(with(labelled("seed", plan("cholesky", 1), "tau = 0.005")).is_ok());
+        let wanted = "runs called 'td3': wanted seeds of td3-a-hopper-cholesky-s0";
+        let error = with(labelled("projection", plan("eigen", 1), "tau = 0.005")).unwrap_err();
+        assert_eq!(error, format!("{wanted} (another label for another method), got td3-a-hopper-eigen-s0"));
+        let error = with(labelled("setting", plan("cholesky", 1), "tau = 0.01")).unwrap_err();
+        assert_eq!(error, format!("{wanted} with settings.tau 0.005 (another label for another method), got 0.01"));
     }
 }
