@@ -69,6 +69,7 @@ impl Workload {
             objectives: (0..self.objectives).map(|i| format!("objective {i}")).collect(),
             weights: vec![1.0; self.objectives],
             limits: vec![],
+            entropy: None,
             horizon: 1000,
         }
     }

@@ -11,6 +11,7 @@
 //!     objectives: vec!["safety".into(), "velocity".into(), "control".into()],
 //!     weights: vec![1.0; 3],
 //!     limits: vec![],
+//!     entropy: None,
 //!     horizon: 1000,
 //! };
 //! let mut rng = Rng::new(0, Stream::Init);
@@ -40,7 +41,7 @@ mod squash;
 mod weights;
 
 pub use candle_core::Device;
-use copq::{Critic, EnvSpec, Networks, Projection, Result, Rng, SeparateCritics};
+use copq::{Actor, Config, Critic, EnvSpec, Networks, Projection, Result, Rng, SeparateCritics};
 
 /// K critics for an environment, in the fast implementation, with fresh weights from `rng` ([`copq::Stream::Init`]).
 pub fn critic(spec: &EnvSpec, critics: usize, networks: &Networks, rng: &mut Rng) -> Result<fused::Critics> {
@@ -74,6 +75,14 @@ pub fn gaussian_actor(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Res
     fused::Gaussian::new(spec, networks, rng)
 }
 
+/// The actor that a method is meant for: a squashed Gaussian if it has an entropy bonus, else a deterministic one.
+pub fn actor_for(config: &Config, spec: &EnvSpec, threads: usize, rng: &mut Rng) -> Result<Box<dyn Actor>> {
+    Ok(match config.entropy {
+        None => Box::new(actor(spec, &config.networks, rng)?.threads(threads)?),
+        Some(_) => Box::new(gaussian_actor(spec, &config.networks, rng)?.threads(threads)?),
+    })
+}
+
 /// Separate scalar critics, as many for each cost and for each reward as is said: 4 and 2 for CAL, wherever the cost
 /// stands among the objectives.
 pub fn cost_and_reward_critics(
@@ -97,7 +106,12 @@ pub fn separate_critics(
     threads: usize,
     rng: &mut Rng,
 ) -> Result<SeparateCritics> {
-    let scalar =
-        EnvSpec { objectives: vec!["value".to_owned()], weights: vec![1.0], limits: Vec::new(), ..spec.clone() };
+    let scalar = EnvSpec {
+        objectives: vec!["value".to_owned()],
+        weights: vec![1.0],
+        limits: vec![],
+        entropy: None,
+        ..spec.clone()
+    };
     SeparateCritics::new(Box::new(critic(&scalar, counts.iter().sum(), networks, rng)?.threads(threads)?), counts)
 }

@@ -6,7 +6,8 @@ mod common;
 use common::reference::{Reference, slope};
 use common::{Case, assert_close, saved};
 use copq::projection::{Cholesky, Extremum, ScalarisedMin};
-use copq::{Actor, Context, Critic, Explore, Optimism, Optimistic, Projection, Rng, Scratch, Stream};
+use copq::{Actor, Context, Critic, Explore, Net, Optimism, Optimistic, Projection, Rng, Scratch, Stream};
+use proptest::prelude::*;
 
 const WEIGHTS: [f32; 3] = [1.0, 0.5, 2.0];
 
@@ -53,7 +54,7 @@ fn explore(
     obs: &[f32],
     seed: u64,
 ) -> (Vec<f32>, Vec<f32>) {
-    let (mut action, mut noise) = (vec![0.0; 3], vec![0.0; 3]);
+    let (mut action, mut noise) = (vec![0.0; actor.action()], vec![0.0; actor.action()]);
     let (mut rng, mut scratch) = (Rng::new(seed, Stream::Explore), Scratch::default());
     rng.clone().fill_normal(&mut noise);
     // The learner's own projection is another one, to see whose bound is climbed.
@@ -81,7 +82,7 @@ fn a_deterministic_policy_moves_along_the_bounds_gradient() {
         let (obs, critics) = (case.obs(seed), ensemble(critic.as_ref(), &case));
         let mode: Vec<f64> = {
             let mut mode = vec![0.0; 3];
-            actor.sample(copq::Net::Online, &obs, &[], &mut mode, &mut []).unwrap();
+            actor.sample(Net::Online, &obs, &[], &mut mode, &mut []).unwrap();
             mode.iter().map(|&a| a.into()).collect()
         };
         let beta = optimism.beta;
@@ -127,6 +128,49 @@ fn a_gaussian_policy_moves_in_the_units_of_its_own_covariance() {
         let wanted: Vec<f32> = (0..3).map(|i| moved(i).tanh() as f32).collect();
         assert_close(&format!("{name}, beta {beta}, state {seed}"), &action, &wanted, 2e-4);
         assert!(std[0] != std[1] && std[1] != std[2], "a covariance of equal entries would hide its absence");
+    }
+}
+
+/// delta, and an upper bound to move along.
+fn optimism() -> impl Strategy<Value = (f64, Optimism)> {
+    let name = prop::sample::select(copq::projection::names());
+    (0.001..0.5f64, 0.0..10.0f64, name).prop_map(|(delta, beta, name)| {
+        (delta, Optimism { beta, shift: (2.0 * delta).sqrt(), projection: Some(name.to_owned()) })
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// KL(N(m + D, S) || N(m, S)) = D' S^-1 D / 2, whatever the policy, its covariance, the bound and the gradient.
+    #[test]
+    fn the_shifted_policys_divergence_is_the_bound((delta, optimism) in optimism(), action in 1..=6usize, seed in 0..1000u64) {
+        let case = Case { action, ..Case::new(5, 3, &[12, 9], 1) };
+        let ([mut critic, _], obs) = (case.critics(seed), case.obs(seed));
+        let divergence = |moved: &mut dyn Iterator<Item = (f64, f64)>| moved.map(|(by, std)| (by / std).powi(2)).sum::<f64>() / 2.0;
+
+        let ([mut actor, _], std, mut mode) = (case.actors(seed), 0.05, vec![0.0; action]);
+        actor.sample(Net::Online, &obs, &[], &mut mode, &mut []).unwrap();
+        let mut rule = Optimistic::new(optimism.clone(), std).unwrap();
+        let (moved, noise) = explore(&mut rule, (actor.as_mut(), critic.as_mut()), &obs, seed);
+        prop_assume!(moved.iter().all(|a| a.abs() < 1.0));
+        let mut shifts = (0..action).map(|i| (f64::from(moved[i] - mode[i] - std * noise[i]), f64::from(std)));
+        let got = divergence(&mut shifts);
+        prop_assert!((got - delta).abs() < 1e-3 * (delta + 0.01), "deterministic: {} instead of {}", got, delta);
+
+        let [mut actor, _] = case.gaussians(seed);
+        let policy = Reference::read(saved(actor.as_ref()).child("online").unwrap(), case.hidden.len() + 1);
+        let output = policy.forward(&obs.iter().map(|&x| x.into()).collect::<Vec<_>>());
+        let mut rule = Optimistic::new(optimism, 0.1).unwrap();
+        let (moved, noise) = explore(&mut rule, (actor.as_mut(), critic.as_mut()), &obs, seed);
+        // Where the tanh is flat, single precision has forgotten what was before it.
+        prop_assume!(moved.iter().all(|a| a.abs() < 0.98));
+        let mut shifts = (0..action).map(|i| {
+            let std = output[action + i].exp();
+            (f64::from(moved[i]).atanh() - output[i] - std * f64::from(noise[i]), std)
+        });
+        let got = divergence(&mut shifts);
+        prop_assert!((got - delta).abs() < 1e-3 * (delta + 0.01), "Gaussian: {} instead of {}", got, delta);
     }
 }
 

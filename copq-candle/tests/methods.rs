@@ -1,5 +1,5 @@
-//! Four updates of SAC, REDQ, SACLag-UCB, CAL and COP-Q on CAL against PyTorch's numbers from the same weights, batches
-//! and noise (`data/make_methods.py`).
+//! Four updates of SAC, REDQ on TD3 and on SAC, SACLag-UCB, CAL and COP-Q on CAL against PyTorch's numbers from the same
+//! weights, batches and noise (`data/make_methods.py`).
 
 use std::path::PathBuf;
 
@@ -51,11 +51,18 @@ impl Reference {
             objectives: vec!["cost".into(), "reward".into()],
             weights: vec![0.0, 1.0],
             limits: vec![Some(self.number("limit") as f32), None],
+            entropy: None,
             horizon: self.number("horizon") as usize,
         };
         match method {
             "sac" => EnvSpec { objectives: vec!["reward".into()], weights: vec![1.0], limits: vec![], ..two },
-            "redq" => EnvSpec { weights: numbers(&self.0["data"]["weights"]), limits: vec![], ..two },
+            "redq" | "redq on sac" => EnvSpec {
+                objectives: vec!["first".into(), "second".into()],
+                weights: numbers(&self.0["data"]["weights"]),
+                limits: vec![],
+                entropy: Some("first".into()),
+                ..two
+            },
             _ => two,
         }
     }
@@ -63,7 +70,8 @@ impl Reference {
     fn config(&self, method: &str) -> Config {
         let preset = match method {
             "sac" => Config::sac(),
-            "redq" => Config { actor_delay: 4, famo: None, ..Config::cop_td3().redq() },
+            "redq" => Config { actor_delay: 2, famo: None, ..Config::cop_td3().redq() },
+            "redq on sac" => Config { actor_delay: 2, ..Config::sac().redq() },
             "saclag-ucb" => Config::sac_lagrangian(),
             "cal" => Config::cal(),
             _ => Config::cop_cal(),
@@ -202,7 +210,7 @@ fn four_updates_of_every_method_agree() {
         if name != "redq" {
             close("log alpha", state.child("temperature").unwrap().get_one("log_alpha").unwrap(), &end["log_alpha"]);
         }
-        if !["redq", "sac"].contains(&name) {
+        if !["sac", "redq", "redq on sac"].contains(&name) {
             close("log lambda", state.child("multiplier").unwrap().get_one("log_lambda").unwrap(), &end["log_lambda"]);
             close("the effective multiplier", logged["multiplier_effective/cost"], &end["effective"]);
             close("the cost's estimate", logged["cost_estimate/cost"], &end["estimate"]);

@@ -32,7 +32,7 @@ impl Metrics {
         Ok(Self { table: Table::open(path, keep)?, sums: BTreeMap::new() })
     }
 
-    /// Takes in a training episode's returns, one an objective, their weighted total and its length in steps.
+    /// Takes in a training episode's returns, one per objective, their weighted total and its length in steps.
     pub fn episode(&mut self, step: u64, episode: &Episode, objectives: &[String], weights: &[f32]) {
         for (name, &value) in objectives.iter().zip(&episode.returns) {
             self.scalar(step, &format!("train/return/{name}"), value);

@@ -38,7 +38,7 @@ impl Sheet {
         self.rows.iter().filter_map(|row| step_of(row)).collect()
     }
 
-    /// A column's numbers, one a row, NaN where nothing was logged; nothing if there is no such column.
+    /// A column's numbers, one per row, NaN where nothing was logged; nothing if there is no such column.
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
         let index = self.columns.iter().position(|column| column == name)?;
         Some(self.rows.iter().map(|row| row[index].parse().unwrap_or(f64::NAN)).collect())

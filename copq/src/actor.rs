@@ -7,7 +7,7 @@ use crate::{Net, Result, State};
 pub struct Sample<'a> {
     /// Actions in [-1, 1], `rows x action`.
     pub action: &'a [f32],
-    /// log pi(a|s), one a row; empty for a deterministic policy.
+    /// log pi(a|s), one per row; empty for a deterministic policy.
     pub log_prob: &'a [f32],
 }
 

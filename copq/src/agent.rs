@@ -18,7 +18,7 @@ pub struct Transition<'a> {
     pub obs: &'a [f32],
     /// a, in [-1, 1]
     pub action: &'a [f32],
-    /// r, one an objective
+    /// r, one per objective
     pub reward: &'a [f32],
     /// s', the real last observation when the episode ended here
     pub next_obs: &'a [f32],
@@ -37,7 +37,7 @@ pub trait Agent: Send {
     /// Does the learning that one environment step is worth: nothing during the warm-up, UTD updates after it.
     fn update(&mut self, log: &mut dyn Observer) -> Result<()>;
 
-    /// The mean critic's Q(s, a), one an objective: what the agent believes this action will return.
+    /// The mean critic's Q(s, a), one per objective: what the agent believes this action will return.
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()>;
 
     /// Writes everything that learning depends on.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::check_not_negative;
-use crate::{Constraint, Entropy, Error, FamoConfig, LagrangianConfig, Result};
+use crate::{Constraint, Entropy, Error, FamoConfig, LagrangianConfig, Projection, Result};
 
 /// Network shapes and step sizes, for the backend that builds the networks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -70,7 +70,7 @@ impl Default for Optimism {
 }
 
 impl Optimism {
-    /// An error for lengths that are not.
+    /// An error unless both lengths are finite and not negative.
     pub fn check(&self) -> Result<()> {
         check_not_negative("optimism.beta", self.beta)?;
         check_not_negative("optimism.shift", self.shift)
@@ -188,10 +188,17 @@ impl Config {
         }
     }
 
-    /// SAC with a learned temperature: the constants of the paper's Table D.3, a warm-up of 10,000 steps. With one
-    /// objective and 2 critics every projection is SAC's clipped double-Q.
+    /// SAC with a learned temperature: the constants of the paper's Table D.3, a warm-up of 10,000 steps; actor, temperature
+    /// and targets move at every second update. With one objective and 2 critics every projection is SAC's clipped double-Q.
     pub fn sac() -> Self {
-        Self { start_steps: 10_000, smoothing: None, entropy: Some(Entropy::default()), ..Self::td3() }
+        Self {
+            start_steps: 10_000,
+            actor_delay: 2,
+            target_period: 2,
+            smoothing: None,
+            entropy: Some(Entropy::default()),
+            ..Self::td3()
+        }
     }
 
     /// SAC with a Lagrange multiplier for each cost. [`IndependentMin`](crate::projection::IndependentMin) on 2 separate
@@ -215,7 +222,7 @@ impl Config {
 
     /// CAL with the constants of its authors' code (Wu et al. 2024): batches of 12, 10 updates a step, the actor at each.
     pub fn cal_original() -> Self {
-        let lagrangian = LagrangianConfig { multiplier: std::f64::consts::LN_2, lr: 3e-4, augmentation: 10.0 };
+        let lagrangian = LagrangianConfig { multiplier: std::f64::consts::LN_2, lr: 3e-4, ..Default::default() };
         Self {
             batch: 12,
             start_steps: 5_000,
@@ -225,6 +232,12 @@ impl Config {
             constraint: Some(Constraint::Lagrangian(lagrangian)),
             ..Self::cal()
         }
+    }
+
+    /// The same for a projection's critics: without FAMO if they are separate, for it balances only the losses of objectives
+    /// that share networks.
+    pub fn for_projection(self, projection: &dyn Projection) -> Self {
+        Self { famo: self.famo.filter(|_| !projection.separate()), ..self }
     }
 
     /// An error that names the first setting that cannot be used.
@@ -253,6 +266,10 @@ impl Config {
         check_not_negative("exploration_std", self.exploration_std)?;
         if let Some(optimism) = &self.optimism {
             optimism.check()?;
+        }
+        if self.smoothing.is_some() && self.entropy.is_some() {
+            let wanted = "none with entropy, whose log-probability is that of the action without it";
+            return Err(Error::invalid("smoothing", wanted, "both"));
         }
         if let Some(smoothing) = self.smoothing {
             check_not_negative("smoothing.std", smoothing.std)?;

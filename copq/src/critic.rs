@@ -31,17 +31,9 @@ pub trait Critic: Send {
 
     /// Writes Q(s, a) of the `chosen` critics, each at most once, into `q` (`chosen x rows x objectives`, in that order).
     ///
-    /// Left as it is, it evaluates all and copies; an ensemble of networks saves the others' work, for REDQ four fifths.
+    /// The default evaluates all critics and copies; override it to save the others' work, four fifths of it in REDQ.
     fn values_of(&mut self, net: Net, chosen: &[usize], obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
-        check_chosen(chosen, self.critics())?;
-        let share = q.len() / chosen.len();
-        check_len("critic values", q.len(), share * chosen.len())?;
-        let mut all = vec![0.0; share * self.critics()];
-        self.values(net, obs, act, &mut all)?;
-        for (q, &k) in q.chunks_exact_mut(share).zip(chosen) {
-            q.copy_from_slice(&all[k * share..(k + 1) * share]);
-        }
-        Ok(())
+        values_by_copy(self, net, chosen, obs, act, q)
     }
 
     /// One optimiser step of the online critics: forward, `grad` fills dL/dq, backward, step. Then the targets follow by
@@ -56,4 +48,24 @@ pub trait Critic: Send {
 
     /// Restores what [`Critic::save`] wrote.
     fn load(&mut self, state: &State) -> Result<()>;
+}
+
+/// [`Critic::values_of`] by way of [`Critic::values`].
+pub(crate) fn values_by_copy<C: Critic + ?Sized>(
+    critic: &mut C,
+    net: Net,
+    chosen: &[usize],
+    obs: &[f32],
+    act: &[f32],
+    q: &mut [f32],
+) -> Result<()> {
+    check_chosen(chosen, critic.critics())?;
+    let share = q.len() / chosen.len();
+    check_len("critic values", q.len(), share * chosen.len())?;
+    let mut all = vec![0.0; share * critic.critics()];
+    critic.values(net, obs, act, &mut all)?;
+    for (q, &k) in q.chunks_exact_mut(share).zip(chosen) {
+        q.copy_from_slice(&all[k * share..(k + 1) * share]);
+    }
+    Ok(())
 }

@@ -26,11 +26,13 @@ pub struct EnvSpec {
     pub action_high: Vec<f32>,
     /// Names of the rewards, highest priority first.
     pub objectives: Vec<String>,
-    /// The task's scalarisation weights w, one an objective, not normalised (paper Table 1).
+    /// The task's scalarisation weights w, one per objective, not normalised (paper Table 1).
     pub weights: Vec<f32>,
     /// Which objectives are costs: the limit of each one's undiscounted sum over an episode, `None` for a reward. Empty
     /// if the task has no costs. A cost is told as a positive number; its weight is negative, or 0 to leave it to a multiplier.
     pub limits: Vec<Option<f32>>,
+    /// The reward that a stochastic policy's entropy bonus is added to, by its name; the last reward if there is none.
+    pub entropy: Option<String>,
     /// Steps after which an episode is truncated at the latest; it is an error to run on.
     pub horizon: usize,
 }
@@ -44,6 +46,14 @@ impl EnvSpec {
     /// The limit of an objective that is a cost.
     pub fn limit(&self, objective: usize) -> Option<f32> {
         self.limits.get(objective).copied().flatten()
+    }
+
+    /// The position of the reward that an entropy bonus is added to; none if there are only costs.
+    pub(crate) fn entropy_objective(&self) -> Option<usize> {
+        match &self.entropy {
+            Some(name) => self.objectives.iter().position(|known| known == name),
+            None => (0..self.objectives.len()).rev().find(|&i| self.limit(i).is_none()),
+        }
     }
 
     /// An error for an episode that runs on past its horizon: whoever waits for its end would wait for ever.
@@ -67,43 +77,74 @@ impl EnvSpec {
 
     /// An error if the description contradicts itself.
     pub fn check(&self) -> Result<()> {
-        let name = &self.name;
-        let objectives = self.objectives.len();
-        let error =
-            |what: &str, wanted: String, got: String| Err(Error::invalid(format!("{name}: {what}"), wanted, got));
         if self.observation == 0 {
-            return error("observation length", "at least 1".into(), "0".into());
-        }
-        if self.action_low.is_empty() || self.action_low.len() != self.action_high.len() {
-            let got = format!("{} and {}", self.action_low.len(), self.action_high.len());
-            return error("action bounds", "as many lower as upper bounds, at least 1".into(), got);
-        }
-        if let Some(i) = (0..self.action()).find(|&i| {
-            let (low, high) = (self.action_low[i], self.action_high[i]);
-            !(low.is_finite() && high.is_finite() && low < high)
-        }) {
-            let got = format!("[{}, {}]", self.action_low[i], self.action_high[i]);
-            return error(&format!("bounds of action {i}"), "finite, lower < upper".into(), got);
-        }
-        if objectives == 0 || self.weights.len() != objectives {
-            let got = format!("{objectives} names, {} weights", self.weights.len());
-            return error("objectives", "at least one, with a weight each".into(), got);
-        }
-        if !self.limits.is_empty() && self.limits.len() != objectives {
-            let got = format!("{objectives} names, {} limits", self.limits.len());
-            return error("cost limits", "none, or an entry for every objective".into(), got);
-        }
-        if let Some(limit) = self.limits.iter().flatten().find(|limit| !limit.is_finite()) {
-            return error("cost limit", "a finite number".into(), limit.to_string());
-        }
-        if let Some(i) = (0..objectives).find(|&i| self.limit(i).is_some() && self.weights[i] > 0.0) {
-            let what = format!("weight of the cost '{}'", self.objectives[i]);
-            return error(&what, "at most 0, as costs are positive and unwanted".into(), self.weights[i].to_string());
+            return Err(self.error("observation length", "at least 1", 0));
         }
         if self.horizon == 0 {
-            return error("horizon", "at least 1 step".into(), "0".into());
+            return Err(self.error("horizon", "at least 1 step", 0));
+        }
+        self.check_actions()?;
+        self.check_objectives()?;
+        self.check_costs()?;
+        match &self.entropy {
+            Some(name) if self.entropy_objective().is_none_or(|i| self.limit(i).is_some()) => {
+                Err(self.error("objective of the entropy bonus", "one of the rewards", name))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_actions(&self) -> Result<()> {
+        if self.action_low.is_empty() || self.action_low.len() != self.action_high.len() {
+            let got = format!("{} and {}", self.action_low.len(), self.action_high.len());
+            return Err(self.error("action bounds", "as many lower as upper bounds, at least 1", got));
+        }
+        for (i, (low, high)) in self.action_low.iter().zip(&self.action_high).enumerate() {
+            if !(low.is_finite() && high.is_finite() && low < high) {
+                let got = format!("[{low}, {high}]");
+                return Err(self.error(&format!("bounds of action {i}"), "finite, lower < upper", got));
+            }
         }
         Ok(())
+    }
+
+    fn check_objectives(&self) -> Result<()> {
+        let Self { objectives, weights, .. } = self;
+        if objectives.is_empty() || weights.len() != objectives.len() {
+            let got = format!("{} names, {} weights", objectives.len(), weights.len());
+            return Err(self.error("objectives", "at least one, with a weight each", got));
+        }
+        for (i, (name, weight)) in objectives.iter().zip(weights).enumerate() {
+            if objectives[..i].contains(name) {
+                return Err(self.error("objectives", "names that differ", format!("'{name}' twice")));
+            }
+            if !weight.is_finite() {
+                return Err(self.error(&format!("weight of '{name}'"), "a finite number", weight));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_costs(&self) -> Result<()> {
+        let Self { objectives, weights, limits, .. } = self;
+        if !limits.is_empty() && limits.len() != objectives.len() {
+            let got = format!("{} names, {} limits", objectives.len(), limits.len());
+            return Err(self.error("cost limits", "none, or an entry for every objective", got));
+        }
+        for (i, limit) in limits.iter().enumerate().filter_map(|(i, limit)| Some((i, (*limit)?))) {
+            if !limit.is_finite() {
+                return Err(self.error("cost limit", "a finite number", limit));
+            }
+            if weights[i] > 0.0 {
+                let what = format!("weight of the cost '{}'", objectives[i]);
+                return Err(self.error(&what, "at most 0, as costs are positive and unwanted", weights[i]));
+            }
+        }
+        Ok(())
+    }
+
+    fn error(&self, what: &str, wanted: &str, got: impl ToString) -> Error {
+        Error::invalid(format!("{}: {what}", self.name), wanted, got)
     }
 }
 

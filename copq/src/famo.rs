@@ -25,7 +25,7 @@ impl Default for FamoConfig {
 
 const LOSS_EPS: f64 = 1e-8;
 
-/// Fast adaptive multitask optimisation (Liu et al., NeurIPS 2023): one logit an objective, stepped by how much each
+/// Fast adaptive multitask optimisation (Liu et al., NeurIPS 2023): one logit per objective, stepped by how much each
 /// objective's loss improved in the last update.
 #[derive(Clone, Debug)]
 pub struct Famo {
@@ -50,7 +50,7 @@ impl Famo {
         })
     }
 
-    /// The logits xi, one an objective.
+    /// The logits xi, one per objective.
     pub fn logits(&self) -> &[f64] {
         &self.logits
     }

@@ -1,4 +1,4 @@
-//! The critics' losses, one an objective, their gradient, and the checks that keep a diverged run from going on.
+//! The critics' losses, one per objective, their gradient, and the checks that keep a diverged run from going on.
 
 use crate::{Error, QView, Result};
 

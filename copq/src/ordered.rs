@@ -2,7 +2,8 @@
 
 use crate::{Env, EnvSpec, Error, Outcome, Result, State};
 
-/// An environment whose objectives come in another order, highest priority first; weights and limits follow.
+/// An environment whose objectives come in another order, highest priority first; weights and limits follow, and the
+/// entropy bonus stays with its objective.
 ///
 /// Only methods that know priorities care: for Cholesky the order says whose uncertainty is answered for first.
 ///
@@ -27,6 +28,7 @@ impl OrderedEnv {
     /// Puts the objectives in this order; every one must be named once.
     pub fn new(env: Box<dyn Env>, objectives: &[impl AsRef<str>]) -> Result<Self> {
         let old = env.spec();
+        old.check()?;
         let names: Vec<_> = old.objectives.iter().map(String::as_str).collect();
         let position = |name: &str| {
             names.iter().position(|known| *known == name).ok_or_else(|| Error::unknown("objective", name, &names))
@@ -44,6 +46,7 @@ impl OrderedEnv {
             objectives: from.iter().map(|&i| old.objectives[i].clone()).collect(),
             weights: from.iter().map(|&i| old.weights[i]).collect(),
             limits: from.iter().map(|&i| old.limit(i)).collect(),
+            entropy: old.entropy_objective().map(|i| old.objectives[i].clone()),
             ..old.clone()
         };
         Ok(Self { reward: vec![0.0; from.len()], env, spec, from })

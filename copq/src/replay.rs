@@ -62,6 +62,11 @@ impl Replay {
         if capacity == 0 || u32::try_from(capacity).is_err() {
             return Err(Error::invalid("replay capacity", format!("1 to {}", u32::MAX), capacity));
         }
+        for (what, length) in [("observation", observation), ("action", action), ("reward", objectives)] {
+            if length == 0 {
+                return Err(Error::invalid(format!("length of a replayed {what}"), "at least 1", 0));
+            }
+        }
         Ok(Self {
             capacity,
             observation,
@@ -191,6 +196,25 @@ impl Replay {
         }
     }
 
+    /// An error if what was read points to where nothing is; `ends` last observations were read.
+    fn check_positions(&self, ends: usize) -> Result<()> {
+        // A ring that is not full is written at its end.
+        let (len, cursor) = (self.len(), self.cursor);
+        let sound = if len < self.capacity { cursor == len } else { cursor < len };
+        if !sound {
+            return Err(Error::invalid("saved replay's cursor", format!("a place among {len} transitions"), cursor));
+        }
+        for end in &self.end {
+            if let End::Final { number, .. } = *end
+                && number.wrapping_sub(self.dropped) as usize >= ends
+            {
+                let wanted = format!("one of {ends} last observations");
+                return Err(Error::invalid("saved replay's last observation", wanted, number));
+            }
+        }
+        Ok(())
+    }
+
     /// Writes the contents and the cursor.
     pub fn save(&self, state: &mut State) {
         state.put("obs", self.obs.as_slice());
@@ -220,8 +244,9 @@ impl Replay {
         fresh.end = end;
         let ends = fresh.end.iter().filter(|&&end| end != End::Next).count();
         fresh.finals = sized(state, "finals", ends * self.observation)?.into();
-        fresh.cursor = state.get_one::<u64>("cursor")? as usize % self.capacity;
+        fresh.cursor = state.get_one::<u64>("cursor")? as usize;
         fresh.dropped = state.get_one::<u64>("dropped")? as u32;
+        fresh.check_positions(ends)?;
         let (held, room) = (fresh.len(), fresh.len().next_multiple_of(CHUNK).min(self.capacity));
         fresh.obs.reserve_exact((room - held) * self.observation);
         fresh.act.reserve_exact((room - held) * self.action);

@@ -1,5 +1,6 @@
 //! Scalar critics, as many as each objective wants, behind the seam of one vector-valued ensemble.
 
+use crate::critic::values_by_copy;
 use crate::error::check_len;
 use crate::{Critic, Error, Net, QGrad, QView, Result, State};
 
@@ -9,6 +10,8 @@ use crate::{Critic, Error, Net, QGrad, QView, Result, State};
 /// To projections and losses it is an ensemble of K critics of N values, with K the least common multiple of the counts:
 /// an objective with fewer networks shows each of them equally often. That changes no mean, no least value and no
 /// standard deviation (over K), and the gradients of a network's copies add up.
+///
+/// A target that draws some of the critics (REDQ) could draw one network twice, and is refused where counts differ.
 ///
 /// They are to learn without FAMO ([`Config::famo`](crate::Config::famo)). Adam undoes the scale of a loss, so weights of losses that
 /// share no network balance nothing: they drift, until an objective's gradients are as small as Adam's epsilon and its
@@ -80,6 +83,14 @@ impl Critic for SeparateCritics {
         self.networks.values(net, obs, act, &mut self.values)?;
         spread(&self.counts, &self.values, q);
         Ok(())
+    }
+
+    fn values_of(&mut self, net: Net, chosen: &[usize], obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
+        if chosen.len() < self.critics && self.counts.iter().any(|&count| count != self.critics) {
+            let wanted = "as many separate critics of every objective";
+            return Err(Error::invalid("a subset of the critics", wanted, format!("{:?}", self.counts)));
+        }
+        values_by_copy(self, net, chosen, obs, act, q)
     }
 
     fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, tau: f32) -> Result<()> {

@@ -14,9 +14,9 @@ pub struct Entropy {
     pub temperature: f64,
     /// Adam's step size on its logarithm; 0 keeps the temperature as it is.
     pub lr: f64,
-    /// The entropy to hold; minus the action's length unless given.
+    /// The entropy to hold, in nats for actions in [-1, 1]; minus the action's length unless given.
     pub target: Option<f64>,
-    /// The objective that the bonus belongs to; unless named, the last one that is no cost.
+    /// The objective that the bonus is added to; the one that the task names ([`EnvSpec::entropy`]) unless given.
     pub objective: Option<String>,
 }
 
@@ -44,8 +44,14 @@ impl Temperature {
         }
         check_not_negative("entropy.lr", entropy.lr)?;
         let target = entropy.target.unwrap_or(-(spec.action() as f64));
-        if !target.is_finite() {
-            return Err(Error::invalid("entropy.target", "a finite number", target));
+        // That of uniform actions. What cannot be reached would raise the temperature for ever.
+        let most = spec.action() as f64 * std::f64::consts::LN_2;
+        if !(target.is_finite() && target < most) {
+            return Err(Error::invalid(
+                "entropy.target",
+                format!("less than {most:.2}, the most there can be"),
+                target,
+            ));
         }
         Ok(Self {
             log_alpha: [libm::log(entropy.temperature)],
@@ -84,7 +90,7 @@ impl Temperature {
     }
 }
 
-/// The position of the objective that the bonus belongs to, which must be wanted, not limited.
+/// The position of the objective that the bonus is added to, which must be wanted, not limited.
 fn objective(entropy: &Entropy, spec: &EnvSpec) -> Result<usize> {
     let names: Vec<_> = spec.objectives.iter().map(String::as_str).collect();
     let found = match &entropy.objective {
@@ -94,7 +100,7 @@ fn objective(entropy: &Entropy, spec: &EnvSpec) -> Result<usize> {
                 .position(|known| known == name)
                 .ok_or_else(|| Error::unknown("objective for the entropy bonus", name, &names))?,
         ),
-        None => (0..names.len()).rev().find(|&i| spec.limit(i).is_none()),
+        None => spec.entropy_objective(),
     };
     match found {
         Some(i) if spec.limit(i).is_none() && spec.weights[i] > 0.0 => Ok(i),
@@ -116,6 +122,7 @@ mod tests {
             objectives: ["cost", "speed", "effort"].map(String::from).to_vec(),
             weights: vec![-1.0, 1.0, 0.5],
             limits: vec![Some(10.0), None, None],
+            entropy: None,
             horizon: 100,
         }
     }
@@ -142,5 +149,15 @@ mod tests {
         let error = on(Some("cost")).unwrap_err().to_string();
         assert_eq!(error, "the entropy bonus's objective: wanted a reward with a positive weight, got cost");
         assert!(on(Some("sped")).unwrap_err().to_string().contains("'sped'; known: speed,"));
+        let named = EnvSpec { entropy: Some("speed".into()), ..spec() };
+        assert_eq!(objective(&Entropy::default(), &named).unwrap(), 1, "what the task names comes before the last");
+    }
+
+    #[test]
+    fn an_entropy_out_of_reach_is_refused() {
+        let of = |target| Temperature::new(&Entropy { target: Some(target), ..Default::default() }, &spec());
+        assert!(of(2.0).is_ok());
+        let error = of(2.1).unwrap_err().to_string();
+        assert_eq!(error, "entropy.target: wanted less than 2.08, the most there can be, got 2.1");
     }
 }

@@ -173,7 +173,7 @@ pub struct Evaluation {
     pub returns: Vec<Vec<f64>>,
     /// Steps of each episode.
     pub lengths: Vec<u64>,
-    /// Discounted returns from the first step, averaged over the episodes, one an objective.
+    /// Discounted returns from the first step, averaged over the episodes, one per objective.
     pub discounted: Vec<f64>,
     /// The mean critic's Q at the first step, averaged over the episodes: compare with `discounted`. With an entropy bonus
     /// (SAC) it includes the bonus of the steps to come, which `discounted` does not.

@@ -106,6 +106,15 @@ fn bad_settings_are_readable_errors() {
         "toy: weight of the cost 'rest': wanted at most 0, as costs are positive and unwanted, got 1"
     );
     assert_eq!(check(vec![Some(f32::NAN), None]), "toy: cost limit: wanted a finite number, got NaN");
+    let check = |spec: EnvSpec| spec.check().unwrap_err().to_string();
+    let twice = EnvSpec { objectives: vec!["track".into(), "track".into()], ..Toy::new().spec };
+    assert_eq!(check(twice), "toy: objectives: wanted names that differ, got 'track' twice");
+    let nan = EnvSpec { weights: vec![1.0, f32::NAN], ..Toy::new().spec };
+    assert_eq!(check(nan), "toy: weight of 'rest': wanted a finite number, got NaN");
+    for name in ["cost", "rewrd"] {
+        let spec = EnvSpec { entropy: Some(name.into()), ..Toy::constrained().spec };
+        assert_eq!(check(spec), format!("toy: objective of the entropy bonus: wanted one of the rewards, got {name}"));
+    }
     let zero = EnvSpec { weights: vec![0.0, 0.0], ..Toy::new().spec };
     let critic = Box::new(toy::LinearCritics::new(3, 2, 0.02, 0));
     let error = Learner::new(toy::config(), &zero, critic, Box::new(toy::LinearActor::new(0.005)), 0).unwrap_err();

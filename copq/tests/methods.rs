@@ -66,24 +66,34 @@ impl Explore for Drift {
 
 /// Every method by name, in a world that suits it.
 fn methods(seed: u64) -> Vec<(&'static str, Toy, Learner)> {
+    let optimistic = Optimistic::default;
     let redq = || toy::learner(toy::small(Config::cop_td3().redq()), 10, seed);
     let sac = |config, critic| toy::stochastic(toy::small(config), &Toy::new(), critic, seed);
     let constrained =
         |config, counts| toy::stochastic(toy::small(config), &Toy::constrained(), separate(counts, seed), seed);
     let cop_cal = |config| toy::stochastic(toy::small(config), &Toy::constrained(), critics(3, seed), seed);
+    let redq_sac = || sac(Config::sac().redq(), critics(10, seed));
     let pid = Config { constraint: Some(Constraint::Pid(PidConfig::default())), ..Config::sac() };
     let cal = Conservative::cal(0.5, 4);
     vec![
         ("redq", Toy::new(), redq()),
-        ("redq with cop-oac", Toy::new(), redq().explore(Optimistic::default().projection(Cholesky))),
+        ("redq with cop-oac", Toy::new(), redq().explore(optimistic().projection(Cholesky))),
+        ("redq with extremum-oac", Toy::new(), redq().explore(optimistic().projection(Extremum))),
+        ("redq on sac", Toy::new(), redq_sac()),
+        ("redq on sac with cop-oac", Toy::new(), redq_sac().explore(optimistic().projection(Cholesky))),
+        ("redq on sac with extremum-oac", Toy::new(), redq_sac().explore(optimistic().projection(Extremum))),
         ("sac", Toy::new(), sac(Config::sac(), critics(3, seed))),
-        ("oac", Toy::new(), sac(Config::sac(), critics(3, seed)).explore(Optimistic::default().projection(Extremum))),
+        ("oac", Toy::new(), sac(Config::sac(), critics(3, seed)).explore(optimistic().projection(Extremum))),
+        (
+            "sac-lagrangian",
+            Toy::constrained(),
+            constrained(Config::sac_lagrangian(), &[1, 2]).projection(IndependentMin),
+        ),
         ("saclag-ucb", Toy::constrained(), constrained(Config::sac_lagrangian(), &[2, 2]).projection(IndependentMin)),
         ("cal", Toy::constrained(), constrained(Config::cal(), &[4, 2]).projection(cal)),
         ("cal's own", Toy::constrained(), constrained(Config::cal_original(), &[4, 2]).projection(cal)),
         ("cop-q on cal", Toy::constrained(), cop_cal(Config::cop_cal())),
         ("pid", Toy::constrained(), cop_cal(pid)),
-        ("redq with extremum-oac", Toy::new(), redq().explore(Optimistic::default().projection(Extremum))),
         ("a rule with a memory", Toy::new(), toy::learner(toy::config(), 3, seed).explore(Drift(0.0))),
     ]
 }
@@ -180,7 +190,7 @@ fn a_pid_controller_finds_the_known_multiplier() {
 /// lambda* = 1, a* = 0: known in closed form, see [`Toy::constrained`].
 #[test]
 fn primal_and_dual_converge_to_the_known_optimum() {
-    let lagrangian = LagrangianConfig { multiplier: 0.3, lr: 0.003, augmentation: 1.0 };
+    let lagrangian = LagrangianConfig { multiplier: 0.3, lr: 0.003, augmentation: 1.0, ..Default::default() };
     constrained_optimum(Constraint::Lagrangian(lagrangian));
 }
 
@@ -246,10 +256,6 @@ impl Multiplier for Flipped {
         &self.actor_weights
     }
 
-    fn is_constant(&self) -> bool {
-        false
-    }
-
     fn observe(&mut self, bound: &[f32]) {
         self.of_cost.observe(&[-bound[0], bound[1]]);
         self.flip();
@@ -276,9 +282,20 @@ impl Multiplier for Flipped {
 /// Positive cost under a negative weight, or the cost as a negative reward under a positive one: the same run.
 #[test]
 fn cop_q_on_cal_does_not_depend_on_the_sign_of_its_cost() {
-    let config = toy::small(Config::cop_cal());
+    // A weak augmentation: with CAL's the cost would weigh nothing as long as it is far below its limit.
+    let lagrangian = LagrangianConfig { augmentation: 0.1, ..Default::default() };
+    let config = Config { constraint: Some(Constraint::Lagrangian(lagrangian)), ..toy::small(Config::cop_cal()) };
     let learner = toy::stochastic(config.clone(), &Toy::constrained(), critics(3, 4), 4);
-    let (_, state) = train(Toy::constrained(), learner, 4, 600);
+    let mut trainer = Trainer::new(Box::new(Toy::constrained()), Box::new(learner), 4).unwrap();
+    let (mut clips, mut effective) = (0.0f64, 0.0f64);
+    let mut log = |_: u64, name: &str, value: f64| match name {
+        "clip_rate" => clips = clips.max(value),
+        "multiplier_effective/cost" => effective = effective.max(value),
+        _ => {}
+    };
+    (0..600).for_each(|_| drop(trainer.step(&mut log).unwrap()));
+    assert!(clips > 0.0 && effective > 0.0, "the clip fired at most {clips}, the cost weighed at most {effective}");
+    let state = run(&mut trainer, 600);
 
     let plain = Config { constraint: None, ..config.clone() };
     let learner = toy::stochastic(plain, &Toy::flipped(), critics(3, 4).flipped(0), 4);
@@ -317,6 +334,45 @@ fn the_limit_is_compared_in_the_units_of_q() {
     lagrangian.update();
     assert!(lagrangian.weights()[0] > -1.0, "a cost below its limit lowers the multiplier");
     assert_eq!(discounted_limit(740.2, 1.0, 1000), 740.2);
+}
+
+/// A cost that nothing can lower far enough: the multiplier grows to its cap and stays there, a number still.
+#[test]
+fn a_multiplier_has_a_cap() {
+    let config = LagrangianConfig { lr: 0.5, cap: 50.0, ..Default::default() };
+    let mut lagrangian = Lagrangian::new(config, &Toy::constrained().spec, 0.5).unwrap();
+    lagrangian.observe(&[9.0, 0.0]);
+    (0..100).for_each(|_| lagrangian.update());
+    assert!((lagrangian.weights()[0] + 50.0).abs() < 1e-4, "{:?}", lagrangian.weights());
+    lagrangian.observe(&[-9.0, 0.0]);
+    (0..20).for_each(|_| lagrangian.update());
+    assert!(lagrangian.weights()[0] > -50.0, "{:?}", lagrangian.weights());
+}
+
+#[test]
+fn what_would_go_wrong_in_silence_is_refused() {
+    let sac = || toy::stochastic(toy::small(Config::sac()), &Toy::new(), critics(3, 0), 0);
+    let error = |weights: &[f32]| sac().multiplier(FixedWeights::new(weights).unwrap()).unwrap_err().to_string();
+    let wanted = "the multiplier's weight of 'rest': wanted more than 0, for it has the entropy bonus, got 0";
+    assert_eq!(error(&[1.0, 0.0]), wanted);
+    assert_eq!(error(&[1.0]), "the multiplier's weights: wanted 2 values, got 1");
+    let both = Config { entropy: Some(Entropy::default()), ..Config::cop_td3() }.check().unwrap_err().to_string();
+    assert!(both.starts_with("smoothing: wanted none with entropy"), "{both}");
+
+    // Two of four critics can be the same network of the reward twice.
+    let mut q = [0.0; 4];
+    let drawn = separate(&[4, 2], 0).values_of(Net::Target, &[0, 2], &[0.1], &[0.2], &mut q).unwrap_err().to_string();
+    assert!(drawn.starts_with("a subset of the critics: wanted as many separate critics of every"), "{drawn}");
+    assert!(separate(&[2, 2], 0).values_of(Net::Target, &[1], &[0.1], &[0.2], &mut q[..2]).is_ok());
+
+    let nan = Transition {
+        obs: &[0.1],
+        action: &[f32::NAN],
+        reward: &[0.3, 0.4],
+        next_obs: &[0.5],
+        outcome: Outcome::Running,
+    };
+    assert!(sac().observe(nan).unwrap_err().to_string().starts_with("action, component 0 is not finite"));
 }
 
 #[test]
@@ -437,6 +493,9 @@ fn another_order_moves_names_weights_limits_and_rewards_together() {
         (spec.objectives, spec.weights, spec.limits),
         (vec!["reward".to_owned(), "cost".to_owned()], vec![1.0, -1.0], vec![None, Some(20.0)])
     );
+    assert_eq!(spec.entropy.as_deref(), Some("reward"), "the entropy bonus stays with its objective");
+    let unnamed = OrderedEnv::new(Box::new(Toy::new()), &["rest", "track"]).unwrap();
+    assert_eq!(unnamed.spec().entropy.as_deref(), Some("rest"), "the last reward of the task, not of the order");
     let (mut obs, mut reward, mut turned) = ([0.0], [0.0; 2], [0.0; 2]);
     plain.reset(1, &mut obs).unwrap();
     ordered.reset(1, &mut obs).unwrap();

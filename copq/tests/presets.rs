@@ -57,8 +57,9 @@ fn balancing_and_optimism() {
 #[test]
 fn entropy_and_multipliers() {
     let entropy = |lr| Some(Entropy { temperature: 1.0, lr, target: None, objective: None });
-    let lagrangian =
-        |multiplier, lr, augmentation| Some(Constraint::Lagrangian(LagrangianConfig { multiplier, lr, augmentation }));
+    let lagrangian = |multiplier, lr, augmentation| {
+        Some(Constraint::Lagrangian(LagrangianConfig { multiplier, lr, augmentation, cap: 1e6 }))
+    };
     for (config, wanted_entropy, constraint) in [
         (Config::sac(), entropy(5e-4), None),
         (Config::sac_lagrangian(), entropy(5e-4), lagrangian(1.0, 5e-4, 0.0)),

@@ -255,13 +255,18 @@ fn a_nan_comes_through() {
     }
 }
 
+/// What every method says to these, forward and backward alike but for the name of a wrong length.
 fn refusal(weights: &[f32], step: f32, out: usize, grad: usize) -> String {
     let q = QView::new(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], 2, 2).unwrap();
     let texts = projections().map(|method| {
         let (bound, mut scratch) = (Bound { q, weights, step }, Scratch::default());
         let projected = method.project(bound, &mut scratch, &mut vec![0.0; out]);
         let backward = method.vjp(bound, &mut scratch, &vec![0.0; out], &mut vec![0.0; grad]);
-        projected.and(backward).unwrap_err().to_string()
+        let backward = backward.unwrap_err().to_string();
+        if let Err(forward) = projected {
+            assert_eq!(backward.replace("gradient of the bound", "bound"), forward.to_string(), "{}", method.name());
+        }
+        backward
     });
     assert!(texts.iter().all(|text| *text == texts[0]), "{texts:?}");
     texts[0].clone()
@@ -273,7 +278,7 @@ fn unusable_inputs_are_named() {
     for (given, wanted) in [
         (
             refusal(&[1.0], -1.0, 4, 8),
-            format!("{weights}s: wanted 2 values (one an objective) or 4 (one set for each of 2 rows), got 1"),
+            format!("{weights}s: wanted 2 values (one per objective) or 4 (one set for each of 2 rows), got 1"),
         ),
         (
             refusal(&[0.0, -0.0], -1.0, 4, 8),
@@ -293,7 +298,7 @@ fn unusable_inputs_are_named() {
         ),
         (refusal(&[1.0, 1.0], f32::NAN, 4, 8), "step of the bound: wanted a finite number, got NaN".to_owned()),
         (refusal(&[1.0, 1.0], -1.0, 4, 7), "gradient of the critic values: wanted 8 values, got 7".to_owned()),
-        (refusal(&[1.0, 1.0], -1.0, 3, 8), "bound: wanted 4 values, got 3".to_owned()),
+        (refusal(&[1.0, 1.0], -1.0, 3, 8), "gradient of the bound: wanted 4 values, got 3".to_owned()),
     ] {
         assert_eq!(given, wanted);
     }

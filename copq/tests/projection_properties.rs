@@ -292,9 +292,12 @@ proptest! {
         let q: Vec<f32> = (0..critics).flat_map(|k| rows.iter().flat_map(move |row| row.q[k * n..(k + 1) * n].to_vec())).collect();
         let view = QView::new(&q, critics, n).unwrap();
         let repeated = rows[0].weights.repeat(rows.len());
+        let grad: Vec<f32> = rows.iter().flat_map(|row| row.grad.clone()).collect();
         for method in projections() {
             let (once, each) = (project_rows(method, view, &rows[0].weights, -1.0), project_rows(method, view, &repeated, -1.0));
             prop_assert_eq!(once, each, "{}", method.name());
+            let once = vjp_rows(method, view, &rows[0].weights, -1.0, &grad);
+            prop_assert_eq!(once, vjp_rows(method, view, &repeated, -1.0, &grad), "{}", method.name());
         }
     }
 

@@ -146,4 +146,24 @@ fn mistakes_are_readable_errors() {
         outcome: Outcome::Running,
     };
     assert_eq!(replay.push(t).unwrap_err().to_string(), "transition's action: wanted 1 values, got 2");
+    assert_eq!(
+        Replay::new(10, 0, 1, 3).unwrap_err().to_string(),
+        "length of a replayed observation: wanted at least 1, got 0"
+    );
+}
+
+#[test]
+fn a_damaged_checkpoint_is_a_readable_error() {
+    let mut replay = Replay::new(10, 2, 1, 3).unwrap();
+    history(&[(3, Outcome::Terminated), (2, Outcome::Truncated)]).iter().for_each(|t| push(&mut replay, t));
+    let error = |change: &dyn Fn(&mut State)| {
+        let mut state = State::default();
+        replay.save(&mut state);
+        change(&mut state);
+        Replay::new(10, 2, 1, 3).unwrap().load(&state).unwrap_err().to_string()
+    };
+    let cursor = error(&|state| state.put("cursor", [3u64]));
+    assert_eq!(cursor, "saved replay's cursor: wanted a place among 5 transitions, got 3");
+    let end = error(&|state| state.put("end", vec![0u64, 0, 2, 0, 1 + 2 * 7]));
+    assert_eq!(end, "saved replay's last observation: wanted one of 2 last observations, got 7");
 }

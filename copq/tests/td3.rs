@@ -132,12 +132,14 @@ fn one_objective_under_every_projection_is_td3_bit_for_bit() {
     let wanted = parameters(&critic, &actor);
     assert!(td3.updates > 400 && wanted[2] != [0.3, -0.5], "it has learned something");
 
-    for &name in projection::names() {
+    // One objective has all of FAMO's weight.
+    let famo = [None, Some(FamoConfig::default())];
+    for (&name, famo) in projection::names().iter().flat_map(|name| famo.map(|famo| (name, famo))) {
         let mut spec = Toy::new().spec;
         (spec.objectives, spec.weights) = (vec!["track".to_owned()], vec![1.0]);
         let (critic, actor) = (LinearCritics::new(2, 1, 0.02, SEED), LinearActor::new(0.005));
-        let learner = Learner::new(config.clone(), &spec, Box::new(critic), Box::new(actor), SEED).unwrap();
-        let learner = std::cell::RefCell::new(learner.projection(projection::by_name(name).unwrap()));
+        let learner = Learner::new(Config { famo, ..config.clone() }, &spec, Box::new(critic), Box::new(actor), SEED);
+        let learner = std::cell::RefCell::new(learner.unwrap().projection(projection::by_name(name).unwrap()));
         run(
             |_, obs| {
                 let mut action = [0.0];

@@ -62,7 +62,7 @@ fn measure(what: &str, robot: &str, steps: usize) -> Result<f64> {
     }
 }
 
-/// Controls that the motors can follow, a row a step.
+/// Controls that the motors can follow, a row per step.
 fn controls(robot: &RobotSpec, steps: usize) -> Vec<Vec<f64>> {
     let mut rng = Rng::with_stream(1, 1);
     let row = |_| robot.actuators.iter().map(|motor| rng.uniform_in(motor.range[0], motor.range[1])).collect();

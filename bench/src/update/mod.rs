@@ -22,7 +22,7 @@ pub trait Update {
 /// What an update reports, by which programs are shown to agree; empty for what computes none.
 #[derive(Clone, Debug, Default)]
 pub struct Losses {
-    /// Mean squared errors, one an objective.
+    /// Mean squared errors, one per objective.
     pub critic: Vec<f32>,
     /// The actor's loss, if it moved.
     pub actor: Option<f32>,

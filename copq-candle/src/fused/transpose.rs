@@ -90,6 +90,7 @@ mod tests {
             objectives: vec!["only".into()],
             weights: vec![1.0],
             limits: vec![],
+            entropy: None,
             horizon: 1,
         };
         let shape = Shape::actor(&spec, &Networks { hidden: vec![], ..Networks::default() });

@@ -11,7 +11,7 @@ use super::workspace::Workspace;
 #[derive(Debug)]
 pub(super) struct Workers {
     threads: Threads,
-    /// One a thread.
+    /// One per thread.
     workspaces: Vec<Workspace>,
 }
 

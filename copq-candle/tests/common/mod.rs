@@ -43,6 +43,7 @@ impl Case {
             objectives: (0..self.objectives).map(|i| format!("objective {i}")).collect(),
             weights: vec![1.0; self.objectives],
             limits: vec![],
+            entropy: None,
             horizon: 100,
         }
     }

@@ -1,10 +1,10 @@
-"""Four updates of every stochastic or constrained method in plain PyTorch, for copq-candle's `methods` test to follow.
+"""Four updates of SAC, REDQ and every constrained method in plain PyTorch, for copq-candle's `methods` test to follow.
 
 Written from the methods' equations (Haarnoja et al. 2018; Chen et al. 2021; Wu et al. 2024; the COP-Q paper, sec. 5 and
 App. A), in double precision and by autograd, without anything of copq but its random numbers: `methods_draws.json` holds
 the first numbers of its streams (`cargo test -p copq-candle --test methods -- --ignored` writes it).
 
-Run once, with torch 2.5.1:  python make_methods.py  writes `methods.json`.
+Run once:  python make_methods.py  writes `methods.json`, the same nine digits with torch 2.5.1 and with Debian's 1.13.1.
 """
 
 import copy
@@ -92,11 +92,11 @@ def cholesky_bound(q, weights):
 
 
 class Method:
-    """What tells the methods apart: critics, bounds, policy, constraint."""
+    """What tells the methods apart: critics, bounds, REDQ's draws, policy, the entropy bonus's reward, constraint."""
 
-    def __init__(self, name, networks, outputs, bound, deterministic=False, constraint=None, own_costs=False):
-        self.name, self.bound, self.deterministic, self.constraint = name, bound, deterministic, constraint
-        self.own_costs, self.outputs = own_costs, outputs
+    def __init__(self, name, networks, outputs, bound=None, redq=False, deterministic=False, bonus=-1, constraint=None, own_costs=False):
+        self.name, self.bound, self.redq, self.deterministic, self.constraint = name, bound, redq, deterministic, constraint
+        self.own_costs, self.outputs, self.bonus = own_costs, outputs, bonus
         self.critics = torch.nn.ModuleList([perceptron(OBSERVATION + ACTION, outputs) for _ in range(networks)])
         self.actor = perceptron(OBSERVATION, ACTION if deterministic else 2 * ACTION)
 
@@ -114,7 +114,6 @@ def run(method, data, reward):
     lambda_adam = torch.optim.Adam([log_lambda], lr=MULTIPLIER_LR)
     limit = LIMIT * (1 - DISCOUNT**HORIZON) / ((1 - DISCOUNT) * HORIZON)
     effective, estimate = 0.0, 0.0
-    actor_every = UPDATES if method.deterministic else 2
     for update in range(1, UPDATES + 1):
         rows = streams.rows()
         s, a, s2, not_dead, r = obs[rows], action[rows], next_obs[rows], alive[rows], reward[rows]
@@ -127,15 +126,15 @@ def run(method, data, reward):
             if method.deterministic:
                 smoothing = (0.2 * streams.noise()).clamp(-0.5, 0.5)
                 a2, log_prob = (torch.tanh(target_actor(s2)) + smoothing).clamp(-1, 1), torch.zeros(BATCH)
-                chosen = [targets[k] for k in streams.pair(len(targets))]
-                q2 = values(chosen, s2, a2)
-                worst = (q2 @ weights).argmin(0)
-                promise = q2[worst, torch.arange(BATCH)]
             else:
                 a2, log_prob = gaussian(actor, s2, streams.noise())
+            if method.redq:
+                q2 = values([targets[k] for k in streams.pair(len(targets))], s2, a2)
+                promise = q2[(q2 @ weights).argmin(0), torch.arange(BATCH)]
+            else:
                 q2 = values(targets, s2, a2)
                 promise = method.bound(q2, weights)
-            promise[:, -1] -= 0 if method.deterministic else alpha * log_prob
+            promise[:, method.bonus] -= 0 if method.deterministic else alpha * log_prob
             y = r + DISCOUNT * not_dead[:, None] * promise
 
         q = values(critics, s, a)
@@ -150,7 +149,7 @@ def run(method, data, reward):
         loss.backward()
         critic_adam.step()
 
-        if update % actor_every == 0:
+        if update % 2 == 0:
             if method.constraint is not None:
                 estimate = method.bound(values(critics, s, a).detach(), weights)[:, 0].mean().item()
                 rect = min(method.constraint * (limit - estimate), lam.item())
@@ -158,12 +157,11 @@ def run(method, data, reward):
                 scale = torch.tensor([-effective, 1.0])
             else:
                 scale = weights / weights.norm()
-            if method.deterministic:
-                objective = values(critics, s, torch.tanh(actor(s))).mean(0) @ scale
-                actor_loss = -objective.mean()
-            else:
-                sampled, log_prob = gaussian(actor, s, streams.noise())
-                actor_loss = (alpha * log_prob - method.bound(values(critics, s, sampled), weights) @ scale).mean()
+            policy = (torch.tanh(actor(s)), 0) if method.deterministic else gaussian(actor, s, streams.noise())
+            best, log_prob = policy
+            promise = values(critics, s, best)
+            promise = promise.mean(0) if method.redq else method.bound(promise, weights)
+            actor_loss = (alpha * scale[method.bonus] * log_prob - promise @ scale).mean()
             actor_adam.zero_grad()
             actor_loss.backward()
             actor_adam.step()
@@ -176,7 +174,7 @@ def run(method, data, reward):
                 (log_lambda.exp() * (limit - estimate)).backward()
                 lambda_adam.step()
 
-        if method.deterministic or update % 2 == 0:
+        if method.redq or update % 2 == 0:
             with torch.no_grad():
                 pairs = [*zip(targets.parameters(), critics.parameters()), *zip(target_actor.parameters(), actor.parameters())]
                 for target, online in pairs:
@@ -212,10 +210,12 @@ data = {
 }
 methods = [
     run(Method("sac", 2, 1, lambda q, _: q.min(0).values), data, data["reward"][:, 1:]),
-    run(Method("redq", 5, 2, None, deterministic=True), data, data["reward"]),
+    run(Method("redq", 5, 2, redq=True, deterministic=True), data, data["reward"]),
     run(Method("saclag-ucb", 4, 1, pairwise, constraint=0.0), data, data["reward"]),
     run(Method("cal", 6, 1, cal, constraint=AUGMENTATION, own_costs=True), data, data["reward"]),
     run(Method("cop-q on cal", 3, 2, cholesky_bound, constraint=AUGMENTATION), data, data["reward"]),
+    # REDQ on SAC; the first of two rewards, which have unequal weights, has the entropy bonus.
+    run(Method("redq on sac", 5, 2, redq=True, bonus=0), data, data["reward"]),
 ]
 settings = {
     "torch": torch.__version__, "observation": OBSERVATION, "action": ACTION, "hidden": HIDDEN, "batch": BATCH,

@@ -49,6 +49,7 @@ impl Task {
             objectives: self.objectives.iter().map(|objective| objective.name.clone()).collect(),
             weights: self.objectives.iter().map(|objective| objective.weight).collect(),
             limits: self.objectives.iter().map(|objective| objective.limit.map(|limit| limit as f32)).collect(),
+            entropy: None, // the last reward's, in every task here
             horizon: self.horizon,
         }
     }

@@ -13,7 +13,7 @@ struct Frame {
     fields: Vec<(Field, Vec<f64>)>,
 }
 
-/// Plays recorded states, one a step, whatever the controls.
+/// Plays recorded states, one per step, whatever the controls.
 #[derive(Debug)]
 pub struct Recording {
     dims: Dims,

@@ -31,6 +31,7 @@ impl PointMass {
             objectives: vec!["speed".to_owned(), "effort".to_owned()],
             weights: vec![1.0, -0.5],
             limits: vec![None, Some(31.5)],
+            entropy: None,
             horizon: 70,
         };
         Self { spec, position: 0.0, velocity: 0.0, steps: 0, wind: Rng::with_stream(0, 99) }

@@ -76,9 +76,18 @@ impl Learner {
         self
     }
 
-    /// Swaps the source of the scalarisation weights.
+    /// Swaps the source of the scalarisation weights. A stochastic policy needs a positive weight of the reward that its
+    /// entropy bonus is added to.
     pub fn multiplier(mut self, multiplier: impl Multiplier + 'static) -> Result<Self> {
         check_len("the multiplier's weights", multiplier.weights().len(), self.objectives.len())?;
+        check_len("the multiplier's weights for the actor", multiplier.actor_weights().len(), self.objectives.len())?;
+        if let Some(objective) = self.temperature.as_ref().map(Temperature::objective) {
+            let weight = multiplier.actor_weights()[objective];
+            if weight.is_nan() || weight <= 0.0 {
+                let what = format!("the multiplier's weight of '{}'", self.objectives[objective]);
+                return Err(Error::invalid(what, "more than 0, for it has the entropy bonus", weight));
+            }
+        }
         self.multiplier = Box::new(multiplier);
         Ok(self)
     }

@@ -43,6 +43,7 @@ struct Cost {
 impl Costs {
     /// The costs of a task; an error if there are none.
     pub(super) fn new(spec: &EnvSpec, discount: f64) -> Result<Self> {
+        spec.check()?;
         let cost = |objective: usize| {
             let limit = discounted_limit(f64::from(spec.limit(objective)?), discount, spec.horizon);
             let per_episode = 1.0 / discounted_limit(1.0, discount, spec.horizon);

@@ -2,7 +2,7 @@
 
 use super::Multiplier;
 use crate::projection::Directions;
-use crate::{Error, Observer, Result, State};
+use crate::{Error, Result};
 
 /// Constant weights; the actor maximises along their unit direction (paper eq. 14).
 #[derive(Clone, Debug, PartialEq)]
@@ -38,17 +38,5 @@ impl Multiplier for FixedWeights {
 
     fn is_constant(&self) -> bool {
         true
-    }
-
-    fn observe(&mut self, _bound: &[f32]) {}
-
-    fn update(&mut self) {}
-
-    fn log(&self, _step: u64, _log: &mut dyn Observer) {}
-
-    fn save(&self, _state: &mut State) {}
-
-    fn load(&mut self, _state: &State) -> Result<()> {
-        Ok(())
     }
 }

@@ -10,7 +10,7 @@ use crate::{EnvSpec, Error, Observer, Result, State};
 
 /// Constants of [`Lagrangian`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct LagrangianConfig {
     /// lambda to begin with.
     pub multiplier: f64,
@@ -18,26 +18,31 @@ pub struct LagrangianConfig {
     pub lr: f64,
     /// c, the strength of the augmented Lagrangian's quadratic term; 0 for the plain Lagrangian.
     pub augmentation: f64,
+    /// The largest lambda: where it ends if a limit cannot be held.
+    pub cap: f64,
 }
 
 impl Default for LagrangianConfig {
-    /// lambda 1 to begin with, step size 5e-4 (paper Table D.3), and CAL's c = 10.
+    /// lambda 1 to begin with, step size 5e-4 (paper Table D.3), CAL's c = 10, and a cap of 1e6, which is ours: without one
+    /// lambda grows without bound if a limit cannot be held, until squares of gradients overflow.
     fn default() -> Self {
-        Self { multiplier: 1.0, lr: 5e-4, augmentation: 10.0 }
+        Self { multiplier: 1.0, lr: 5e-4, augmentation: 10.0, cap: 1e6 }
     }
 }
 
-/// A multiplier lambda a cost, the exponential of what is learned: gradient ascent on `lambda (Q_c - limit)`, with Q_c the
+/// A multiplier lambda for each cost, the exponential of what is learned: gradient ascent on `lambda (Q_c - limit)`, with Q_c the
 /// pessimistic cost of the replayed actions (CAL, Wu et al. 2024).
 ///
 /// Projections see the direction (-lambda, 1). The actor's weight is that of the augmented Lagrangian,
 /// `lambda - min(c (limit - Q_c), lambda) = max(0, lambda + c (Q_c - limit))`, next to raw weights of the rewards.
 ///
 /// How cautious COP-Q is about cost and reward therefore depends on lambda: the cost's margin is its standard deviation
-/// times `lambda / sqrt(1 + lambda^2)`, a tenth of it for lambda = 0.1.
+/// times `lambda / sqrt(1 + lambda^2)`, a tenth of it for lambda = 0.1. With c so large that the estimate's noise outweighs
+/// lambda, the augmented term holds the limit by itself and lambda falls to nothing; DESIGN.md has a measured case.
 #[derive(Clone, Debug)]
 pub struct Lagrangian {
     augmentation: f64,
+    cap: f64,
     log_lambda: Vec<f64>,
     adam: Adam,
     costs: Costs,
@@ -46,14 +51,17 @@ pub struct Lagrangian {
 impl Lagrangian {
     /// A multiplier for each of a task's costs; an error if it has none.
     pub fn new(config: LagrangianConfig, spec: &EnvSpec, discount: f64) -> Result<Self> {
-        if !(config.multiplier.is_finite() && config.multiplier > 0.0) {
-            return Err(Error::invalid("lagrangian.multiplier", "a positive number", config.multiplier));
+        for (name, value) in [("lagrangian.multiplier", config.multiplier), ("lagrangian.cap", config.cap)] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(Error::invalid(name, "a positive number", value));
+            }
         }
         check_not_negative("lagrangian.lr", config.lr)?;
         check_not_negative("lagrangian.augmentation", config.augmentation)?;
         let costs = Costs::new(spec, discount)?;
         let mut new = Self {
             augmentation: config.augmentation,
+            cap: config.cap,
             log_lambda: vec![libm::log(config.multiplier); costs.len()],
             adam: Adam::new(config.lr, 0.0, costs.len()),
             costs,
@@ -91,10 +99,6 @@ impl Multiplier for Lagrangian {
         &self.costs.actor_weights
     }
 
-    fn is_constant(&self) -> bool {
-        false
-    }
-
     fn observe(&mut self, bound: &[f32]) {
         self.costs.observe(bound);
         self.refresh_actor_weights();
@@ -103,6 +107,8 @@ impl Multiplier for Lagrangian {
     fn update(&mut self) {
         let Self { adam, log_lambda, costs, .. } = self;
         adam.step(log_lambda, |i, log_lambda| -libm::exp(log_lambda) * costs.violation(i));
+        let most = libm::log(self.cap);
+        log_lambda.iter_mut().for_each(|log_lambda| *log_lambda = log_lambda.min(most));
         self.refresh_weights();
     }
 

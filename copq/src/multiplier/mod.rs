@@ -21,38 +21,42 @@ use crate::{EnvSpec, Observer, Result, State};
 /// At every update of the actor the learner first shows the costs ([`Multiplier::observe`]), then improves the actor
 /// with [`Multiplier::actor_weights`], then lets the multiplier learn ([`Multiplier::update`]).
 pub trait Multiplier: Debug + Send {
-    /// The scalarisation weights w, one an objective, not normalised: their direction u is every projection's.
+    /// The scalarisation weights w, one per objective, not normalised: their direction u is every projection's.
     fn weights(&self) -> &[f32];
 
-    /// The weights of the bounds in what the actor maximises, one an objective.
+    /// The weights of the bounds in what the actor maximises, one per objective.
     fn actor_weights(&self) -> &[f64];
 
     /// Whether the weights never change, so that nobody need estimate the costs.
-    fn is_constant(&self) -> bool;
+    fn is_constant(&self) -> bool {
+        false
+    }
 
     /// Takes in the batch's mean pessimistic bound at the replayed actions, one value an objective.
-    fn observe(&mut self, bound: &[f32]);
+    fn observe(&mut self, _bound: &[f32]) {}
 
     /// Learns from what was last observed.
-    fn update(&mut self);
+    fn update(&mut self) {}
 
     /// Reports what there is to know about the multipliers.
-    fn log(&self, step: u64, log: &mut dyn Observer);
+    fn log(&self, _step: u64, _log: &mut dyn Observer) {}
 
     /// Writes what changes.
-    fn save(&self, state: &mut State);
+    fn save(&self, _state: &mut State) {}
 
     /// Restores what [`Multiplier::save`] wrote.
-    fn load(&mut self, state: &State) -> Result<()>;
+    fn load(&mut self, _state: &State) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// How the limits of a task's costs are held.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Constraint {
-    /// A Lagrange multiplier a cost, learned by gradient ascent.
+    /// A Lagrange multiplier for each cost, learned by gradient ascent.
     Lagrangian(LagrangianConfig),
-    /// A multiplier a cost, set by a PID controller.
+    /// A multiplier for each cost, set by a PID controller.
     Pid(PidConfig),
 }
 

@@ -59,9 +59,7 @@ struct Controller {
 
 impl Controller {
     fn new(config: &PidConfig) -> Self {
-        let mut past = VecDeque::with_capacity(config.delay);
-        past.push_back(0.0);
-        Self { integral: config.multiplier, error: 0.0, cost: 0.0, past, lambda: config.multiplier }
+        Self { integral: config.multiplier, error: 0.0, cost: 0.0, past: [0.0].into(), lambda: config.multiplier }
     }
 
     fn update(&mut self, config: &PidConfig, cost: f64, violation: f64) {
@@ -71,7 +69,8 @@ impl Controller {
         let rise = (self.cost - self.past.front().copied().unwrap_or(0.0)).max(0.0);
         let sum = config.proportional * self.error + self.integral + config.derivative * rise;
         self.lambda = sum.clamp(0.0, config.cap);
-        if self.past.len() == config.delay {
+        // A run saved with a longer delay has more of them.
+        while self.past.len() >= config.delay {
             self.past.pop_front();
         }
         self.past.push_back(self.cost);
@@ -115,10 +114,6 @@ impl Multiplier for Pid {
 
     fn actor_weights(&self) -> &[f64] {
         &self.costs.actor_weights
-    }
-
-    fn is_constant(&self) -> bool {
-        false
     }
 
     fn observe(&mut self, bound: &[f32]) {

@@ -9,7 +9,7 @@ use crate::{Error, Result};
 pub struct Bound<'a> {
     /// The critics' values, `critics x rows x objectives`.
     pub q: QView<'a>,
-    /// Raw scalarisation weights w, one an objective (`N`) or one set a row (`B x N`); u = w / |w| is made from them.
+    /// Raw scalarisation weights w, one per objective (`N`) or one set per row (`B x N`); u = w / |w| is made from them.
     pub weights: &'a [f32],
     /// Signed length: -1 is the lower bound of TD target and actor (paper eq. 11), 0 the mean, +beta the upper bound
     /// that explores (eq. 12).

@@ -3,7 +3,7 @@
 use super::vector::normalise;
 use crate::{Error, Result};
 
-/// Checked scalarisation weights: one set for the whole batch, or one set a row.
+/// Checked scalarisation weights: one set for the whole batch, or one set per row.
 #[derive(Clone, Copy, Debug)]
 pub struct Directions<'a> {
     weights: &'a [f32],
@@ -46,7 +46,7 @@ fn check_length(got: usize, rows: usize, objectives: usize) -> Result<()> {
         return Ok(());
     }
     let per_row = rows * objectives;
-    let wanted = format!("{objectives} values (one an objective) or {per_row} (one set for each of {rows} rows)");
+    let wanted = format!("{objectives} values (one per objective) or {per_row} (one set for each of {rows} rows)");
     Err(Error::invalid("scalarisation weights", wanted, got))
 }
 

@@ -48,7 +48,7 @@ use crate::Result;
 
 /// A rule that turns the critics' disagreement into one vector a row: `mean + step * offset` for ellipsoid methods.
 ///
-/// What is asked for comes as one [`Bound`]: values, weights (one set for all rows, or one a row) and a signed step. A zero
+/// What is asked for comes as one [`Bound`]: values, weights (one set for all rows, or one per row) and a signed step. A zero
 /// or non-finite set of weights is an error.
 ///
 /// The same input gives the same output, bit for bit. A NaN among the critics' values makes the bound of its objective
@@ -82,7 +82,7 @@ pub trait Projection: Debug + Send + Sync {
         objectives + 1
     }
 
-    /// Whether these are separate scalar critics for each objective, not critics of all objectives together.
+    /// Whether the method wants separate scalar critics, [`Projection::critics`] of them for each objective.
     fn separate(&self) -> bool {
         false
     }

@@ -8,7 +8,7 @@ use super::{Directions, QView};
 #[derive(Clone, Debug)]
 pub(super) struct Row<T> {
     critics: usize,
-    /// The critics' value nearest zero, one an objective.
+    /// The critics' value nearest zero, one per objective.
     reference: Vec<T>,
     /// The mean's distance from the reference.
     shift: Vec<T>,

@@ -29,6 +29,7 @@ impl Toy {
             objectives: vec!["track".into(), "rest".into()],
             weights: vec![1.0, 1.0],
             limits: vec![],
+            entropy: None,
             horizon: 20,
         };
         let rewards = |s: f32, a: f32| [-(a - 0.5 * s).powi(2), -a * a];
