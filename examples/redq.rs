@@ -3,7 +3,7 @@
 //! `cargo run --release --example redq` trains the hopper on rapier; `--help` explains the rest.
 
 use clap::Parser;
-use copq::{Actor, Config, Learner, Optimism, Rng, Stream, Trainer};
+use copq::{Config, Learner, Optimism, Rng, Stream, Trainer};
 use copq_examples::{make_env, warn_of_limits};
 use copq_experiments::{Args, Plan, Run};
 
@@ -34,11 +34,13 @@ fn main() -> anyhow::Result<()> {
     // The settings: TD3's or SAC's, with REDQ's over them.
     let base = if sac { Config::sac() } else { Config::cop_td3() };
     let method = ["redq", if sac { "-sac" } else { "" }, if gaussian { "-gaussian" } else { "" }].concat();
-    let projection = if gaussian { "scalarised-min" } else { "cholesky" }.to_owned();
-    let mut plan = args.plan(Plan { method: Some(method), projection, ..Plan::new("redq") })?;
+    let mut plan = args.plan(Plan { method: Some(method), ..Plan::new("redq") })?;
     let optimism = Optimism { projection: Some(plan.projection.clone()), ..Optimism::default() };
     let config = args.settings(Config { optimism: (!gaussian).then_some(optimism), ..base.redq() })?;
     plan.run.discount = config.discount;
+    // Whose upper bound explores in the end: --set may have changed it.
+    let explores = config.optimism.as_ref().and_then(|optimism| optimism.projection.clone());
+    plan.projection = explores.unwrap_or_else(|| "scalarised-min".to_owned());
 
     // The world, and the networks: ten critics of N values each, and an actor.
     let env = make_env(&plan)?;
@@ -46,10 +48,7 @@ fn main() -> anyhow::Result<()> {
     warn_of_limits(&spec, &config);
     let mut rng = Rng::new(plan.run.seed, Stream::Init);
     let critic = copq_candle::critic(&spec, CRITICS, &config.networks, &mut rng)?.threads(plan.threads)?;
-    let actor: Box<dyn Actor> = match config.entropy {
-        None => Box::new(copq_candle::actor(&spec, &config.networks, &mut rng)?.threads(plan.threads)?),
-        Some(_) => Box::new(copq_candle::gaussian_actor(&spec, &config.networks, &mut rng)?.threads(plan.threads)?),
-    };
+    let actor = copq_candle::actor_for(&config, &spec, plan.threads, &mut rng)?;
 
     // The learner: its targets take the smaller of two random critics, its actor the mean of all ten, and all ten
     // explore, by the upper bound of another projection than that of the targets.

@@ -16,7 +16,7 @@ use copq_experiments::{read_checkpoint, read_config};
 #[derive(Parser)]
 #[command(name = "rollout")]
 struct Cli {
-    /// Folder of a run, such as runs/td3-a-hopper-cholesky-s0.
+    /// Folder of a run, such as runs/cop-td3-a-hopper-cholesky-s0.
     run: PathBuf,
     /// Episodes to show, one after the other.
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -44,11 +44,7 @@ fn main() -> anyhow::Result<()> {
 
     // The run's task on its engine, and the policy that it has learned.
     let mut world = make_world(&run.plan)?;
-    let (networks, mut rng) = (&run.settings.networks, Rng::new(0, Stream::Init));
-    let mut policy: Box<dyn Actor> = match run.settings.entropy {
-        None => Box::new(copq_candle::actor(world.spec(), networks, &mut rng)?),
-        Some(_) => Box::new(copq_candle::gaussian_actor(world.spec(), networks, &mut rng)?),
-    };
+    let mut policy = copq_candle::actor_for(&run.settings, world.spec(), 1, &mut Rng::new(0, Stream::Init))?;
     policy.load(read_checkpoint(&cli.run)?.child("trainer")?.child("agent")?.child("actor")?)?;
 
     // Before anything is played, for it may have something to complain of.

@@ -78,12 +78,11 @@ fn main() -> anyhow::Result<()> {
     // The world, one of whose objectives is a cost with a limit.
     let env = make_env(&plan)?;
     let (spec, seed, mut rng) = (env.spec().clone(), plan.run.seed, Rng::new(plan.run.seed, Stream::Init));
-
     warn_of_limits(&spec, &config);
 
     // A stochastic actor, and critics: scalar ones for cost and for reward, or some that value both together.
     let (networks, threads) = (&config.networks, plan.threads);
-    let actor = Box::new(copq_candle::gaussian_actor(&spec, networks, &mut rng)?.threads(threads)?);
+    let actor = copq_candle::actor_for(&config, &spec, threads, &mut rng)?;
     let critic: Box<dyn Critic> = match separate {
         Some(counts) => Box::new(copq_candle::cost_and_reward_critics(&spec, counts, networks, threads, &mut rng)?),
         None => copq_candle::critics_for(projection.as_ref(), &spec, networks, threads, &mut rng)?,

@@ -50,9 +50,8 @@ fn train(plan: &Plan, folder: &Path) -> copq::Result<Ending> {
     let projection = projection::by_name(&plan.projection)?;
 
     // What a projection decides besides itself: which critics it wants, and with that whether FAMO has anything to balance.
-    let preset = Config::cop_td3();
-    let famo = preset.famo.filter(|_| !projection.separate());
-    let config = Config { start_steps: (steps / 4).clamp(1, 1_000), famo, ..preset };
+    let preset = Config::cop_td3().for_projection(&projection);
+    let config = Config { start_steps: (steps / 4).clamp(1, 1_000), ..preset };
     let (spec, mut rng) = (env.spec().clone(), Rng::new(seed, Stream::Init));
     let critic = copq_candle::critics_for(projection.as_ref(), &spec, &config.networks, 1, &mut rng)?;
     let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?;

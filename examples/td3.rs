@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example td3` trains the hopper on rapier; `--help` explains the rest.
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use copq::{Config, Learner, Rng, Stream, Trainer, projection};
 use copq_examples::{make_env, warn_of_limits};
 use copq_experiments::{Args, Plan, Run};
@@ -17,24 +17,41 @@ struct Cli {
     #[command(flatten)]
     args: Args,
 
-    /// Explore with Gaussian noise alone (TD3), not towards the upper bound of the critics (COP-OAC).
+    /// What is learned and how it explores. With --resume it is the run's.
     ///
-    /// --set optimism.projection=extremum takes another projection's upper bound than --projection's.
-    #[arg(long, conflicts_with = "resume")]
-    gaussian: bool,
+    /// --set optimism.projection=extremum explores towards another projection's upper bound than --projection's.
+    #[arg(long, value_enum, default_value = "cop-td3", conflicts_with = "resume")]
+    method: Method,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Method {
+    /// COP-Q: a vector of values, their losses balanced, exploration towards the critics' upper bound (COP-OAC).
+    CopTd3,
+    /// COP-Q that explores with Gaussian noise alone.
+    CopTd3Gaussian,
+    /// TD3 as its authors have it: for tasks with one objective, such as --task gym/hopper.
+    Td3,
+}
+
+impl Method {
+    fn config(self) -> Config {
+        match self {
+            Self::CopTd3 => Config::cop_td3(),
+            Self::CopTd3Gaussian => Config { optimism: None, ..Config::cop_td3() },
+            Self::Td3 => Config::td3(),
+        }
+    }
 }
 
 fn main() -> anyhow::Result<()> {
-    let Cli { args, gaussian } = Cli::parse();
+    let Cli { args, method } = Cli::parse();
 
-    // The settings: the preset, the options over it, or with --resume what the run's folder holds.
-    let method = gaussian.then(|| "td3-gaussian".to_owned());
-    let mut plan = args.plan(Plan { method, ..Plan::new("td3") })?;
+    // The settings: the method's preset, the options over it, or with --resume what the run's folder holds.
+    let name = method.to_possible_value().map(|method| method.get_name().to_owned());
+    let mut plan = args.plan(Plan { method: name, ..Plan::new("td3") })?;
     let projection = projection::by_name(&plan.projection)?;
-    let preset = Config::cop_td3();
-    let optimism = preset.optimism.clone().filter(|_| !gaussian);
-    let famo = preset.famo.filter(|_| !projection.separate());
-    let config = args.settings(Config { optimism, famo, ..preset })?;
+    let config = args.settings(method.config().for_projection(&projection))?;
     plan.run.discount = config.discount;
 
     // The world, twice: to learn in, and to be evaluated in.
@@ -45,10 +62,10 @@ fn main() -> anyhow::Result<()> {
     // The networks: the critics that the projection wants, N + 1 of N values each for Cholesky, and a deterministic actor.
     let mut rng = Rng::new(plan.run.seed, Stream::Init);
     let critic = copq_candle::critics_for(projection.as_ref(), &spec, &config.networks, plan.threads, &mut rng)?;
-    let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?.threads(plan.threads)?;
+    let actor = copq_candle::actor_for(&config, &spec, plan.threads, &mut rng)?;
 
     // The learner. Swapping the projection is this one line.
-    let learner = Learner::new(config.clone(), &spec, critic, Box::new(actor), plan.run.seed)?;
+    let learner = Learner::new(config.clone(), &spec, critic, actor, plan.run.seed)?;
     let learner = learner.projection(projection);
 
     // Train, and leave everything in a folder.

@@ -39,19 +39,26 @@ fn train(name: &str, arguments: &[&str], start: &str, halves: [&str; 2]) -> Stri
 
 #[test]
 fn td3() {
-    for arguments in [&[][..], &["--projection", "independent-min"], &["--order", "vsc", "--gaussian"]] {
+    for arguments in
+        [&[][..], &["--projection", "independent-min"], &["--order", "vsc", "--method", "cop-td3-gaussian"]]
+    {
         let metrics = train("td3", arguments, "150", ["180", "200"]);
         assert!(metrics.contains("critic_loss/safety"));
         let separate = arguments.contains(&"independent-min");
         assert_eq!(metrics.contains("famo/"), !separate, "{arguments:?}: {metrics}");
     }
+    let plain = train("td3", &["--method", "td3", "--task", "gym/hopper"], "150", ["180", "200"]);
+    assert!(plain.contains("critic_loss/reward") && !plain.contains("famo/"), "{plain}");
 }
 
 #[test]
 fn redq() {
     assert!(train("redq", &[], "280", ["283", "285"]).contains("q_spread/safety"));
     train("redq", &["--gaussian"], "280", ["281", "282"]);
-    assert!(train("redq", &["--sac"], "280", ["281", "282"]).contains("actor/temperature"));
+    train("redq", &["--projection", "extremum"], "280", ["281", "282"]);
+    for arguments in [&["--sac"][..], &["--sac", "--gaussian"], &["--sac", "--projection", "extremum"]] {
+        assert!(train("redq", arguments, "280", ["281", "282"]).contains("actor/temperature"));
+    }
 }
 
 #[test]
@@ -59,7 +66,8 @@ fn sac_lagrangian() {
     for method in ["cop-cal", "cal", "cal-original", "saclag-ucb", "sac-lagrangian", "sac-pid", "cal --order rc"] {
         let arguments: Vec<&str> = ["--method"].into_iter().chain(method.split(' ')).collect();
         let metrics = train("sac_lagrangian", &arguments, "150", ["200", "240"]);
-        for name in ["multiplier/cost", "multiplier_effective/cost", "cost_violation/cost", "actor/temperature"] {
+        let multiplier = ["multiplier/cost", "multiplier_effective/cost", "cost_estimate/cost", "cost_violation/cost"];
+        for name in multiplier.into_iter().chain(["actor/temperature"]) {
             assert!(metrics.contains(name), "{method}: {metrics}");
         }
     }
@@ -69,6 +77,18 @@ fn sac_lagrangian() {
 fn sac_without_a_limit() {
     let oac = ["--method", "sac", "--task", "a/hopper", "--set", "optimism.projection=extremum"];
     assert!(!train("sac_lagrangian", &oac, "150", ["180", "200"]).contains("multiplier"));
+    // Without the bonus the policy is deterministic, and rollout knows.
+    train("sac_lagrangian", &["--set", "entropy=none"], "150", ["180", "200"]);
+}
+
+#[test]
+fn an_example_reads_in_under_a_hundred_lines() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let examples = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    for path in examples.filter(|path| path.extension().is_some_and(|ending| ending == "rs")) {
+        let lines = std::fs::read_to_string(&path).unwrap().lines().count();
+        assert!(lines < 100, "{} has {lines}", path.display());
+    }
 }
 
 #[test]
