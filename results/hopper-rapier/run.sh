@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The runs behind the README's hopper results, two at a time; about an hour and a half of two cores' work without AVX-512.
+# The runs behind the README's hopper results, two at a time; about two hours of two cores' work without AVX-512.
 #   cargo build --release --example td3 && results/hopper-rapier/run.sh && results/hopper-rapier/plot.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."
