@@ -58,7 +58,7 @@ mod system {
 #[cfg(feature = "mujoco-rs")]
 mod linked {
     use std::path::{Path, PathBuf};
-    use std::{env, fs};
+    use std::{env, fs, io};
 
     /// What mujoco-rs's own build script reads.
     const DIR: &str = "MUJOCO_DYNAMIC_LINK_DIR";
@@ -86,6 +86,14 @@ mod linked {
     fn copy_libraries(from: &Path, to: &Path) -> usize {
         let files = from.read_dir().into_iter().flatten().flatten();
         let libraries = files.filter(|file| file.file_name().to_string_lossy().starts_with("libmujoco"));
-        libraries.filter(|file| fs::copy(file.path(), to.join(file.file_name())).is_ok()).count()
+        libraries.filter(|file| replace(&file.path(), &to.join(file.file_name())).is_ok()).count()
+    }
+
+    /// Copies to another name and renames: a program that runs meanwhile has the old file in its memory, and to write into
+    /// that would end it.
+    fn replace(from: &Path, to: &Path) -> io::Result<()> {
+        let part = to.with_extension("part");
+        fs::copy(from, &part)?;
+        fs::rename(part, to)
     }
 }
