@@ -38,9 +38,11 @@ fn main() -> anyhow::Result<()> {
     let optimism = Optimism { projection: Some(plan.projection.clone()), ..Optimism::default() };
     let config = args.settings(Config { optimism: (!gaussian).then_some(optimism), ..base.redq() })?;
     plan.run.discount = config.discount;
-    // Whose upper bound explores in the end: --set may have changed it.
-    let explores = config.optimism.as_ref().and_then(|optimism| optimism.projection.clone());
-    plan.projection = explores.unwrap_or_else(|| "scalarised-min".to_owned());
+    if args.resume.is_none() {
+        // Whose upper bound explores in the end: --set may have changed it.
+        let explores = config.optimism.as_ref().and_then(|optimism| optimism.projection.clone());
+        plan.projection = explores.unwrap_or_else(|| "scalarised-min".to_owned());
+    }
 
     // The world, and the networks: ten critics of N values each, and an actor.
     let env = make_env(&plan)?;

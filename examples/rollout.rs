@@ -16,7 +16,7 @@ use copq_experiments::{read_checkpoint, read_config};
 #[derive(Parser)]
 #[command(name = "rollout")]
 struct Cli {
-    /// Folder of a run, such as runs/cop-td3-a-hopper-cholesky-s0.
+    /// Folder of a run, such as runs/td3-a-hopper-cholesky-s0.
     run: PathBuf,
     /// Episodes to show, one after the other.
     #[arg(long, value_name = "N", default_value_t = 1)]

@@ -24,7 +24,7 @@ struct Cli {
     method: Method,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Method {
     /// COP-Q: a vector of values, their losses balanced, exploration towards the critics' upper bound (COP-OAC).
     CopTd3,
@@ -48,7 +48,7 @@ fn main() -> anyhow::Result<()> {
     let Cli { args, method } = Cli::parse();
 
     // The settings: the method's preset, the options over it, or with --resume what the run's folder holds.
-    let name = method.to_possible_value().map(|method| method.get_name().to_owned());
+    let name = method.to_possible_value().filter(|_| method != Method::CopTd3).map(|name| name.get_name().to_owned());
     let mut plan = args.plan(Plan { method: name, ..Plan::new("td3") })?;
     let projection = projection::by_name(&plan.projection)?;
     let config = args.settings(method.config().for_projection(&projection))?;
@@ -58,6 +58,9 @@ fn main() -> anyhow::Result<()> {
     let env = make_env(&plan)?;
     let spec = env.spec().clone();
     warn_of_limits(&spec, &config);
+    if method == Method::Td3 && spec.objectives.len() > 1 {
+        anyhow::bail!("--method td3: wanted a task with one objective, such as --task gym/hopper, got {}", spec.name);
+    }
 
     // The networks: the critics that the projection wants, N + 1 of N values each for Cholesky, and a deterministic actor.
     let mut rng = Rng::new(plan.run.seed, Stream::Init);

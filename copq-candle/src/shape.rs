@@ -34,7 +34,7 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// A critic's: observation and action in, one value an objective out.
+    /// A critic's: observation and action in, one value per objective out.
     pub fn critic(spec: &EnvSpec, networks: &Networks) -> Self {
         Self::new(spec.observation + spec.action(), &networks.hidden, spec.objectives.len())
     }

@@ -37,7 +37,7 @@ use crate::{checkpoint, files};
 /// | `critic_loss/NAME` | mean squared distance from it, over critics and batch |
 /// | `clip_rate` | share of the targets in which the Cholesky bound's clip fired |
 /// | `famo/NAME` | FAMO's weight of the loss; all together are 1 |
-/// | `actor/objective` | what the actor climbs, less the entropy bonus: weights x lower bound of its own actions |
+/// | `actor/objective` | what the actor climbs, less the entropy bonus: weights x bound (in REDQ x mean) of its own actions |
 /// | `actor/entropy` | entropy of a stochastic policy, in nats of actions in \[-1, 1\] |
 /// | `actor/temperature` | alpha, the entropy bonus's weight |
 /// | `multiplier/NAME` | lambda of a cost, which projections see |

@@ -202,7 +202,7 @@ impl Config {
     }
 
     /// SAC with a Lagrange multiplier for each cost. [`IndependentMin`](crate::projection::IndependentMin) on 2 separate
-    /// critics an objective makes it SACLag-UCB; on 2 for the reward and 1 for the cost, SAC-Lagrangian.
+    /// critics per objective makes it SACLag-UCB; on 2 for the reward and 1 for the cost, SAC-Lagrangian.
     pub fn sac_lagrangian() -> Self {
         let plain = LagrangianConfig { augmentation: 0.0, ..Default::default() };
         Self { constraint: Some(Constraint::Lagrangian(plain)), ..Self::sac() }

@@ -31,7 +31,7 @@ pub struct EnvSpec {
     /// Which objectives are costs: the limit of each one's undiscounted sum over an episode, `None` for a reward. Empty
     /// if the task has no costs. A cost is told as a positive number; its weight is negative, or 0 to leave it to a multiplier.
     pub limits: Vec<Option<f32>>,
-    /// The reward that a stochastic policy's entropy bonus is added to, by its name; the last reward if there is none.
+    /// The reward that a stochastic policy's entropy bonus is added to, by its name; `None` means the last reward.
     pub entropy: Option<String>,
     /// Steps after which an episode is truncated at the latest; it is an error to run on.
     pub horizon: usize,

@@ -35,8 +35,8 @@ impl Rng {
         Self::with_stream(seed, stream as u64)
     }
 
-    /// A stream by number, for purposes that [`Stream`] does not name, such as an environment's own noise; copq takes none
-    /// from 100 on.
+    /// A stream by number, for purposes that [`Stream`] does not name, such as an environment's own noise. Those from 100 to
+    /// 999 are yours.
     pub fn with_stream(seed: u64, stream: u64) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());

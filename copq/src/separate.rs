@@ -11,7 +11,7 @@ use crate::{Critic, Error, Net, QGrad, QView, Result, State};
 /// an objective with fewer networks shows each of them equally often. That changes no mean, no least value and no
 /// standard deviation (over K), and the gradients of a network's copies add up.
 ///
-/// A target that draws some of the critics (REDQ) could draw one network twice, and is refused where counts differ.
+/// With unequal counts a drawn subset (REDQ) could hold one network twice, so it is refused.
 ///
 /// They are to learn without FAMO ([`Config::famo`](crate::Config::famo)). Adam undoes the scale of a loss, so weights of losses that
 /// share no network balance nothing: they drift, until an objective's gradients are as small as Adam's epsilon and its

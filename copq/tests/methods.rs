@@ -347,6 +347,8 @@ fn a_multiplier_has_a_cap() {
     lagrangian.observe(&[-9.0, 0.0]);
     (0..20).for_each(|_| lagrangian.update());
     assert!(lagrangian.weights()[0] > -50.0, "{:?}", lagrangian.weights());
+    let error = Lagrangian::new(LagrangianConfig { cap: 0.5, ..config }, &Toy::constrained().spec, 0.5).unwrap_err();
+    assert_eq!(error.to_string(), "lagrangian.multiplier: wanted at most the cap, 0.5, got 1");
 }
 
 #[test]

@@ -263,6 +263,12 @@ fn refusal(weights: &[f32], step: f32, out: usize, grad: usize) -> String {
         let projected = method.project(bound, &mut scratch, &mut vec![0.0; out]);
         let backward = method.vjp(bound, &mut scratch, &vec![0.0; out], &mut vec![0.0; grad]);
         let backward = backward.unwrap_err().to_string();
+        assert_eq!(
+            projected.is_err(),
+            grad == 8,
+            "{}: only the gradient's length is none of its business",
+            method.name()
+        );
         if let Err(forward) = projected {
             assert_eq!(backward.replace("gradient of the bound", "bound"), forward.to_string(), "{}", method.name());
         }

@@ -77,8 +77,12 @@ fn sac_lagrangian() {
 fn sac_without_a_limit() {
     let oac = ["--method", "sac", "--task", "a/hopper", "--set", "optimism.projection=extremum"];
     assert!(!train("sac_lagrangian", &oac, "150", ["180", "200"]).contains("multiplier"));
-    // Without the bonus the policy is deterministic, and rollout knows.
-    train("sac_lagrangian", &["--set", "entropy=none"], "150", ["180", "200"]);
+}
+
+#[test]
+fn without_an_entropy_bonus_the_policy_is_deterministic_and_rollout_knows() {
+    let metrics = train("sac_lagrangian", &["--set", "entropy=none"], "150", ["180", "200"]);
+    assert!(metrics.contains("multiplier/cost") && !metrics.contains("actor/entropy"), "{metrics}");
 }
 
 #[test]
@@ -101,6 +105,11 @@ fn wrong_words_are_readable_errors() {
         ),
         ("redq", "--gaussian --projection cholesky", "'--gaussian' cannot be used with '--projection"),
         ("redq", "--projection choleski", "Error: unknown projection 'choleski'; known: cholesky"),
+        (
+            "td3",
+            "--method td3",
+            "Error: --method td3: wanted a task with one objective, such as --task gym/hopper, got a/hopper",
+        ),
         ("td3", "--set bach=3", "unknown field `bach`, expected one of `discount`"),
         ("custom_env", "many", "Error: the argument: wanted steps to train for, such as 20000, got many"),
     ] {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# TD3 on MuJoCo's hopper as in the paper (preset Paper): three projections with FAMO, as the paper has it, and two of them without; about nine
-# hours on two cores without AVX-512.
+# TD3 on MuJoCo's hopper as in the paper (preset Paper): three projections with FAMO, as the paper has it, and two of them without; about six
+# and a half hours on two cores without AVX-512.
 #   scripts/fetch-mujoco.sh && cargo build --release --features copq-examples/mujoco --example td3
 #   results/hopper-mujoco-paper/run.sh && results/plot.sh results/hopper-mujoco-paper "TD3 on MuJoCo's hopper, preset Paper"
 set -euo pipefail

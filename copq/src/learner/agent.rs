@@ -37,7 +37,7 @@ impl Agent for Learner {
         finite("reward", t.reward, &self.objectives, self.steps)?;
         finite_row("observation", t.next_obs, self.steps, OBSERVATION)?;
         finite_row("observation", t.obs, self.steps, OBSERVATION)?;
-        finite_row("action", t.action, self.steps, "whoever chose it gave a number that is none")?;
+        finite_row("action", t.action, self.steps, "the caller passed NaN or infinity")?;
         self.replay.push(t)?;
         self.steps += 1;
         Ok(())

@@ -22,7 +22,7 @@ pub(super) struct Work {
     /// Projected bounds and their gradients, `rows x objectives`.
     pub(super) bound: Vec<f32>,
     pub(super) grad_bound: Vec<f32>,
-    /// One number an objective.
+    /// One number per objective.
     pub(super) losses: Vec<f64>,
     pub(super) losses_after: Vec<f64>,
     pub(super) loss_weights: Vec<f64>,
@@ -97,7 +97,7 @@ pub(super) fn column_means(values: &[f32], means: &mut [f32]) {
     }
 }
 
-/// Reports one number an objective.
+/// Reports one number per objective.
 pub(super) fn log_each<T: Copy + Into<f64>>(log: &mut dyn Observer, step: u64, names: &[String], values: &[T]) {
     for (name, &value) in names.iter().zip(values) {
         log.scalar(step, name, value.into());

@@ -56,6 +56,13 @@ impl Lagrangian {
                 return Err(Error::invalid(name, "a positive number", value));
             }
         }
+        if config.multiplier > config.cap {
+            return Err(Error::invalid(
+                "lagrangian.multiplier",
+                format!("at most the cap, {}", config.cap),
+                config.multiplier,
+            ));
+        }
         check_not_negative("lagrangian.lr", config.lr)?;
         check_not_negative("lagrangian.augmentation", config.augmentation)?;
         let costs = Costs::new(spec, discount)?;

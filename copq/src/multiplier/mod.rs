@@ -32,7 +32,7 @@ pub trait Multiplier: Debug + Send {
         false
     }
 
-    /// Takes in the batch's mean pessimistic bound at the replayed actions, one value an objective.
+    /// Takes in the batch's mean pessimistic bound at the replayed actions, one value per objective.
     fn observe(&mut self, _bound: &[f32]) {}
 
     /// Learns from what was last observed.

@@ -171,5 +171,8 @@ mod tests {
         assert!((controller.lambda - 0.16025).abs() < 1e-12, "{}", controller.lambda);
         (0..20).for_each(|_| controller.update(&config, 0.0, -10.0));
         assert_eq!((controller.lambda, controller.past.len()), (0.0, 10));
+        // A shorter delay, after loading, forgets what is older.
+        controller.update(&PidConfig { delay: 3, ..config }, 0.0, -10.0);
+        assert_eq!(controller.past.len(), 3);
     }
 }
