@@ -18,14 +18,14 @@ def content(path, old):
         print(f"{path}: not measured")
         return old
     if path.suffix == ".svg":
-        return f"![Medians as bars]({path.relative_to(BENCH)})\n"
-    return path.read_text()
+        return f"![Medians as bars]({path.relative_to(BENCH)})"
+    return path.read_text().strip()
 
 
 def main():
     page = BENCH / "RESULTS.md"
-    block = re.compile(r"(<!-- (results/\S+) -->\n\n)(.*?)(\n<!-- end -->)", re.DOTALL)
-    fill = lambda match: match[1] + content(BENCH / match[2], match[3]) + match[4]
+    block = re.compile(r"(<!-- (results/\S+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
+    fill = lambda match: f"{match[1]}\n{content(BENCH / match[2], match[3].strip())}\n\n{match[4]}"
     page.write_text(block.sub(fill, page.read_text()))
 
 

@@ -6,7 +6,8 @@
     python3 bench/publish.py                    puts the tables into bench/RESULTS.md
 
 Every part writes a table and raw times of its own into bench/results as soon as it is done, so that a part can be run
-again by itself; after a part of updates, the chart of all is drawn.
+again by itself; after a part of updates, the chart of all is drawn. Another machine gets a folder of its own by
+`--results`.
 
 The peers get a private environment in third_party/bench-peers (git-ignored; the first time it downloads several
 gigabytes, for PyPI's PyTorch brings CUDA along). Every program must report the same losses before it is timed. Needs
@@ -35,7 +36,6 @@ from tables import instructions_table, steps_table, updates_table, write_csv
 
 BENCH = Path(__file__).resolve().parent
 ROOT = BENCH.parent
-RESULTS = BENCH / "results"
 # A multiple of every workload's actor delay, and the number of batches.
 UPDATES = 20
 WORKLOADS = {"walker2d": 2, "humanoid": 2, "redq": 20}  # and their actor delays
@@ -122,9 +122,9 @@ def updates(workload, args):
         times, megabytes = measure(workload, threads, title, programs, args)
         tables.append(updates_table(title, LABELS, times, megabytes))
         rows.append((workload, threads, times))
-    write_csv(RESULTS / f"{workload}.csv", rows)
-    charted = [path for name in WORKLOADS if (path := RESULTS / f"{name}.csv").exists()]
-    subprocess.run([args.programs / "chart", RESULTS / "updates.svg", *charted], check=True)
+    write_csv(args.results / f"{workload}.csv", rows)
+    charted = [path for name in WORKLOADS if (path := args.results / f"{name}.csv").exists()]
+    subprocess.run([args.programs / "chart", args.results / "updates.svg", *charted], check=True)
     return f"{args.rounds} interleaved rounds of {UPDATES} updates.\n\n" + "\n".join(tables)
 
 
@@ -153,7 +153,7 @@ def steps(args):
     shares = {name: servers["copq"].ask("shares", name, STEPS) for name in ours}
     for server in servers.values():
         server.close()
-    write_csv(RESULTS / "steps.csv", [("steps", 1, times)])
+    write_csv(args.results / "steps.csv", [("steps", 1, times)])
     return f"{args.rounds} interleaved rounds of {STEPS} environment steps, one thread.\n\n" + steps_table(
         LABELS, times, shares
     )
@@ -161,7 +161,7 @@ def steps(args):
 
 def ours_alone(part, args):
     """What needs no peers, a program of its own: what it prints."""
-    command = [args.programs / part, "--rounds", str(args.rounds), "--csv", RESULTS / f"{part}.csv"]
+    command = [args.programs / part, "--rounds", str(args.rounds), "--csv", args.results / f"{part}.csv"]
     lines = []
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         for line in process.stdout:
@@ -200,7 +200,7 @@ def run(part, args):
     load = f"load {before:.1f} before, {os.getloadavg()[0]:.1f} after"
     statistics = "" if part == "instructions" else "Medians (smallest-largest), ratios of neighbouring rounds; "
     head = f"{machine(args.python)}; {load}. {statistics}"
-    (RESULTS / f"{part}.md").write_text(head + table)
+    (args.results / f"{part}.md").write_text(head + table)
     print(table)
 
 
@@ -211,6 +211,9 @@ def main():
     parser.add_argument("--rounds", type=int, default=15, help="interleaved rounds, after two to warm up [15]")
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2], help="thread counts of an update [1 2]")
     parser.add_argument("--skip", nargs="+", default=[], help="programs to leave out, such as compiled")
+    parser.add_argument(
+        "--results", type=Path, default=BENCH / "results", help="the folder of tables, a machine's own [bench/results]"
+    )
     parser.add_argument("--python", help="an interpreter that has the peers, instead of a private environment")
     parser.add_argument("--programs", type=Path, help="the folder of our programs, instead of building them")
     args = parser.parse_args()
@@ -219,7 +222,7 @@ def main():
             parser.error(f"{', '.join(sorted(unknown))}: wanted some of {', '.join(known)}")
     args.python = args.python or environment()
     args.programs = args.programs or build("steps" in args.parts)
-    RESULTS.mkdir(exist_ok=True)
+    args.results.mkdir(parents=True, exist_ok=True)
     began, failed = time.monotonic(), []
     for i, part in enumerate(args.parts):
         print(f"== {part}, {i + 1} of {len(args.parts)}, after {time.monotonic() - began:.0f} s", file=sys.stderr)
