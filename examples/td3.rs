@@ -3,7 +3,7 @@
 //! `cargo run --release --example td3` trains the hopper on rapier; `--help` explains the rest.
 
 use clap::{Parser, ValueEnum};
-use copq::{Config, Learner, Rng, Stream, Trainer, projection};
+use copq::{Config, Learner, Projection, Rng, Stream, Trainer, projection};
 use copq_examples::{make_env, warn_of_limits};
 use copq_experiments::{Args, Plan, Run};
 
@@ -26,21 +26,34 @@ struct Cli {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Method {
-    /// COP-Q: a vector of values, their losses balanced, exploration towards the critics' upper bound (COP-OAC).
+    /// COP-Q: a vector of values whose common bound is cautious.
     CopTd3,
-    /// COP-Q that explores with Gaussian noise alone.
-    CopTd3Gaussian,
+    /// COP-Q that explores towards the critics' upper bound (COP-OAC).
+    CopTd3Oac,
+    /// COP-Q in the protocol of the paper's main comparison, for reproduction: a million steps of the paper's robots.
+    CopTd3Paper,
     /// TD3 as its authors have it: for tasks with one objective, such as --task gym/hopper.
     Td3,
 }
 
 impl Method {
-    fn config(self) -> Config {
+    fn config(self, projection: &dyn Projection) -> Config {
         match self {
-            Self::CopTd3 => Config::cop_td3(),
-            Self::CopTd3Gaussian => Config { optimism: None, ..Config::cop_td3() },
+            Self::CopTd3 => Config::cop_td3().for_projection(projection),
+            Self::CopTd3Oac => Config::cop_td3_oac().for_projection(projection),
+            Self::CopTd3Paper => Config::cop_td3_paper(),
             Self::Td3 => Config::td3(),
         }
+    }
+
+    fn plan(self) -> Plan {
+        let mut plan = Plan::new("td3");
+        plan.method = self.to_possible_value().map(|name| name.get_name().to_owned());
+        if self == Self::CopTd3Paper {
+            plan.preset = "paper".to_owned();
+            plan.run.steps = 1_000_000;
+        }
+        plan
     }
 }
 
@@ -48,10 +61,9 @@ fn main() -> anyhow::Result<()> {
     let Cli { args, method } = Cli::parse();
 
     // The settings: the method's preset, the options over it, or with --resume what the run's folder holds.
-    let name = method.to_possible_value().filter(|_| method != Method::CopTd3).map(|name| name.get_name().to_owned());
-    let mut plan = args.plan(Plan { method: name, ..Plan::new("td3") })?;
+    let mut plan = args.plan(method.plan())?;
     let projection = projection::by_name(&plan.projection)?;
-    let config = args.settings(method.config().for_projection(&projection))?;
+    let config = args.settings(method.config(&projection))?;
     plan.run.discount = config.discount;
 
     // The world, twice: to learn in, and to be evaluated in.

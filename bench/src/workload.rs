@@ -76,7 +76,7 @@ impl Workload {
 
     /// Hidden layers and step sizes.
     pub fn networks(&self) -> Networks {
-        Networks { hidden: vec![self.width; 2], critic_lr: LR, actor_lr: LR }
+        Networks { hidden: vec![self.width; 2], critic_lr: LR, actor_lr: LR, ..Networks::default() }
     }
 
     /// The batches, always the same.

@@ -1,16 +1,23 @@
-//! Fresh weights, drawn as PyTorch's `nn.Linear` draws them.
+//! Fresh weights.
 
-use copq::Rng;
+use copq::{Initial, Rng};
 
 use crate::shape::Shape;
 
-/// Weights and biases uniform on +-1/sqrt(inputs of the layer), in the flat buffer's order (TD3's reference code).
-pub(crate) fn parameters(shape: &Shape, rng: &mut Rng) -> Vec<f32> {
+/// Parameters in the flat buffer's order, drawn as `initial` says. Every one takes its number from `rng`, even a bias that
+/// starts from zero.
+pub(crate) fn parameters(shape: &Shape, initial: Initial, rng: &mut Rng) -> Vec<f32> {
     let mut out = vec![0.0; shape.len()];
     for layer in shape.layers() {
-        let bound = 1.0 / libm::sqrt(layer.input as f64);
-        for value in &mut out[layer.weight().start..layer.bias().end] {
-            *value = rng.uniform_in(-bound, bound) as f32;
+        let root = 1.0 / libm::sqrt(layer.input as f64);
+        let (weight, bias) = match initial {
+            Initial::Torch => (root, root),
+            Initial::Lecun => (libm::sqrt(3.0) * root, 0.0),
+        };
+        for (range, bound) in [(layer.weight(), weight), (layer.bias(), bias)] {
+            for value in &mut out[range] {
+                *value = rng.uniform_in(-bound, bound) as f32;
+            }
         }
     }
     out

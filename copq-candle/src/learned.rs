@@ -1,6 +1,6 @@
 //! Everything one network has learned, in flat buffers: what both implementations start from, save and load.
 
-use copq::{Error, Result, Rng, State};
+use copq::{Error, Initial, Result, Rng, State};
 
 use crate::init;
 use crate::shape::Shape;
@@ -22,8 +22,8 @@ pub(crate) struct Learned<T = f32> {
 
 impl Learned {
     /// Fresh weights, a target equal to them, and an optimiser that has not begun.
-    pub fn new(shape: &Shape, rng: &mut Rng) -> Self {
-        Self::from_online(init::parameters(shape, rng))
+    pub fn new(shape: &Shape, initial: Initial, rng: &mut Rng) -> Self {
+        Self::from_online(init::parameters(shape, initial, rng))
     }
 
     /// These weights, a target equal to them, and an optimiser that has not begun.

@@ -98,7 +98,12 @@ impl Reference {
                 Constraint::Lagrangian(old) => Constraint::Lagrangian(lagrangian(old)),
                 pid => pid,
             }),
-            networks: Networks { hidden: vec![self.number("hidden") as usize], critic_lr: lr, actor_lr: lr },
+            networks: Networks {
+                hidden: vec![self.number("hidden") as usize],
+                critic_lr: lr,
+                actor_lr: lr,
+                ..Networks::default()
+            },
             ..preset
         }
     }

@@ -42,7 +42,7 @@ impl Reference {
 
     fn networks(&self) -> Networks {
         let (critic_lr, actor_lr) = (self.number("critic_lr"), self.number("actor_lr"));
-        Networks { hidden: self.case().hidden, critic_lr, actor_lr }
+        Networks { hidden: self.case().hidden, critic_lr, actor_lr, ..Networks::default() }
     }
 }
 

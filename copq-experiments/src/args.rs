@@ -125,7 +125,7 @@ impl Args {
     }
 
     /// Makes the run's folder, or reopens it with `--resume`.
-    pub fn open<S: Serialize>(&self, plan: &Plan, settings: &S) -> Result<RunFolder> {
+    pub fn open<S: Serialize + DeserializeOwned>(&self, plan: &Plan, settings: &S) -> Result<RunFolder> {
         match (&self.resume, &self.out) {
             (Some(folder), _) => RunFolder::resume(folder, plan, settings),
             (None, Some(folder)) => RunFolder::create(folder, plan, settings),

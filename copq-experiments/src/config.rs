@@ -77,10 +77,9 @@ pub(crate) fn read<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
 }
 
 /// An error that names the first of the caller's settings that is not what the run was made with.
-pub(crate) fn check_same<S: Serialize>(path: &Path, saved: &toml::Table, now: &S) -> Result<()> {
-    let text = toml::to_string(now).map_err(|e| Error::other("encoding the settings", e))?;
-    let now: toml::Table = toml::from_str(&text).map_err(|e| Error::other("encoding the settings", e))?;
-    match difference("settings", &saved.clone().into(), &now.into()) {
+pub(crate) fn check_same<S: Serialize>(path: &Path, saved: &S, now: &S) -> Result<()> {
+    let value = |settings: &S| toml::Value::try_from(settings).map_err(|e| Error::other("encoding the settings", e));
+    match difference("settings", &value(saved)?, &value(now)?) {
         None => Ok(()),
         Some((key, saved, now)) => {
             let what = format!("{key} (a run goes on with what made it, '{}')", path.display());
@@ -179,7 +178,7 @@ mod tests {
     #[test]
     fn a_changed_setting_is_named() {
         let path = Path::new("runs/x/config.toml");
-        let saved: toml::Table = toml::from_str(&toml::to_string(&config().settings).unwrap()).unwrap();
+        let saved = config().settings;
         check_same(path, &saved, &config().settings).unwrap();
         let changed = Settings { limit: Some(25.0), ..config().settings };
         let message = check_same(path, &saved, &changed).unwrap_err().to_string();

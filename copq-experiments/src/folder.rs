@@ -35,6 +35,8 @@ use crate::{checkpoint, files};
 /// | `bound/NAME` | the lower bound there, by the learner's projection |
 /// | `target/NAME` | what the critics should say: mean TD target |
 /// | `critic_loss/NAME` | mean squared distance from it, over critics and batch |
+/// | `pessimism/target` | how far the bound lies below the critics' mean where it makes targets, at the next actions: weights x (mean - bound) |
+/// | `pessimism/actor` | the same where the actor climbs it, at the policy's own actions |
 /// | `clip_rate` | share of the targets in which the Cholesky bound's clip fired |
 /// | `famo/NAME` | FAMO's weight of the loss; all together are 1 |
 /// | `actor/objective` | what the actor climbs, less the entropy bonus: weights x bound (in REDQ x mean) of its own actions |
@@ -46,7 +48,8 @@ use crate::{checkpoint, files};
 /// | `cost_violation/NAME` | how far that is above the discounted limit |
 ///
 /// `evaluations.csv` has mean, standard deviation, least and largest of the returns over its episodes, `promised/NAME` (the
-/// critics' mean value of an episode's first action) and `discounted/NAME` (what the episode then returned, discounted).
+/// critics' mean value of an episode's first action: the value of the policy that they learn, so with its
+/// smoothing noise, or its samples and their entropy bonus) and `discounted/NAME` (what the episode then returned, discounted).
 ///
 /// A crash at any moment leaves a folder that can be resumed: the CSV files only grow and lose a torn last line on
 /// resume, the others are replaced by a rename.
@@ -82,11 +85,15 @@ impl RunFolder {
     ///
     /// Errors: no run there, another process writes to it, settings or a plan that differ from the saved ones; only
     /// the number of steps may be larger than it was, and that of threads another.
-    pub fn resume<S: Serialize>(path: impl Into<PathBuf>, plan: &Plan, settings: &S) -> Result<Self> {
+    pub fn resume<S: Serialize + DeserializeOwned>(
+        path: impl Into<PathBuf>,
+        plan: &Plan,
+        settings: &S,
+    ) -> Result<Self> {
         let path = path.into();
         let folder = Self { _lock: lock(&path)?, path };
         let file = folder.file("config.toml");
-        let mut saved: RunConfig<toml::Table> = config::read(&file)?;
+        let mut saved: RunConfig<S> = config::read(&file)?;
         config::check_same(&file, &saved.settings, settings)?;
         check_plan(&folder.path, &saved.plan, plan)?;
         if *plan != saved.plan {

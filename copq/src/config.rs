@@ -9,18 +9,54 @@ use crate::{Constraint, Entropy, Error, FamoConfig, LagrangianConfig, Projection
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Networks {
-    /// Widths of the hidden layers, ReLU after each.
+    /// Widths of the hidden layers.
     pub hidden: Vec<usize>,
     /// Adam's step size for the critics.
     pub critic_lr: f64,
     /// Adam's step size for the actor.
     pub actor_lr: f64,
+    /// How weights and biases are drawn.
+    #[serde(default)]
+    pub init: Initial,
+    /// The function after each hidden layer.
+    #[serde(default)]
+    pub activation: Activation,
+}
+
+/// The function between two layers of a network.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Activation {
+    /// max(0, x): every off-policy method of the paper.
+    #[default]
+    Relu,
+    /// tanh(x): on-policy methods.
+    Tanh,
+    /// x / (1 + exp(-x)): the cost critics of CAL's authors.
+    Silu,
+}
+
+/// The distribution of a network's initial weights; every layer has the same rule.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Initial {
+    /// Weights and biases uniform within 1/sqrt(inputs): `torch.nn.Linear`'s, and so TD3's.
+    #[default]
+    Torch,
+    /// Weights uniform within sqrt(3/inputs), which keeps the inputs' variance, and no biases: Brax's.
+    Lecun,
 }
 
 impl Default for Networks {
-    /// Two hidden layers of 256, step sizes 3e-4 (paper Table D.3).
+    /// Two hidden layers of 256 with ReLU, step sizes 3e-4 (paper Table D.3).
     fn default() -> Self {
-        Self { hidden: vec![256, 256], critic_lr: 3e-4, actor_lr: 3e-4 }
+        Self {
+            hidden: vec![256, 256],
+            critic_lr: 3e-4,
+            actor_lr: 3e-4,
+            init: Initial::Torch,
+            activation: Activation::Relu,
+        }
     }
 }
 
@@ -37,6 +73,17 @@ impl Networks {
         }
         Ok(())
     }
+}
+
+/// Whose actions fill the replay before the first update.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WarmUp {
+    /// Uniform actions (TD3's and SAC's authors' code).
+    #[default]
+    Uniform,
+    /// The untrained policy's, with its Gaussian noise or its own samples (paper Alg. 1, which has but one rule).
+    Policy,
 }
 
 /// Clipped Gaussian noise on the target policy's actions (TD3).
@@ -91,7 +138,7 @@ impl Optimism {
 /// | CAL | [`Config::cal`] | [`SeparateCritics`](crate::SeparateCritics), 4 and 2 | [`Conservative::cal`](crate::projection::Conservative::cal) | stochastic |
 /// | COP-Q on CAL | [`Config::cop_cal`] | 3 | [`Cholesky`](crate::projection::Cholesky) | stochastic |
 ///
-/// Each takes [`Config::optimism`], which makes it OAC; [`Config::cop_td3`] has it.
+/// Each takes [`Config::optimism`], which makes it OAC: [`Config::cop_td3_oac`] is COP-Q on TD3 with it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
@@ -103,8 +150,14 @@ pub struct Config {
     pub batch: usize,
     /// Transitions that the replay buffer holds.
     pub capacity: usize,
-    /// Environment steps with uniform actions before the first update.
+    /// Environment steps before the first update.
     pub start_steps: u64,
+    /// Whose actions those steps take.
+    #[serde(default)]
+    pub warm_up: WarmUp,
+    /// Whether networks see observations in units of their running deviation ([`Normaliser`](crate::Normaliser)).
+    #[serde(default)]
+    pub normalise: bool,
     /// Updates for each environment step (the update-to-data ratio).
     pub updates_per_step: usize,
     /// Critic updates for each actor update.
@@ -136,9 +189,9 @@ pub struct Config {
 }
 
 impl Config {
-    /// COP-Q on TD3: the constants of the paper's Tables D.1 to D.3, optimistic exploration included. Targets follow at
-    /// every update. The warm-up, whose length the paper leaves open, is 1,000 steps: a hopper that acts at random falls
-    /// after 20, and 25,000 steps of that (TD3's choice) held it back for long; DESIGN.md has the figures.
+    /// COP-Q on TD3: the constants of the paper's Tables D.1 to D.3, explored by Gaussian noise as in its section 5.1. Targets
+    /// follow at every update. The warm-up is 1,000 steps: a hopper that acts at random falls after 20, and 25,000 steps
+    /// of that (TD3's choice) held it back for long; DESIGN.md has the figures.
     pub fn cop_td3() -> Self {
         Self {
             discount: 0.99,
@@ -146,6 +199,8 @@ impl Config {
             batch: 256,
             capacity: 1_000_000,
             start_steps: 1_000,
+            warm_up: WarmUp::Uniform,
+            normalise: false,
             updates_per_step: 1,
             actor_delay: 2,
             target_period: 1,
@@ -158,16 +213,43 @@ impl Config {
             smoothing: Some(Smoothing { std: 0.2, clip: 0.5 }),
             famo: Some(FamoConfig::default()),
             exploration_std: 0.1,
-            optimism: Some(Optimism::default()),
+            optimism: None,
             networks: Networks::default(),
         }
+    }
+
+    /// COP-Q on TD3 that explores towards the critics' upper bound instead (COP-OAC, paper sec. 5.2 and Table D.2): by the
+    /// learner's own projection, unless [`Optimism::projection`] names another.
+    pub fn cop_td3_oac() -> Self {
+        Self { optimism: Some(Optimism::default()), ..Self::cop_td3() }
+    }
+
+    /// COP-Q on TD3 in the protocol of the paper's main comparison (sec. 5.1), for reproduction. Where the paper gives no
+    /// number, its authors' later code does.
+    ///
+    /// | setting | value | source |
+    /// |---|---|---|
+    /// | discount, tau, batch, capacity, step sizes, hidden layers | 0.99, 0.005, 256, 1e6, 3e-4, 256 x 256 ReLU | Table D.3 |
+    /// | updates a step, actor delay, target period | 1, 2, 1 | Table D.3 |
+    /// | exploration | Gaussian noise of 0.1 alone | sec. 5, 5.1, Table D.3 |
+    /// | target smoothing | 0.2, clipped at 0.5 | Table D.3 |
+    /// | warm-up | 16,384 steps of the untrained policy with its noise | App. D (more than 10,000); the authors' code; Alg. 1 |
+    /// | FAMO, whatever the projection | AdamW 0.025, 0.001 | sec. 5, Table D.1 |
+    /// | pessimism in targets and actor | 1 | eqs. 11, 13, 14 |
+    /// | observations, initial weights | raw, PyTorch's | the paper gives none |
+    ///
+    /// The paper's other methods differ in projection and critics alone: N + 1 critics for
+    /// [`Extremum`](crate::projection::Extremum), 2 for [`ScalarisedMin`](crate::projection::ScalarisedMin), 2 separate
+    /// ones an objective for [`IndependentMin`](crate::projection::IndependentMin).
+    pub fn cop_td3_paper() -> Self {
+        Self { start_steps: 16_384, warm_up: WarmUp::Policy, famo: Some(FamoConfig::default()), ..Self::cop_td3() }
     }
 
     /// TD3 as its authors have it (Fujimoto et al. 2018): noise alone explores, targets follow at every second update, the
     /// warm-up is 25,000 steps. Meant for one objective and 2 critics, with which every projection is its clipped
     /// double-Q; the actor climbs the smaller critic, too, where theirs climbs the first.
     pub fn td3() -> Self {
-        Self { start_steps: 25_000, target_period: 2, famo: None, optimism: None, ..Self::cop_td3() }
+        Self { start_steps: 25_000, target_period: 2, famo: None, ..Self::cop_td3() }
     }
 
     /// Randomised ensembled double-Q (REDQ): 20 updates an environment step, the 20th with the actor's; each target
@@ -183,7 +265,6 @@ impl Config {
             target_period: 1,
             actor_pessimism: 0.0,
             subset: Some(2),
-            optimism: None,
             ..self
         }
     }

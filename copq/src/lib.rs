@@ -65,6 +65,7 @@ mod famo;
 mod learner;
 mod loss;
 mod multiplier;
+mod normaliser;
 mod observer;
 mod ordered;
 pub mod projection;
@@ -78,16 +79,17 @@ mod trainer;
 pub use actor::{ActionGrad, Actor, Sample, SampleGrad};
 pub use agent::{Agent, Mode, Transition};
 pub use check_env::{EnvReport, check_env};
-pub use config::{Config, Networks, Optimism, Smoothing};
+pub use config::{Activation, Config, Initial, Networks, Optimism, Smoothing, WarmUp};
 pub use critic::{Critic, Net, QGrad};
 pub use env::{Env, EnvSpec, Outcome};
 pub use error::{Error, Result};
 pub use explore::{Context, Explore, GaussianNoise, Optimistic, PolicySamples, UniformActions};
-pub use famo::{Famo, FamoConfig};
+pub use famo::{Famo, FamoConfig, FamoDecay};
 pub use learner::Learner;
 pub use multiplier::{
     Constraint, FixedWeights, Lagrangian, LagrangianConfig, Multiplier, Pid, PidConfig, discounted_limit,
 };
+pub use normaliser::Normaliser;
 pub use observer::{Observer, Silent};
 pub use ordered::OrderedEnv;
 pub use projection::{Bound, Projection, QView, Scratch};

@@ -42,6 +42,15 @@ pub(crate) fn mean_and_spread(q: QView<'_>, objective: usize) -> (f64, f64) {
     (total / q.rows() as f64, (variance / q.rows() as f64).sqrt())
 }
 
+/// How far a bound (`rows x objectives`) lies below the critics' mean: `w . (mean - bound)`, averaged over the rows.
+pub(crate) fn margin(q: QView<'_>, bound: &[f32], weights: &[f64]) -> f64 {
+    let total = |values: &[f32]| -> f64 {
+        let rows = values.chunks_exact(weights.len());
+        rows.map(|row| row.iter().zip(weights).map(|(&x, w)| f64::from(x) * w).sum::<f64>()).sum()
+    };
+    (total(q.values()) / q.critics() as f64 - total(bound)) / q.rows() as f64
+}
+
 /// An error that names the objective and the first rows if a `rows x objectives` array is not finite.
 pub(crate) fn finite(what: &str, values: &[f32], objectives: &[String], step: u64) -> Result<()> {
     let n = objectives.len();

@@ -175,8 +175,10 @@ pub struct Evaluation {
     pub lengths: Vec<u64>,
     /// Discounted returns from the first step, averaged over the episodes, one per objective.
     pub discounted: Vec<f64>,
-    /// The mean critic's Q at the first step, averaged over the episodes: compare with `discounted`. With an entropy bonus
-    /// (SAC) it includes the bonus of the steps to come, which `discounted` does not.
+    /// The mean critic's Q at the first step, averaged over the episodes: compare with `discounted`, but know that critics
+    /// value the policy they are taught with, not the bare one that is evaluated. With target smoothing (TD3) its noise
+    /// costs what noise costs (on benchmark A's hopper 11.6 of control in all, 3 components x 0.04 x 1 / (1 - gamma)); with an
+    /// entropy bonus (SAC) they include the bonus of the steps to come.
     pub promised: Vec<f64>,
 }
 

@@ -5,7 +5,13 @@ use copq::*;
 /// What all presets share (paper Table D.3).
 fn assert_common(name: &str, config: &Config) {
     assert_eq!((config.discount, config.tau), (0.99, 0.005), "{name}");
-    let networks = Networks { hidden: vec![256, 256], critic_lr: 3e-4, actor_lr: 3e-4 };
+    let networks = Networks {
+        hidden: vec![256, 256],
+        critic_lr: 3e-4,
+        actor_lr: 3e-4,
+        init: Initial::Torch,
+        activation: Activation::Relu,
+    };
     assert_eq!(config.networks, networks, "{name}");
     assert_eq!(config.check().map_err(|e| e.to_string()), Ok(()), "{name}");
 }
@@ -48,7 +54,7 @@ fn sizes_and_rhythms() {
 #[test]
 fn balancing_and_optimism() {
     let config = Config::cop_td3();
-    assert_eq!(config.famo, Some(FamoConfig { lr: 0.025, weight_decay: 0.001 }));
+    assert_eq!(config.famo, Some(FamoConfig { lr: 0.025, weight_decay: 0.001, decay: FamoDecay::Decoupled }));
     assert_eq!(config.optimism, Some(Optimism { beta: 4.66, shift: 6.86, projection: None }));
     // 6.86 is the root of twice the KL bound 23.53, whose 4.66 is the radius: both to three digits.
     assert!((0.5 * 6.86f64.powi(2) - 23.53).abs() < 0.005);

@@ -33,7 +33,7 @@ impl Critics {
         check::settings(spec, networks)?;
         check::positive("critics", critics)?;
         let shape = Shape::critic(spec, networks);
-        let fresh = |_| Network::new(shape.clone(), &Learned::new(&shape, rng));
+        let fresh = |_| Network::new(shape.clone(), networks.activation, &Learned::new(&shape, networks.init, rng));
         Ok(Self {
             networks: (0..critics).map(fresh).collect(),
             observation: spec.observation,

@@ -6,6 +6,7 @@
 //! products, and they change no bit of the result. Nor does the processor: each sum is taken in one order, by fused
 //! multiply-adds, whatever the width of its vectors.
 
+mod activation;
 mod actor;
 mod adam;
 mod critics;

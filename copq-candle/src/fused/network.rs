@@ -1,12 +1,13 @@
 //! One multilayer perceptron: forward, backward, and all that it has learned.
 
-use copq::{Net, Result, State};
+use copq::{Activation, Net, Result, State};
 
+use super::activation::activate;
 use super::layout::Layout;
 use super::panels::{Line, Panels};
 use super::product::{Finish, affine};
 use super::threads::Threads;
-use super::workspace::Workspace;
+use super::workspace::{Gate, Workspace};
 use super::{adam, passes};
 use crate::learned::Learned;
 use crate::shape::Shape;
@@ -16,16 +17,21 @@ use crate::shape::Shape;
 pub(super) struct Network {
     layout: Layout,
     learned: Learned<Line>,
-    /// Every layer's outputs from the last [`Network::forward`], the hidden ones after ReLU.
+    activation: Activation,
+    /// Every layer's outputs from the last [`Network::forward`], the hidden ones after their activation.
     outputs: Vec<Panels>,
+    /// The activation's slopes there, of hidden layers; ReLU's are told by its outputs.
+    slopes: Vec<Panels>,
 }
 
 impl Network {
     /// A network that goes on from what was learned.
-    pub fn new(shape: Shape, learned: &Learned) -> Self {
+    pub fn new(shape: Shape, activation: Activation, learned: &Learned) -> Self {
         let layout = Layout::new(shape);
         let outputs = vec![Panels::default(); layout.maps().len()];
-        Self { learned: learned.map(|flat| layout.pack(flat)), layout, outputs }
+        let smooth = activation != Activation::Relu;
+        let slopes = vec![Panels::default(); if smooth { outputs.len() - 1 } else { 0 }];
+        Self { learned: learned.map(|flat| layout.pack(flat)), layout, activation, outputs, slopes }
     }
 
     /// Its layers.
@@ -50,18 +56,21 @@ impl Network {
             Net::Target => &self.learned.target,
         };
         let (outputs, threads) = workspace.outputs(self.layout.maps().len());
-        run(&self.layout, parameters, input, outputs, out, threads);
+        run(&self.layout, parameters, self.activation, input, outputs, &mut [], threads);
+        outputs[self.layout.maps().len() - 1].get(0, out);
     }
 
     /// Runs a batch through the online network, and remembers what a backward pass needs.
     pub fn forward(&mut self, input: &Panels, out: &mut [f32], workspace: &Workspace) {
-        run(&self.layout, &self.learned.online, input, &mut self.outputs, out, workspace.threads());
+        let Self { layout, learned, activation, outputs, slopes } = self;
+        run(layout, &learned.online, *activation, input, outputs, slopes, workspace.threads());
+        outputs[outputs.len() - 1].get(0, out);
     }
 
     /// After [`Network::forward`] on the same input: backward from dL/dout, each layer taking its optimiser step, and its
     /// target following by `tau`, as soon as it has its gradient.
     pub fn learn(&mut self, input: &Panels, grad_out: &[f32], lr: f64, tau: f32, workspace: &mut Workspace) {
-        let Self { layout, learned, outputs } = self;
+        let Self { layout, learned, outputs, slopes, .. } = self;
         workspace.begin(input.rows(), grad_out);
         learned.steps += 1;
         for (i, (layer, map)) in layout.maps().enumerate().rev() {
@@ -71,7 +80,7 @@ impl Network {
             }
             adam::step(learned, map, workspace.gradient(below.unwrap_or(input)), lr, tau);
             if let Some(below) = below {
-                workspace.step_down(below);
+                workspace.step_down(gate(below, slopes.get(i - 1)));
             }
         }
     }
@@ -83,7 +92,7 @@ impl Network {
             let parameters = &self.learned.online[map];
             if i > 0 {
                 workspace.turn(layer, parameters, 0);
-                workspace.step_down(&self.outputs[i - 1]);
+                workspace.step_down(gate(&self.outputs[i - 1], self.slopes.get(i - 1)));
             } else {
                 workspace.step_out(layer, parameters, first, out);
             }
@@ -107,20 +116,30 @@ impl Network {
     }
 }
 
-/// Runs a batch through layers whose `outputs` are then those of every layer, the hidden ones after ReLU.
+/// The way back through a hidden layer's activation.
+fn gate<'a>(output: &'a Panels, slope: Option<&'a Panels>) -> Gate<'a> {
+    slope.map_or(Gate::Open(output), Gate::Times)
+}
+
+/// Runs a batch through layers whose `outputs` are then those of every layer, the hidden ones after their activation, whose
+/// slopes it writes where there is room for them.
 fn run(
     layout: &Layout,
     parameters: &[Line],
+    activation: Activation,
     input: &Panels,
     outputs: &mut [Panels],
-    out: &mut [f32],
+    slopes: &mut [Panels],
     threads: &Threads,
 ) {
-    let last = outputs.len() - 1; // A layout has at least one layer.
+    let last = layout.maps().len() - 1; // A layout has at least one layer.
     for (i, (layer, map)) in layout.maps().enumerate() {
         let (below, here) = outputs.split_at_mut(i);
-        let finish = if i == last { Finish::Keep } else { Finish::Relu };
+        let hidden = i < last;
+        let finish = if hidden && activation == Activation::Relu { Finish::Relu } else { Finish::Keep };
         affine(below.last().unwrap_or(input), &parameters[map], layer.output, finish, &mut here[0], threads);
+        if hidden {
+            activate(activation, &mut here[0], slopes.get_mut(i));
+        }
     }
-    outputs[last].get(0, out);
 }

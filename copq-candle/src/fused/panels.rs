@@ -33,6 +33,11 @@ impl Panels {
         &self.lines[..self.rows * self.cols.div_ceil(WIDTH)]
     }
 
+    /// Panel after panel, to change in place.
+    pub fn lines_mut(&mut self) -> &mut [Line] {
+        &mut self.lines[..self.rows * self.cols.div_ceil(WIDTH)]
+    }
+
     /// Takes another shape, and memory for it if it never had as much; what the lines hold then is left from before.
     pub fn reshape(&mut self, rows: usize, cols: usize) -> &mut [Line] {
         (self.rows, self.cols) = (rows, cols);

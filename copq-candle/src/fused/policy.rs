@@ -34,9 +34,9 @@ impl Policy {
     ) -> Result<Self> {
         check::settings(spec, networks)?;
         let shape = shape(spec, networks);
-        let learned = Learned::new(&shape, rng);
+        let learned = Learned::new(&shape, networks.init, rng);
         Ok(Self {
-            network: Network::new(shape, &learned),
+            network: Network::new(shape, networks.activation, &learned),
             input: Panels::default(),
             workspace: Workspace::default(),
             observation: spec.observation,

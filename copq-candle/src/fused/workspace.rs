@@ -2,11 +2,21 @@
 
 use copq::Result;
 
+use super::activation::multiply;
 use super::panels::{Line, Panels, WIDTH};
 use super::product::{Finish, affine, gradient};
 use super::threads::Threads;
 use super::transpose::transpose;
 use crate::shape::Layer;
+
+/// What a gradient meets on its way back through an activation.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Gate<'a> {
+    /// ReLU: passes where this output is positive.
+    Open(&'a Panels),
+    /// Any other: is multiplied by this slope.
+    Times(&'a Panels),
+}
 
 /// Buffers that grow to the largest layer and batch and are then reused, and the threads that share each product: one
 /// unless set. A thread's networks share a workspace, so that little of it leaves the cache.
@@ -15,7 +25,7 @@ pub(super) struct Workspace {
     threads: Threads,
     /// Every layer's outputs, where no backward pass will follow.
     outputs: Vec<Panels>,
-    /// dL/d(outputs of the present layer, before their ReLU).
+    /// dL/d(outputs of the present layer, before their activation).
     delta: Panels,
     /// What becomes `delta` next.
     below: Panels,
@@ -60,10 +70,16 @@ impl Workspace {
         transpose(layer, map, first, &mut self.transposed);
     }
 
-    /// After [`Workspace::turn`]: goes down to the layer that put out `activation`.
-    pub fn step_down(&mut self, activation: &Panels) {
-        let (map, finish) = (self.transposed.lines(), Finish::Mask(activation));
-        affine(&self.delta, map, activation.cols(), finish, &mut self.below, &self.threads);
+    /// After [`Workspace::turn`]: goes down to the layer below, back through its activation.
+    pub fn step_down(&mut self, gate: Gate<'_>) {
+        let (cols, finish) = match gate {
+            Gate::Open(output) => (output.cols(), Finish::Mask(output)),
+            Gate::Times(slope) => (slope.cols(), Finish::Keep),
+        };
+        affine(&self.delta, self.transposed.lines(), cols, finish, &mut self.below, &self.threads);
+        if let Gate::Times(slope) = gate {
+            multiply(&mut self.below, slope);
+        }
         std::mem::swap(&mut self.delta, &mut self.below);
     }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use candle_core::{Device, Tensor, Var};
 use copq::error::check_len;
-use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
+use copq::{Activation, Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
 
 use super::failed;
 use super::network::{Network, values};
@@ -21,6 +21,7 @@ pub struct Critics {
     action: usize,
     objectives: usize,
     lr: f64,
+    activation: Activation,
     device: Device,
 }
 
@@ -30,14 +31,15 @@ impl Critics {
         check::settings(spec, networks)?;
         check::positive("critics", critics)?;
         let shape = Shape::critic(spec, networks);
-        let learned: Vec<_> = (0..critics).map(|_| Learned::new(&shape, rng)).collect();
+        let learned: Vec<_> = (0..critics).map(|_| Learned::new(&shape, networks.init, rng)).collect();
         Ok(Self {
-            networks: place(&shape, &learned, device)?,
+            networks: place(&shape, networks.activation, &learned, device)?,
             shape,
             observation: spec.observation,
             action: spec.action(),
             objectives: spec.objectives.len(),
             lr: networks.critic_lr,
+            activation: networks.activation,
             device: device.clone(),
         })
     }
@@ -54,7 +56,7 @@ impl Critics {
     pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
         let online = weights::load(path.as_ref(), &weights::critic_prefixes(self.networks.len()), &self.shape)?;
         let learned: Vec<_> = online.into_iter().map(Learned::from_online).collect();
-        self.networks = place(&self.shape, &learned, &self.device)?;
+        self.networks = place(&self.shape, self.activation, &learned, &self.device)?;
         Ok(())
     }
 
@@ -133,11 +135,11 @@ impl Critic for Critics {
 
     fn load(&mut self, state: &State) -> Result<()> {
         let learned = load_critics(self.networks.len(), &self.shape, state)?;
-        self.networks = place(&self.shape, &learned, &self.device)?;
+        self.networks = place(&self.shape, self.activation, &learned, &self.device)?;
         Ok(())
     }
 }
 
-fn place(shape: &Shape, learned: &[Learned], device: &Device) -> Result<Vec<Network>> {
-    learned.iter().map(|learned| Network::new(shape, learned, device).map_err(failed)).collect()
+fn place(shape: &Shape, activation: Activation, learned: &[Learned], device: &Device) -> Result<Vec<Network>> {
+    learned.iter().map(|learned| Network::new(shape, activation, learned, device).map_err(failed)).collect()
 }

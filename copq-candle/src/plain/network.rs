@@ -1,7 +1,7 @@
 //! A multilayer perceptron of candle tensors, with its target and its optimiser.
 
 use candle_core::{DType, Device, Result, Tensor, Var};
-use copq::Net;
+use copq::{Activation, Net};
 
 use crate::adam::{BETA1, BETA2, EPSILON, Step};
 use crate::learned::Learned;
@@ -15,11 +15,12 @@ pub(super) struct Network {
     m: Vec<Tensor>,
     v: Vec<Tensor>,
     steps: u64,
+    activation: Activation,
 }
 
 impl Network {
     /// Puts what was learned on a device.
-    pub fn new(shape: &Shape, learned: &Learned, device: &Device) -> Result<Self> {
+    pub fn new(shape: &Shape, activation: Activation, learned: &Learned, device: &Device) -> Result<Self> {
         let tensors = |values: &[f32]| -> Result<Vec<Tensor>> {
             shape.arrays().map(|(_, dims, range)| Tensor::from_slice(&values[range], dims, device)).collect()
         };
@@ -29,6 +30,7 @@ impl Network {
             m: tensors(&learned.m)?,
             v: tensors(&learned.v)?,
             steps: learned.steps,
+            activation,
         })
     }
 
@@ -44,7 +46,7 @@ impl Network {
         })
     }
 
-    /// `rows x input` to `rows x output`; ReLU after every layer but the last.
+    /// `rows x input` to `rows x output`; the activation after every layer but the last.
     pub fn forward(&self, net: Net, input: &Tensor) -> Result<Tensor> {
         let parameter = |i: usize| match net {
             Net::Online => self.online[i].as_tensor(),
@@ -55,7 +57,11 @@ impl Network {
         for layer in 0..layers {
             x = x.matmul(&parameter(2 * layer).t()?)?.broadcast_add(parameter(2 * layer + 1))?;
             if layer + 1 < layers {
-                x = relu(&x)?;
+                x = match self.activation {
+                    Activation::Relu => relu(&x)?,
+                    Activation::Tanh => x.tanh()?,
+                    Activation::Silu => x.silu()?,
+                };
             }
         }
         Ok(x)

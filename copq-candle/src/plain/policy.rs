@@ -4,7 +4,7 @@ use std::path::Path;
 
 use candle_core::backprop::GradStore;
 use candle_core::{Device, Tensor};
-use copq::{EnvSpec, Net, Networks, Result, Rng, State};
+use copq::{Activation, EnvSpec, Net, Networks, Result, Rng, State};
 
 use super::failed;
 use super::network::Network;
@@ -21,6 +21,7 @@ pub(super) struct Policy {
     /// Components of an action.
     pub action: usize,
     lr: f64,
+    activation: Activation,
     pub device: Device,
 }
 
@@ -35,13 +36,14 @@ impl Policy {
     ) -> Result<Self> {
         check::settings(spec, networks)?;
         let shape = shape(spec, networks);
-        let learned = Learned::new(&shape, rng);
+        let learned = Learned::new(&shape, networks.init, rng);
         Ok(Self {
-            network: Network::new(&shape, &learned, device).map_err(failed)?,
+            network: Network::new(&shape, networks.activation, &learned, device).map_err(failed)?,
             shape,
             observation: spec.observation,
             action: spec.action(),
             lr: networks.actor_lr,
+            activation: networks.activation,
             device: device.clone(),
         })
     }
@@ -86,7 +88,7 @@ impl Policy {
     }
 
     fn place(&mut self, learned: &Learned) -> Result<()> {
-        self.network = Network::new(&self.shape, learned, &self.device).map_err(failed)?;
+        self.network = Network::new(&self.shape, self.activation, learned, &self.device).map_err(failed)?;
         Ok(())
     }
 }

@@ -49,7 +49,7 @@ impl Case {
     }
 
     pub fn networks(&self) -> Networks {
-        Networks { hidden: self.hidden.clone(), critic_lr: 1e-3, actor_lr: 2e-3 }
+        Networks { hidden: self.hidden.clone(), critic_lr: 1e-3, actor_lr: 2e-3, ..Networks::default() }
     }
 
     pub fn obs(&self, seed: u64) -> Vec<f32> {

@@ -3,15 +3,29 @@
 use super::Learner;
 use crate::error::check_len;
 use crate::loss::{finite, finite_row};
-use crate::{Agent, Context, Explore, Mode, Net, Observer, Result, State, Transition, UniformActions};
+use crate::{Agent, Context, Mode, Net, Observer, Outcome, Result, State, Transition};
 
 /// What to do about an observation that is not finite.
 const OBSERVATION: &str = "the environment returned it; check its physics";
 
+impl Learner {
+    /// Keeps one observation as the networks see it.
+    fn see(&mut self, obs: &[f32]) -> Result<()> {
+        check_len("observation", obs.len(), self.seen.len())?;
+        self.seen.copy_from_slice(obs);
+        if let Some(normaliser) = &self.normaliser {
+            normaliser.normalise(&mut self.seen);
+        }
+        Ok(())
+    }
+}
+
 impl Agent for Learner {
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
         finite_row("observation", obs, self.steps, OBSERVATION)?;
-        let Self { config, actor, critic, projection, multiplier, explore, streams, work, steps, .. } = self;
+        self.see(obs)?;
+        let Self { config, actor, critic, projection, multiplier, explore, warm_up, streams, work, steps, .. } = self;
+        let obs = self.seen.as_slice();
         if mode == Mode::Exploit {
             actor.sample(Net::Online, obs, &[], action, &mut [])?;
         } else {
@@ -23,11 +37,8 @@ impl Agent for Learner {
                 rng: &mut streams.explore,
                 scratch: &mut work.scratch,
             };
-            if *steps < config.start_steps {
-                UniformActions.act(&mut context, obs, action)?;
-            } else {
-                explore.act(&mut context, obs, action)?;
-            }
+            let explore = if *steps < config.start_steps { warm_up } else { explore };
+            explore.act(&mut context, obs, action)?;
         }
         finite_row("action", action, self.steps, "the actor's weights have diverged; lower its step size")
     }
@@ -39,6 +50,12 @@ impl Agent for Learner {
         finite_row("observation", t.obs, self.steps, OBSERVATION)?;
         finite_row("action", t.action, self.steps, "the caller passed NaN or infinity")?;
         self.replay.push(t)?;
+        if let Some(normaliser) = &mut self.normaliser {
+            normaliser.push(t.obs);
+            if t.outcome != Outcome::Running {
+                normaliser.push(t.next_obs);
+            }
+        }
         self.steps += 1;
         Ok(())
     }
@@ -53,8 +70,9 @@ impl Agent for Learner {
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()> {
         check_len("values", q.len(), self.objectives.len())?;
         let (critics, n) = (self.critic.critics(), self.objectives.len());
+        self.see(obs)?;
         let values = &mut self.work.q[..critics * n];
-        self.critic.values(Net::Online, obs, action, values)?;
+        self.critic.values(Net::Online, &self.seen, action, values)?;
         for (i, q) in q.iter_mut().enumerate() {
             *q = (0..critics).map(|k| values[k * n + i]).sum::<f32>() / critics as f32;
         }
@@ -71,6 +89,9 @@ impl Agent for Learner {
         self.explore.save(&mut explore);
         if explore != State::default() {
             *state.child_mut("explore") = explore;
+        }
+        if let Some(normaliser) = &self.normaliser {
+            normaliser.save(state.child_mut("normaliser"));
         }
         if let Some(temperature) = &self.temperature {
             temperature.save(state.child_mut("temperature"));
@@ -90,6 +111,9 @@ impl Agent for Learner {
         self.multiplier.load(state.child("multiplier")?)?;
         // A rule without a memory has written nothing.
         self.explore.load(state.child("explore").unwrap_or(&State::default()))?;
+        if let Some(normaliser) = &mut self.normaliser {
+            normaliser.load(state.child("normaliser")?)?;
+        }
         if let Some(temperature) = &mut self.temperature {
             temperature.load(state.child("temperature")?)?;
         }

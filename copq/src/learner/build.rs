@@ -8,8 +8,8 @@ use crate::multiplier::FixedWeights;
 use crate::projection::{Cholesky, ScalarisedMin};
 use crate::temperature::Temperature;
 use crate::{
-    Actor, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, GaussianNoise, Multiplier, Optimistic, PolicySamples,
-    Projection, Replay, Result,
+    Actor, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, GaussianNoise, Multiplier, Normaliser, Optimistic,
+    PolicySamples, Projection, Replay, Result, UniformActions, WarmUp,
 };
 
 impl Learner {
@@ -47,9 +47,15 @@ impl Learner {
             replay: Replay::new(config.capacity, spec.observation, spec.action(), n)?,
             projection: if config.subset.is_some() { Box::new(ScalarisedMin) } else { Box::new(Cholesky) },
             explore: exploration(&config, actor.as_ref())?,
+            warm_up: match config.warm_up {
+                WarmUp::Uniform => Box::new(UniformActions),
+                WarmUp::Policy => own_noise(&config, actor.as_ref()),
+            },
+            normaliser: config.normalise.then(|| Normaliser::new(spec.observation)),
             multiplier,
             temperature,
             streams: Streams::new(seed),
+            seen: vec![0.0; spec.observation],
             work: Work::new(&config, actor.as_ref(), critic.as_ref()),
             is_cost: (0..n).map(|i| spec.limit(i).is_some()).collect(),
             names: Names::new(&spec.objectives),
@@ -95,12 +101,18 @@ impl Learner {
 
 /// The exploration that a configuration describes.
 fn exploration(config: &Config, actor: &dyn Actor) -> Result<Box<dyn Explore>> {
-    let std = config.exploration_std as f32;
-    Ok(match (&config.optimism, actor.noise()) {
-        (Some(optimism), _) => Box::new(Optimistic::new(optimism.clone(), std)?),
-        (None, 0) => Box::new(GaussianNoise { std }),
-        (None, _) => Box::<PolicySamples>::default(),
+    Ok(match &config.optimism {
+        Some(optimism) => Box::new(Optimistic::new(optimism.clone(), config.exploration_std as f32)?),
+        None => own_noise(config, actor),
     })
+}
+
+/// Exploration by the policy alone: with Gaussian noise, or by the samples of a stochastic one.
+fn own_noise(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
+    match actor.noise() {
+        0 => Box::new(GaussianNoise { std: config.exploration_std as f32 }),
+        _ => Box::<PolicySamples>::default(),
+    }
 }
 
 /// An error that names the first part that does not fit the others.

@@ -3,7 +3,9 @@
 use std::fmt;
 
 use crate::temperature::Temperature;
-use crate::{Actor, Batch, Config, Critic, Explore, Famo, Multiplier, Observer, Projection, Replay, Result};
+use crate::{
+    Actor, Batch, Config, Critic, Explore, Famo, Multiplier, Normaliser, Observer, Projection, Replay, Result,
+};
 use streams::Streams;
 use work::{Names, Work};
 
@@ -26,15 +28,20 @@ pub struct Learner {
     critic: Box<dyn Critic>,
     projection: Box<dyn Projection>,
     explore: Box<dyn Explore>,
+    /// Explores until the first update.
+    warm_up: Box<dyn Explore>,
     multiplier: Box<dyn Multiplier>,
     temperature: Option<Temperature>,
     famo: Option<Famo>,
+    normaliser: Option<Normaliser>,
     replay: Replay,
     streams: Streams,
     /// Environment steps observed and updates done.
     steps: u64,
     updates: u64,
     batch: Batch,
+    /// One observation as the networks see it.
+    seen: Vec<f32>,
     work: Work,
     names: Names,
 }
@@ -61,6 +68,10 @@ impl Learner {
         let tracking = self.updates.is_multiple_of(self.config.target_period);
         let tau = if tracking { self.config.tau as f32 } else { 0.0 };
         self.replay.sample(self.config.batch, &mut self.streams.batch, &mut self.batch)?;
+        if let Some(normaliser) = &self.normaliser {
+            normaliser.normalise(&mut self.batch.obs);
+            normaliser.normalise(&mut self.batch.next_obs);
+        }
         self.next_actions()?;
         self.targets(log)?;
         self.fit_critics(tau, log)?;

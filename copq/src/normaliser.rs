@@ -1,0 +1,89 @@
+//! Observations in units of their own spread: a running mean and standard deviation of every component.
+
+use crate::{Result, State};
+
+/// The least standard deviation that an observation is divided by.
+const LEAST_STD: f64 = 0.01;
+/// The largest normalised value, and minus it the least.
+const CLIP: f64 = 5.0;
+
+/// Running mean and standard deviation of observations, component by component, in f64.
+///
+/// `clamp((x - mean) / max(std, 0.01), -5, 5)`, with the deviation over n - 1 (OmniSafe's normaliser). Fewer than two
+/// observations have no deviation: then a value is left as it is.
+///
+/// ```
+/// use copq::Normaliser;
+///
+/// let mut normaliser = Normaliser::new(1);
+/// for x in [1.0, 2.0, 3.0] {
+///     normaliser.push(&[x]);
+/// }
+/// let mut obs = [4.0, 1.0]; // a batch of two
+/// normaliser.normalise(&mut obs);
+/// assert_eq!(obs, [2.0, -1.0]);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Normaliser {
+    count: u64,
+    mean: Vec<f64>,
+    /// Sums of squared distances from the mean.
+    squares: Vec<f64>,
+    /// One over the deviations, made of the squares.
+    scale: Vec<f64>,
+}
+
+impl Normaliser {
+    /// One that has seen nothing, for observations of this length.
+    pub fn new(observation: usize) -> Self {
+        let zeros = vec![0.0; observation];
+        Self { count: 0, mean: zeros.clone(), squares: zeros.clone(), scale: zeros }
+    }
+
+    /// Takes in one observation.
+    pub fn push(&mut self, obs: &[f32]) {
+        self.count += 1;
+        let share = 1.0 / self.count as f64;
+        for ((mean, squares), &x) in self.mean.iter_mut().zip(&mut self.squares).zip(obs) {
+            let distance = f64::from(x) - *mean;
+            *mean += share * distance;
+            *squares += distance * (f64::from(x) - *mean);
+        }
+        self.rescale();
+    }
+
+    fn rescale(&mut self) {
+        let n = self.count as f64 - 1.0;
+        for (scale, squares) in self.scale.iter_mut().zip(&self.squares) {
+            *scale = 1.0 / (squares / n).sqrt().max(LEAST_STD);
+        }
+    }
+
+    /// Normalises a batch of observations, `rows x observation`, in place.
+    pub fn normalise(&self, obs: &mut [f32]) {
+        if self.count < 2 {
+            return;
+        }
+        for row in obs.chunks_exact_mut(self.mean.len()) {
+            for ((x, mean), scale) in row.iter_mut().zip(&self.mean).zip(&self.scale) {
+                *x = ((f64::from(*x) - mean) * scale).clamp(-CLIP, CLIP) as f32;
+            }
+        }
+    }
+
+    /// Writes what it has seen.
+    pub fn save(&self, state: &mut State) {
+        state.put("count", [self.count]);
+        state.put("mean", self.mean.as_slice());
+        state.put("squares", self.squares.as_slice());
+    }
+
+    /// Restores what [`Normaliser::save`] wrote.
+    pub fn load(&mut self, state: &State) -> Result<()> {
+        self.count = state.get_one("count")?;
+        state.read("mean", &mut self.mean)?;
+        state.read("squares", &mut self.squares)?;
+        self.rescale();
+        Ok(())
+    }
+}
