@@ -18,7 +18,7 @@ fn case() -> Case {
 fn ensemble(critic: &dyn Critic, case: &Case) -> Vec<Reference> {
     let state = saved(critic);
     let online = |k| state.child(&format!("critic.{k}")).unwrap().child("online").unwrap();
-    (0..case.critics).map(|k| Reference::read(online(k), case.hidden.len() + 1)).collect()
+    (0..case.critics).map(|k| Reference::read(online(k), case.hidden.len() + 1, case.activation)).collect()
 }
 
 /// u . mean + beta max(0, u . L u) for Cholesky (paper eq. 15), u . mean + beta sqrt(u . Sigma u) for Extremum.
@@ -109,7 +109,8 @@ fn a_gaussian_policy_moves_in_the_units_of_its_own_covariance() {
     for (name, optimism, seed) in trials(0.8) {
         let ([mut critic, _], [mut actor, _]) = (case.critics(3), case.gaussians(4));
         let (obs, critics) = (case.obs(seed), ensemble(critic.as_ref(), &case));
-        let policy = Reference::read(saved(actor.as_ref()).child("online").unwrap(), case.hidden.len() + 1);
+        let policy =
+            Reference::read(saved(actor.as_ref()).child("online").unwrap(), case.hidden.len() + 1, case.activation);
         let output = policy.forward(&obs.iter().map(|&x| x.into()).collect::<Vec<_>>());
         let (mean, std) = (&output[..3], [0, 1, 2].map(|i| output[3 + i].exp()));
         let beta = optimism.beta;
@@ -159,7 +160,7 @@ proptest! {
         prop_assert!((got - delta).abs() < 1e-3 * (delta + 0.01), "deterministic: {} instead of {}", got, delta);
 
         let [mut actor, _] = case.gaussians(seed);
-        let policy = Reference::read(saved(actor.as_ref()).child("online").unwrap(), case.hidden.len() + 1);
+        let policy = Reference::read(saved(actor.as_ref()).child("online").unwrap(), case.hidden.len() + 1, case.activation);
         let output = policy.forward(&obs.iter().map(|&x| x.into()).collect::<Vec<_>>());
         let mut rule = Optimistic::new(optimism, 0.1).unwrap();
         let (moved, noise) = explore(&mut rule, (actor.as_mut(), critic.as_mut()), &obs, seed);

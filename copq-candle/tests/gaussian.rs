@@ -25,7 +25,7 @@ fn squashed(output: &[f64], noise: &[f32]) -> (Vec<f64>, f64) {
 }
 
 fn reference(actor: &dyn Actor, case: &Case) -> Reference {
-    Reference::read(saved(actor).child("online").unwrap(), case.hidden.len() + 1)
+    Reference::read(saved(actor).child("online").unwrap(), case.hidden.len() + 1, case.activation)
 }
 
 fn widened(case: &Case, obs: &[f32]) -> Vec<Vec<f64>> {

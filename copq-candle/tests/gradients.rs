@@ -4,7 +4,7 @@ mod common;
 
 use common::reference::{Reference, slope};
 use common::{Case, assert_close, given, given_action, normals, saved};
-use copq::State;
+use copq::{Activation, State};
 
 fn rows(case: &Case, obs: &[f32], act: &[f32]) -> Vec<Vec<f64>> {
     let pairs = obs.chunks_exact(case.observation).zip(act.chunks_exact(case.action));
@@ -20,8 +20,14 @@ fn assert_moments(what: &str, saved: &State, wanted: &[Vec<f32>]) {
     }
 }
 
-fn cases() -> [Case; 3] {
-    [Case::new(2, 3, &[5], 4), Case::new(3, 2, &[7, 9, 4], 3), Case::new(1, 1, &[16, 16], 9)]
+fn cases() -> [Case; 5] {
+    [
+        Case::new(2, 3, &[5], 4),
+        Case::new(3, 2, &[7, 9, 4], 3),
+        Case::new(1, 1, &[16, 16], 9),
+        Case { activation: Activation::Tanh, ..Case::new(2, 2, &[7, 18], 5) },
+        Case { activation: Activation::Silu, ..Case::new(2, 2, &[7, 18], 5) },
+    ]
 }
 
 #[test]
@@ -35,7 +41,7 @@ fn critics_parameters() {
             for (k, dq) in dq.chunks_exact(case.rows * case.objectives).enumerate() {
                 let name = format!("critic.{k}");
                 let online = before.child(&name).unwrap().child("online").unwrap();
-                let wanted = Reference::read(online, case.hidden.len() + 1).parameter_gradient(
+                let wanted = Reference::read(online, case.hidden.len() + 1, case.activation).parameter_gradient(
                     &rows(&case, &obs, &act),
                     dq,
                     |y| y,
@@ -56,7 +62,7 @@ fn critics_actions() {
             let state = saved(critic.as_ref());
             let ensemble: Vec<_> = (0..case.critics)
                 .map(|k| state.child(&format!("critic.{k}")).unwrap().child("online").unwrap())
-                .map(|online| Reference::read(online, case.hidden.len() + 1))
+                .map(|online| Reference::read(online, case.hidden.len() + 1, case.activation))
                 .collect();
             let loss = |i: usize, by: f64| {
                 let mut rows = rows(&case, &obs, &act);
@@ -79,7 +85,7 @@ fn actors_parameters() {
         for mut actor in case.actors(10) {
             let before = saved(actor.as_ref());
             actor.improve(&obs, &[], &mut given_action(&da)).unwrap();
-            let reference = Reference::read(before.child("online").unwrap(), case.hidden.len() + 1);
+            let reference = Reference::read(before.child("online").unwrap(), case.hidden.len() + 1, case.activation);
             assert_moments(
                 &format!("{case:?}"),
                 &saved(actor.as_ref()),

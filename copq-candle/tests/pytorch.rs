@@ -5,7 +5,7 @@ mod common;
 use std::path::PathBuf;
 
 use common::{Case, assert_close};
-use copq::{Actor, Critic, EnvSpec, Net, Networks};
+use copq::{Activation, Actor, Critic, EnvSpec, Net, Networks};
 use copq_candle::{Device, plain};
 use serde_json::Value;
 
@@ -37,6 +37,7 @@ impl Reference {
             critics: size("critics"),
             hidden: vec![size("hidden"); 2],
             rows: 8,
+            activation: Activation::Relu,
         }
     }
 

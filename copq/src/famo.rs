@@ -144,6 +144,46 @@ mod tests {
         close(famo.logits(), &[-0.0249999951, 0.0249999951]);
     }
 
+    /// Each of the two decays, against AdamW and Adam written out for two steps on logits that are not zero.
+    #[test]
+    fn decay_acts_beside_the_step_or_before_it() {
+        for decay in [FamoDecay::Decoupled, FamoDecay::L2] {
+            let mut famo = Famo::new(FamoConfig { lr: 0.1, weight_decay: 0.5, decay }, 2).unwrap();
+            let (mut logits, mut m, mut v) = ([0.0, 0.0], [0.0; 2], [0.0; 2]);
+            for step in 1..=3 {
+                let improvement = [0.4 * f64::from(step), 0.1];
+                let after = improvement.map(|delta: f64| (-delta).exp());
+                famo.step(&[1.0, 1.0], &after);
+                let sum: f64 = logits.iter().map(|x: &f64| x.exp()).sum();
+                let z = logits.map(|x| x.exp() / sum);
+                let mean = z[0] * improvement[0] + z[1] * improvement[1];
+                for i in 0..2 {
+                    let l2 = if decay == FamoDecay::L2 { 0.5 * logits[i] } else { 0.0 };
+                    let grad = z[i] * (improvement[i] - mean) + l2;
+                    m[i] = 0.9 * m[i] + 0.1 * grad;
+                    v[i] = 0.999 * v[i] + 0.001 * grad * grad;
+                    let direction = m[i] / (1.0 - 0.9f64.powi(step)) / ((v[i] / (1.0 - 0.999f64.powi(step))).sqrt());
+                    let beside = if decay == FamoDecay::Decoupled { 0.5 * logits[i] } else { 0.0 };
+                    logits[i] -= 0.1 * (direction + beside);
+                }
+            }
+            let error = famo.logits().iter().zip(logits).map(|(got, want)| (got - want).abs()).fold(0.0, f64::max);
+            assert!(error < 1e-6, "{decay:?}: {:?}, not {logits:?}", famo.logits());
+        }
+    }
+
+    /// A constant pull on unequal losses: decoupled decay lets the logits run, L2 holds them.
+    #[test]
+    fn only_l2_holds_the_logits_together() {
+        let range = |decay| {
+            let mut famo = Famo::new(FamoConfig { decay, ..Default::default() }, 2).unwrap();
+            (0..5_000).for_each(|_| famo.step(&[1.0, 1.0], &[0.999, 1.0]));
+            famo.logits()[1] - famo.logits()[0]
+        };
+        assert!(range(FamoDecay::Decoupled) > 5.0, "{}", range(FamoDecay::Decoupled));
+        assert!(range(FamoDecay::L2) < 1.0, "{}", range(FamoDecay::L2));
+    }
+
     #[test]
     fn one_objective_always_has_weight_one() {
         let mut famo = Famo::new(FamoConfig::default(), 1).unwrap();

@@ -85,3 +85,16 @@ pub(crate) fn finite_losses(losses: &[f64], objectives: &[String], step: u64) ->
         }),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two critics, one row, weights 1 and 3: means 2 and 6, bounds 1 and 5.5.
+    #[test]
+    fn a_margin_is_weighted() {
+        let values = [1.0, 5.0, 3.0, 7.0];
+        let q = QView::new(&values, 2, 2).unwrap();
+        assert_eq!(margin(q, &[1.0, 5.5], &[1.0, 3.0]), 1.0 + 3.0 * 0.5);
+    }
+}

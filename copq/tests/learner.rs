@@ -121,6 +121,51 @@ fn bad_settings_are_readable_errors() {
     assert!(error.to_string().contains("scalarisation weights: wanted finite numbers, not all zero"), "{error}");
 }
 
+/// Every warm-up action of 200: uniform ones fill [-1, 1], the untrained policy's stay within its noise.
+#[test]
+fn the_warm_up_takes_uniform_actions_or_the_policys() {
+    let largest = |warm_up| {
+        let mut learner = toy::learner(Config { warm_up, ..toy::config() }, 3, 1);
+        let mut action = [0.0];
+        let mut largest = 0.0f32;
+        for i in 0..200 {
+            learner.act(&[0.0], Mode::Explore, &mut action).unwrap();
+            largest = largest.max(action[0].abs());
+            let obs = [i as f32];
+            let next_obs = [i as f32 + 1.0];
+            let outcome = Outcome::Running;
+            learner
+                .observe(Transition { obs: &obs, action: &action, reward: &[0.0; 2], next_obs: &next_obs, outcome })
+                .unwrap();
+        }
+        largest
+    };
+    assert!(largest(WarmUp::Uniform) > 0.95);
+    let policy = largest(WarmUp::Policy);
+    assert!((0.45..0.75).contains(&policy), "0.3, and 200 draws of a deviation of 0.1: {policy}");
+}
+
+/// At the first update the networks are the same whatever the pessimism: its margin is in proportion to it.
+#[test]
+fn pessimism_is_reported_where_it_acts() {
+    let pessimism = |config: Config| {
+        let mut seen = std::collections::BTreeMap::new();
+        let mut trainer = toy::trainer(toy::learner(config, 3, 1), 1);
+        let mut log = |_: u64, name: &str, value: f64| {
+            seen.insert(name.to_owned(), value);
+        };
+        (0..250).for_each(|_| drop(trainer.step(&mut log).unwrap()));
+        ["pessimism/target", "pessimism/actor"].map(|name| seen[name])
+    };
+    let [target, actor] = pessimism(toy::config());
+    assert!(target > 0.0 && actor > 0.0);
+    let [half, _] =
+        pessimism(Config { pessimism: 0.5, actor_pessimism: 0.0, start_steps: 250, actor_delay: 1, ..toy::config() });
+    let [whole, none] = pessimism(Config { actor_pessimism: 0.0, start_steps: 250, actor_delay: 1, ..toy::config() });
+    assert!((half - 0.5 * whole).abs() < 1e-6 * whole, "{half} is half of {whole}");
+    assert!(none.abs() < 1e-6 * whole, "{none}");
+}
+
 #[test]
 fn nan_is_a_named_error() {
     let fails = |env: Toy| {
@@ -166,6 +211,8 @@ fn logs_explain_the_run() {
         "q_spread/rest",
         "target/track",
         "bound/track",
+        "pessimism/target",
+        "pessimism/actor",
         "famo/rest",
         "clip_rate",
         "actor/objective",

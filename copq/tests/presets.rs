@@ -24,8 +24,10 @@ fn sizes(config: &Config) -> ([usize; 3], [u64; 3]) {
 
 #[test]
 fn sizes_and_rhythms() {
-    let rows: [(&str, Config, [usize; 3], [u64; 3]); 9] = [
+    let rows: [(&str, Config, [usize; 3], [u64; 3]); 11] = [
         ("cop_td3", Config::cop_td3(), [256, 1_000_000, 1_000], [1, 2, 1]),
+        ("cop_td3_oac", Config::cop_td3_oac(), [256, 1_000_000, 1_000], [1, 2, 1]),
+        ("cop_td3_paper", Config::cop_td3_paper(), [256, 1_000_000, 16_384], [1, 2, 1]),
         ("td3", Config::td3(), [256, 1_000_000, 25_000], [1, 2, 2]),
         ("redq", Config::cop_td3().redq(), [256, 100_000, 5_000], [20, 20, 1]),
         ("redq on sac", Config::sac().redq(), [256, 100_000, 5_000], [20, 20, 1]),
@@ -43,9 +45,11 @@ fn sizes_and_rhythms() {
         assert_eq!(config.subset, redq.then_some(2), "{name}");
         assert_eq!(config.actor_pessimism, if redq { 0.0 } else { 1.0 }, "{name}");
         assert_eq!(config.own_cost_targets, name.starts_with("cal"), "{name}");
-        assert_eq!(config.optimism.is_some(), name == "cop_td3", "{name}");
-        assert_eq!(config.famo.is_some(), ["cop_td3", "redq"].contains(&name), "{name}");
-        let deterministic = ["cop_td3", "td3", "redq"].contains(&name);
+        assert_eq!(config.optimism.is_some(), name == "cop_td3_oac", "{name}");
+        assert_eq!(config.famo.is_some(), name.starts_with("cop_td3") || name == "redq", "{name}");
+        assert_eq!(config.warm_up == WarmUp::Policy, name == "cop_td3_paper", "{name}");
+        assert!(!config.normalise, "{name}");
+        let deterministic = name.starts_with("cop_td3") || ["td3", "redq"].contains(&name);
         assert_eq!(config.smoothing, deterministic.then_some(Smoothing { std: 0.2, clip: 0.5 }), "{name}");
         assert_eq!(config.entropy.is_some(), !deterministic, "{name}");
     }
@@ -53,7 +57,7 @@ fn sizes_and_rhythms() {
 
 #[test]
 fn balancing_and_optimism() {
-    let config = Config::cop_td3();
+    let config = Config::cop_td3_oac();
     assert_eq!(config.famo, Some(FamoConfig { lr: 0.025, weight_decay: 0.001, decay: FamoDecay::Decoupled }));
     assert_eq!(config.optimism, Some(Optimism { beta: 4.66, shift: 6.86, projection: None }));
     // 6.86 is the root of twice the KL bound 23.53, whose 4.66 is the radius: both to three digits.

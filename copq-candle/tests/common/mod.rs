@@ -3,7 +3,7 @@
 
 pub mod reference;
 
-use copq::{Actor, Critic, EnvSpec, Networks, QView, Result, Rng, Sample, SampleGrad, State, Stream};
+use copq::{Activation, Actor, Critic, EnvSpec, Networks, QView, Result, Rng, Sample, SampleGrad, State, Stream};
 use copq_candle::{Device, plain};
 
 /// Sizes of a test.
@@ -15,11 +15,20 @@ pub struct Case {
     pub critics: usize,
     pub hidden: Vec<usize>,
     pub rows: usize,
+    pub activation: Activation,
 }
 
 impl Case {
     pub fn new(critics: usize, objectives: usize, hidden: &[usize], rows: usize) -> Self {
-        Self { observation: 6, action: 2, objectives, critics, hidden: hidden.to_vec(), rows }
+        Self {
+            observation: 6,
+            action: 2,
+            objectives,
+            critics,
+            hidden: hidden.to_vec(),
+            rows,
+            activation: Activation::Relu,
+        }
     }
 
     /// Odd sizes: every batch, depth and count that a kernel's edges might get wrong.
@@ -31,6 +40,10 @@ impl Case {
             }
         }
         cases.push(Self { observation: 1, action: 1, ..Self::new(5, 4, &[1], 3) });
+        for activation in [Activation::Tanh, Activation::Silu] {
+            cases.push(Self { activation, ..Self::new(2, 3, &[33, 64], 37) });
+            cases.push(Self { activation, ..Self::new(3, 1, &[7, 9, 4], 3) });
+        }
         cases
     }
 
@@ -49,7 +62,13 @@ impl Case {
     }
 
     pub fn networks(&self) -> Networks {
-        Networks { hidden: self.hidden.clone(), critic_lr: 1e-3, actor_lr: 2e-3, ..Networks::default() }
+        Networks {
+            hidden: self.hidden.clone(),
+            critic_lr: 1e-3,
+            actor_lr: 2e-3,
+            activation: self.activation,
+            ..Networks::default()
+        }
     }
 
     pub fn obs(&self, seed: u64) -> Vec<f32> {

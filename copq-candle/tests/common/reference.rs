@@ -1,18 +1,19 @@
 //! A network in f64, straight from its definition, and central differences of it.
 
-use copq::State;
+use copq::{Activation, State};
 
 /// A multilayer perceptron in f64, straight from its definition.
 #[derive(Clone)]
 pub struct Reference {
     pub layers: Vec<(Vec<f64>, Vec<f64>)>,
+    pub activation: Activation,
 }
 
 impl Reference {
-    pub fn read(saved: &State, layers: usize) -> Self {
+    pub fn read(saved: &State, layers: usize, activation: Activation) -> Self {
         let get = |name: String| saved.get::<f32>(&name).unwrap().iter().map(|&x| f64::from(x)).collect();
         let layer = |i| (get(format!("layer.{i}.weight")), get(format!("layer.{i}.bias")));
-        Self { layers: (0..layers).map(layer).collect() }
+        Self { layers: (0..layers).map(layer).collect(), activation }
     }
 
     pub fn forward(&self, input: &[f64]) -> Vec<f64> {
@@ -21,9 +22,17 @@ impl Reference {
             let dot = |row: &[f64]| row.iter().zip(&x).map(|(w, x)| w * x).sum::<f64>();
             let out = weight.chunks_exact(x.len()).zip(bias).map(|(row, b)| dot(row) + b);
             let last = i + 1 == self.layers.len();
-            x = out.map(|y| if last { y } else { y.max(0.0) }).collect();
+            x = out.map(|y| if last { y } else { self.activate(y) }).collect();
         }
         x
+    }
+
+    fn activate(&self, x: f64) -> f64 {
+        match self.activation {
+            Activation::Relu => x.max(0.0),
+            Activation::Tanh => x.tanh(),
+            Activation::Silu => x / (1.0 + (-x).exp()),
+        }
     }
 
     /// sum(grad * output) over a batch, the function whose gradients are asked for.
