@@ -22,3 +22,41 @@ pub(crate) fn parameters(shape: &Shape, initial: Initial, rng: &mut Rng) -> Vec<
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use copq::{EnvSpec, Networks, Stream};
+
+    use super::*;
+
+    /// Largest weight and bias of 200 inputs' layer, and the weights' variance, of both rules.
+    #[test]
+    fn weights_have_their_rules_bounds_and_variance() {
+        let spec = EnvSpec {
+            name: "test".into(),
+            observation: 200,
+            action_low: vec![-1.0; 50],
+            action_high: vec![1.0; 50],
+            objectives: vec!["only".into()],
+            weights: vec![1.0],
+            limits: vec![],
+            entropy: None,
+            horizon: 1,
+        };
+        let shape = Shape::actor(&spec, &Networks { hidden: vec![100], ..Networks::default() });
+        for (initial, bound, bias) in
+            [(Initial::Torch, 0.005f64.sqrt(), 0.005f64.sqrt()), (Initial::Lecun, 0.015f64.sqrt(), 0.0)]
+        {
+            let values = parameters(&shape, initial, &mut Rng::new(1, Stream::Init));
+            let layer = &shape.layers()[0];
+            let largest = |range: std::ops::Range<usize>| {
+                values[range].iter().fold(0.0f64, |most, &x| most.max(f64::from(x).abs()))
+            };
+            let weights = &values[layer.weight()];
+            let variance = weights.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>() / weights.len() as f64;
+            assert!((0.99 * bound..=bound).contains(&largest(layer.weight())), "{initial:?}");
+            assert!((variance / (bound * bound / 3.0) - 1.0).abs() < 0.03, "{initial:?}: {variance}");
+            assert!((0.9 * bias..=bias).contains(&largest(layer.bias())), "{initial:?}");
+        }
+    }
+}

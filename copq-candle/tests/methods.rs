@@ -1,12 +1,12 @@
-//! Four updates of SAC, REDQ on TD3 and on SAC, SACLag-UCB, CAL and COP-Q on CAL against PyTorch's numbers from the same
-//! weights, batches and noise (`data/make_methods.py`).
+//! Four updates of SAC, REDQ on TD3 and on SAC, SACLag-UCB, CAL and COP-Q on CAL, and ten of COP-Q on TD3 with FAMO, against
+//! PyTorch's numbers from the same weights, batches and noise (`data/make_methods.py`).
 
 use std::path::PathBuf;
 
 use copq::projection::{Conservative, IndependentMin};
 use copq::{
-    Agent, Config, Constraint, Critic, Entropy, EnvSpec, LagrangianConfig, Learner, Networks, Outcome, Rng,
-    SeparateCritics, Silent, State, Stream, Transition,
+    Agent, Config, Constraint, Critic, Entropy, EnvSpec, FamoConfig, FamoDecay, LagrangianConfig, Learner, Networks,
+    Outcome, Rng, SeparateCritics, Silent, State, Stream, Transition,
 };
 use serde_json::{Value, json};
 
@@ -26,7 +26,7 @@ fn write_draws() {
     };
     let mut normals = vec![0.0; 256];
     Rng::new(SEED, Stream::Smoothing).fill_normal(&mut normals);
-    let draws = json!({ "batch": words(Stream::Batch, 32), "subset": words(Stream::Subset, 8), "normals": normals });
+    let draws = json!({ "batch": words(Stream::Batch, 80), "subset": words(Stream::Subset, 8), "normals": normals });
     std::fs::write(data("methods_draws.json"), draws.to_string()).unwrap();
 }
 
@@ -63,6 +63,12 @@ impl Reference {
                 entropy: Some("first".into()),
                 ..two
             },
+            _ if method.starts_with("cop-q on td3") => EnvSpec {
+                objectives: ["first", "second", "third"].map(String::from).to_vec(),
+                weights: numbers(&self.0["data"]["three_weights"]),
+                limits: vec![],
+                ..two
+            },
             _ => two,
         }
     }
@@ -74,7 +80,12 @@ impl Reference {
             "redq on sac" => Config { actor_delay: 2, ..Config::sac().redq() },
             "saclag-ucb" => Config::sac_lagrangian(),
             "cal" => Config::cal(),
-            _ => Config::cop_cal(),
+            "cop-q on cal" => Config::cop_cal(),
+            _ => {
+                let decay = if method.ends_with("l2") { FamoDecay::L2 } else { FamoDecay::Decoupled };
+                let famo = FamoConfig { lr: self.number("famo_lr"), weight_decay: self.number("famo_decay"), decay };
+                Config { famo: Some(famo), ..Config::cop_td3() }
+            }
         };
         let lr = self.number("lr");
         let lagrangian = |old: LagrangianConfig| LagrangianConfig {
@@ -86,7 +97,6 @@ impl Reference {
             discount: self.number("discount"),
             tau: self.number("tau"),
             batch: self.number("batch") as usize,
-            updates_per_step: self.number("updates") as usize,
             start_steps: 12,
             capacity: 100,
             entropy: preset.entropy.map(|_| Entropy {
@@ -111,7 +121,9 @@ impl Reference {
     /// A learner that has PyTorch's initial weights.
     fn learner(&self, method: &Value) -> Learner {
         let name = method["name"].as_str().unwrap();
-        let (spec, config, rng) = (self.spec(name), self.config(name), &mut Rng::new(SEED, Stream::Init));
+        let (spec, rng) = (self.spec(name), &mut Rng::new(SEED, Stream::Init));
+        let updates_per_step = method["updates"].as_u64().unwrap() as usize;
+        let config = Config { updates_per_step, ..self.config(name) };
         let separate = |counts, rng: &mut Rng| -> SeparateCritics {
             copq_candle::separate_critics(&spec, counts, &config.networks, 1, rng).unwrap()
         };
@@ -123,7 +135,7 @@ impl Reference {
                 Box::new(copq_candle::critic(&spec, count, &config.networks, rng).unwrap())
             }
         };
-        let learner = if name == "redq" {
+        let learner = if config.entropy.is_none() {
             let actor = copq_candle::actor(&spec, &config.networks, rng).unwrap();
             Learner::new(config, &spec, critic, Box::new(actor), SEED)
         } else {
@@ -146,12 +158,16 @@ impl Reference {
 
     fn observe(&self, learner: &mut Learner, objectives: usize) {
         let column = |name: &str| numbers(&self.0["data"][name]);
-        let [obs, action, next_obs, alive, reward] = ["obs", "action", "next_obs", "alive", "reward"].map(column);
+        let [obs, action, next_obs, alive] = ["obs", "action", "next_obs", "alive"].map(column);
+        let [reward, three_rewards] = ["reward", "three_rewards"].map(column);
         for i in 0..alive.len() {
             let row = |values: &'_ [f32], width: usize| values[i * width..(i + 1) * width].to_vec();
             let (obs, action, next_obs) = (row(&obs, 5), row(&action, 2), row(&next_obs, 5));
             // SAC's task has the second reward only.
-            let reward = row(&reward, 2)[2 - objectives..].to_vec();
+            let reward = match objectives {
+                3 => row(&three_rewards, 3),
+                n => row(&reward, 2)[2 - n..].to_vec(),
+            };
             let outcome = if alive[i] == 0.0 { Outcome::Terminated } else { Outcome::Truncated };
             learner
                 .observe(Transition { obs: &obs, action: &action, reward: &reward, next_obs: &next_obs, outcome })
@@ -184,7 +200,7 @@ fn assert_parameters(what: &str, network: &State, part: &str, wanted: &Value) {
 }
 
 #[test]
-fn four_updates_of_every_method_agree() {
+fn updates_of_every_method_agree() {
     let reference = Reference(serde_json::from_str(&std::fs::read_to_string(data("methods.json")).unwrap()).unwrap());
     for method in reference.0["methods"].as_array().unwrap() {
         let name = method["name"].as_str().unwrap();
@@ -197,7 +213,11 @@ fn four_updates_of_every_method_agree() {
             logged.insert(name.to_owned(), value);
         };
         learner.update(&mut log).unwrap();
-        assert_eq!(clips > 0.0, name == "cop-q on cal", "{name}: rows where the clip fires must be among the targets");
+        assert_eq!(
+            clips > 0.0,
+            name.starts_with("cop-q"),
+            "{name}: rows where the clip fires must be among the targets"
+        );
 
         let (state, end) = (saved(&learner), &method["end"]);
         let close = |what: &str, got: f64, wanted: &Value| {
@@ -212,10 +232,14 @@ fn four_updates_of_every_method_agree() {
             }
         }
         assert_parameters(&format!("{name}: actor"), state.child("actor").unwrap(), "online", &end["actor"]);
-        if name != "redq" {
+        for (i, wanted) in end["famo"].as_array().into_iter().flatten().enumerate() {
+            let logits = state.child("famo").unwrap().get::<f64>("logits").unwrap();
+            close("a logit of FAMO", logits[i], wanted);
+        }
+        if state.child("temperature").is_ok() {
             close("log alpha", state.child("temperature").unwrap().get_one("log_alpha").unwrap(), &end["log_alpha"]);
         }
-        if !["sac", "redq", "redq on sac"].contains(&name) {
+        if state.child("multiplier").is_ok_and(|saved| saved.get::<f64>("log_lambda").is_ok()) {
             close("log lambda", state.child("multiplier").unwrap().get_one("log_lambda").unwrap(), &end["log_lambda"]);
             close("the effective multiplier", logged["multiplier_effective/cost"], &end["effective"]);
             close("the cost's estimate", logged["cost_estimate/cost"], &end["estimate"]);

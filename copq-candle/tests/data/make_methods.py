@@ -1,10 +1,12 @@
-"""Four updates of SAC, REDQ and every constrained method in plain PyTorch, for copq-candle's `methods` test to follow.
+"""Four updates of SAC, REDQ and every constrained method, and ten of COP-Q on TD3 with FAMO, in plain PyTorch, for
+copq-candle's `methods` test to follow.
 
-Written from the methods' equations (Haarnoja et al. 2018; Chen et al. 2021; Wu et al. 2024; the COP-Q paper, sec. 5 and
-App. A), in double precision and by autograd, without anything of copq but its random numbers: `methods_draws.json` holds
+Written from the methods' equations (Haarnoja et al. 2018; Chen et al. 2021; Wu et al. 2024; Liu et al. 2023; the COP-Q
+paper, sec. 4, 5 and App. A), in double precision and by autograd, without anything of copq but its random numbers: `methods_draws.json` holds
 the first numbers of its streams (`cargo test -p copq-candle --test methods -- --ignored` writes it).
 
-Run once:  python make_methods.py  writes `methods.json`, the same nine digits with torch 2.5.1 and with Debian's 1.13.1.
+Run once:  python make_methods.py  writes `methods.json` (COP-Q on TD3 with Debian's torch 1.13.1; the others have the same
+nine digits with torch 2.5.1).
 """
 
 import copy
@@ -16,6 +18,7 @@ import torch
 HERE = Path(__file__).parent
 OBSERVATION, ACTION, HIDDEN, TRANSITIONS, BATCH, UPDATES = 5, 2, 8, 12, 8, 4
 LR, TAU, DISCOUNT, HORIZON, LIMIT = 3e-3, 0.05, 0.9, 50, -1.0
+FAMO_LR, FAMO_DECAY = 0.025, 0.3  # a decay that shows within ten updates
 TEMPERATURE, ENTROPY_LR, MULTIPLIER, MULTIPLIER_LR, AUGMENTATION = 0.5, 0.01, 0.8, 0.02, 10.0
 DRAWS = json.loads((HERE / "methods_draws.json").read_text())
 torch.set_default_dtype(torch.float64)
@@ -72,7 +75,7 @@ def gaussian(actor, obs, noise):
 
 
 def cholesky_bound(q, weights):
-    """mean - L R u of critics x rows x 2 values, with R the rotation matrix of the paper's A.2-A.4."""
+    """mean - L R u of critics x rows x objectives, with R the rotation matrix of the paper's A.2-A.4."""
     u = weights / weights.norm()
     mean = q.mean(0)
     deviations = q - mean
@@ -82,26 +85,46 @@ def cholesky_bound(q, weights):
         low = torch.linalg.cholesky(covariance[row])
         p = low.T @ u
         a, rho = u @ p, p.norm()
-        rotation = torch.eye(2)
+        eye = torch.eye(len(u))
+        rotation = eye
         if a < 0:
             v = (p - a * u) / (rho**2 - a**2).sqrt()
             k = torch.outer(v, u) - torch.outer(u, v)
-            rotation = torch.eye(2) - (a / rho) * k + (1 - (1 - (a / rho) ** 2).sqrt()) * (k @ k)
+            rotation = eye - (a / rho) * k + (1 - (1 - (a / rho) ** 2).sqrt()) * (k @ k)
         rows.append(mean[row] - low @ rotation @ u)
     return torch.stack(rows)
 
 
-class Method:
-    """What tells the methods apart: critics, bounds, REDQ's draws, policy, the entropy bonus's reward, constraint."""
+class Famo:
+    """Weights of the objectives' losses from one logit each, with AdamW's decay or Adam's L2."""
 
-    def __init__(self, name, networks, outputs, bound=None, redq=False, deterministic=False, bonus=-1, constraint=None, own_costs=False):
+    def __init__(self, objectives, l2):
+        self.logits = torch.zeros(objectives, requires_grad=True)
+        optimiser = torch.optim.Adam if l2 else torch.optim.AdamW
+        self.adam = optimiser([self.logits], lr=FAMO_LR, weight_decay=FAMO_DECAY)
+
+    def weigh(self, losses):
+        weights = torch.softmax(self.logits, 0).detach() / (losses.detach() + 1e-8)
+        return weights / weights.sum()
+
+    def step(self, before, after):
+        improvement = torch.log(before.detach() + 1e-8) - torch.log(after + 1e-8)
+        softmax = torch.softmax(self.logits, 0)
+        self.logits.grad = torch.autograd.grad(softmax, self.logits, grad_outputs=improvement)[0]
+        self.adam.step()
+
+
+class Method:
+    """What tells the methods apart: critics, bounds, REDQ's draws, policy, the entropy bonus's reward, constraint, FAMO."""
+
+    def __init__(self, name, networks, outputs, bound=None, redq=False, deterministic=False, bonus=-1, constraint=None, own_costs=False, famo=None):
         self.name, self.bound, self.redq, self.deterministic, self.constraint = name, bound, redq, deterministic, constraint
-        self.own_costs, self.outputs, self.bonus = own_costs, outputs, bonus
+        self.own_costs, self.outputs, self.bonus, self.famo = own_costs, outputs, bonus, famo
         self.critics = torch.nn.ModuleList([perceptron(OBSERVATION + ACTION, outputs) for _ in range(networks)])
         self.actor = perceptron(OBSERVATION, ACTION if deterministic else 2 * ACTION)
 
 
-def run(method, data, reward):
+def run(method, data, reward, updates=UPDATES):
     obs, action, next_obs, alive = data["obs"], data["action"], data["next_obs"], data["alive"]
     streams, critics, actor = Streams(), method.critics, method.actor
     start = {"critics": [parameters(c) for c in critics], "actor": parameters(actor)}
@@ -114,11 +137,11 @@ def run(method, data, reward):
     lambda_adam = torch.optim.Adam([log_lambda], lr=MULTIPLIER_LR)
     limit = LIMIT * (1 - DISCOUNT**HORIZON) / ((1 - DISCOUNT) * HORIZON)
     effective, estimate = 0.0, 0.0
-    for update in range(1, UPDATES + 1):
+    for update in range(1, updates + 1):
         rows = streams.rows()
         s, a, s2, not_dead, r = obs[rows], action[rows], next_obs[rows], alive[rows], reward[rows]
         alpha, lam = log_alpha.exp().detach(), log_lambda.exp().detach()
-        weights = torch.stack([-lam, torch.tensor(1.0)]) if method.constraint is not None else data["weights"]
+        weights = torch.stack([-lam, torch.tensor(1.0)]) if method.constraint is not None else data["weights" if r.shape[1] < 3 else "three_weights"]
         if r.shape[1] == 1:
             weights = torch.ones(1)
 
@@ -144,10 +167,15 @@ def run(method, data, reward):
             cost_loss = ((costs - (own if method.own_costs else y[:, 0])) ** 2).mean()
             loss = cost_loss + ((q[-2:, :, 0] - y[:, 1]) ** 2).mean()
         else:
-            loss = ((q - y) ** 2).mean((0, 1)).sum()
+            losses = ((q - y) ** 2).mean((0, 1))
+            loss = losses.sum() if method.famo is None else (method.famo.weigh(losses) * losses).sum()
         critic_adam.zero_grad()
         loss.backward()
         critic_adam.step()
+        if method.famo is not None:
+            with torch.no_grad():
+                after = ((values(critics, s, a) - y) ** 2).mean((0, 1))
+            method.famo.step(losses, after)
 
         if update % 2 == 0:
             if method.constraint is not None:
@@ -174,18 +202,19 @@ def run(method, data, reward):
                 (log_lambda.exp() * (limit - estimate)).backward()
                 lambda_adam.step()
 
-        if method.redq or update % 2 == 0:
+        if method.redq or method.famo is not None or update % 2 == 0:
             with torch.no_grad():
                 pairs = [*zip(targets.parameters(), critics.parameters()), *zip(target_actor.parameters(), actor.parameters())]
                 for target, online in pairs:
                     target.copy_((1 - TAU) * target + TAU * online)
 
     return {
-        "name": method.name, "start": start,
+        "name": method.name, "start": start, "updates": updates,
         "end": {
             "critics": [parameters(c) for c in critics], "targets": [parameters(c) for c in targets],
             "actor": parameters(actor), "log_alpha": log_alpha.item(), "log_lambda": log_lambda.item(),
             "effective": effective, "estimate": estimate,
+            "famo": numbers(method.famo.logits) if method.famo is not None else None,
         },
     }
 
@@ -217,10 +246,19 @@ methods = [
     # REDQ on SAC; the first of two rewards, which have unequal weights, has the entropy bonus.
     run(Method("redq on sac", 5, 2, redq=True, bonus=0), data, data["reward"]),
 ]
+data["three_rewards"], data["three_weights"] = single(TRANSITIONS, 3), torch.tensor([1.0, 2.0, 0.5])
+for name, l2 in [("cop-q on td3", False), ("cop-q on td3, l2", True)]:
+    method = Method(name, 4, 3, cholesky_bound, deterministic=True, famo=Famo(3, l2))
+    with torch.no_grad():
+        for critic in method.critics:  # the second objective against the first, so that the clip fires
+            for parameter in (critic[2].weight, critic[2].bias):
+                parameter[1] = (0.5 * parameter[1] - 1.5 * parameter[0]).float()
+    methods.append(run(method, data, data["three_rewards"], 10))
 settings = {
     "torch": torch.__version__, "observation": OBSERVATION, "action": ACTION, "hidden": HIDDEN, "batch": BATCH,
     "updates": UPDATES, "lr": LR, "tau": TAU, "discount": DISCOUNT, "horizon": HORIZON, "limit": LIMIT,
     "temperature": TEMPERATURE, "entropy_lr": ENTROPY_LR, "multiplier": MULTIPLIER, "multiplier_lr": MULTIPLIER_LR,
+    "famo_lr": FAMO_LR, "famo_decay": FAMO_DECAY,
     "augmentation": AUGMENTATION, "data": {name: numbers(value) for name, value in data.items()}, "methods": methods,
 }
 rounded = json.loads(json.dumps(settings), parse_float=lambda text: float(f"{float(text):.9g}"))
