@@ -1,4 +1,4 @@
-//! REDQ with optimistic exploration: twenty updates a step, ten critics that say where to look (REDQ + COP-OAC).
+//! REDQ: ten critics and twenty updates a step; with --oac the critics say where to look (REDQ + COP-OAC).
 //!
 //! `cargo run --release --example redq` trains the hopper on rapier; `--help` explains the rest.
 
@@ -10,18 +10,19 @@ use copq_experiments::{Args, Plan, Run};
 /// Critics of the ensemble; every target is made by two of them, drawn at random.
 const CRITICS: usize = 10;
 
-/// Trains randomised ensembled double-Q with vector-valued critics, and explores where they promise the most.
+/// Trains randomised ensembled double-Q with vector-valued critics, explored by the policy's own noise.
 ///
-/// The upper bound that explores is --projection's: cholesky is COP-OAC, extremum Extremum-OAC.
+/// With --oac it explores where the critics promise the most, by --projection's upper bound: cholesky is COP-OAC, extremum
+/// Extremum-OAC.
 #[derive(Parser)]
 #[command(name = "redq")]
 struct Cli {
     #[command(flatten)]
     args: Args,
 
-    /// Explore with the policy's Gaussian noise alone, without optimism.
-    #[arg(long, conflicts_with_all = ["resume", "projection"])]
-    gaussian: bool,
+    /// Explore towards the upper bound of --projection.
+    #[arg(long, conflicts_with = "resume")]
+    oac: bool,
 
     /// REDQ on SAC, with a stochastic policy, instead of on TD3.
     #[arg(long, conflicts_with = "resume")]
@@ -29,14 +30,17 @@ struct Cli {
 }
 
 fn main() -> anyhow::Result<()> {
-    let Cli { args, gaussian, sac } = Cli::parse();
+    let Cli { args, oac, sac } = Cli::parse();
+    if args.projection.is_some() && args.resume.is_none() && !oac {
+        anyhow::bail!("--projection: wanted --oac beside it, for it says whose upper bound explores");
+    }
 
     // The settings: TD3's or SAC's, with REDQ's over them.
     let base = if sac { Config::sac() } else { Config::cop_td3() };
-    let method = ["redq", if sac { "-sac" } else { "" }, if gaussian { "-gaussian" } else { "" }].concat();
+    let method = ["redq", if sac { "-sac" } else { "" }, if oac { "-oac" } else { "" }].concat();
     let mut plan = args.plan(Plan { method: Some(method), ..Plan::new("redq") })?;
     let optimism = Optimism { projection: Some(plan.projection.clone()), ..Optimism::default() };
-    let config = args.settings(Config { optimism: (!gaussian).then_some(optimism), ..base.redq() })?;
+    let config = args.settings(Config { optimism: oac.then_some(optimism), ..base.redq() })?;
     plan.run.discount = config.discount;
     if args.resume.is_none() {
         // Whose upper bound explores in the end: --set may have changed it.
@@ -52,7 +56,7 @@ fn main() -> anyhow::Result<()> {
     let critic = copq_candle::critic(&spec, CRITICS, &config.networks, &mut rng)?.threads(plan.threads)?;
     let actor = copq_candle::actor_for(&config, &spec, plan.threads, &mut rng)?;
 
-    // The learner: its targets take the smaller of two random critics, its actor the mean of all ten, and all ten
+    // The learner: its targets take the smaller of two random critics, its actor the mean of all ten; with --oac all ten
     // explore, by the upper bound of another projection than that of the targets.
     let learner = Learner::new(config.clone(), &spec, Box::new(critic), actor, plan.run.seed)?;
 

@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use copq::{Actor, Config, Env, Net, Outcome, Result, Rng, Stream};
+use copq::{Config, Env, Outcome, Policy, Result, Rng, Stream};
 use copq_examples::{VIEWS, World, make_view, make_world};
 use copq_experiments::animation::{Animation, Scene};
 use copq_experiments::{read_checkpoint, read_config};
@@ -44,15 +44,16 @@ fn main() -> anyhow::Result<()> {
 
     // The run's task on its engine, and the policy that it has learned.
     let mut world = make_world(&run.plan)?;
-    let mut policy = copq_candle::actor_for(&run.settings, world.spec(), 1, &mut Rng::new(0, Stream::Init))?;
-    policy.load(read_checkpoint(&cli.run)?.child("trainer")?.child("agent")?.child("actor")?)?;
+    let actor = copq_candle::actor_for(&run.settings, world.spec(), 1, &mut Rng::new(0, Stream::Init))?;
+    let checkpoint = read_checkpoint(&cli.run)?;
+    let mut policy = Policy::load(actor, world.spec().observation, checkpoint.child("trainer")?.child("agent")?)?;
 
     // Before anything is played, for it may have something to complain of.
     let mut draw = make_view(&cli.view, &world.task().robot)?;
     let mut seeds = Rng::new(cli.seed.unwrap_or(run.plan.run.seed), Stream::Evaluation);
     let mut film = Animation::default();
     for episode in 1..=cli.episodes {
-        let end = play(&mut world, policy.as_mut(), seeds.next_u64(), cli.steps, &mut film)?;
+        let end = play(&mut world, &mut policy, seeds.next_u64(), cli.steps, &mut film)?;
         let readings: Vec<_> = end.readings.iter().map(|(name, value)| format!("{name} {value}")).collect();
         println!("episode {episode}: {}", readings.join(", "));
     }
@@ -63,7 +64,7 @@ fn main() -> anyhow::Result<()> {
 }
 
 /// Plays an episode into the film, its end for a second; returns the end.
-fn play(world: &mut World, policy: &mut dyn Actor, seed: u64, steps: usize, film: &mut Animation) -> Result<Scene> {
+fn play(world: &mut World, policy: &mut Policy, seed: u64, steps: usize, film: &mut Animation) -> Result<Scene> {
     let (spec, dt) = (world.spec().clone(), world.task().robot.dt());
     let (mut obs, mut action) = (vec![0.0; spec.observation], vec![0.0; spec.action()]);
     let (mut reward, mut returns) = (vec![0.0; spec.objectives.len()], vec![0.0; spec.objectives.len()]);
@@ -71,7 +72,7 @@ fn play(world: &mut World, policy: &mut dyn Actor, seed: u64, steps: usize, film
     let mut scene = look(world, 0, &returns);
     for step in 1..=steps {
         film.push(scene, dt);
-        policy.sample(Net::Online, &obs, &[], &mut action, &mut [])?;
+        policy.act(&obs, &mut action)?;
         let outcome = world.step(&action, &mut obs, &mut reward)?;
         returns.iter_mut().zip(&reward).for_each(|(sum, reward)| *sum += f64::from(*reward));
         scene = look(world, step, &returns);

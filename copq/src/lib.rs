@@ -40,9 +40,9 @@
 //! **Choose a method**: [`Config::cop_td3`], [`Config::sac`] and their relatives are presets of the one learner, and
 //! [`Config`]'s table says which critics and projection each is meant for.
 //!
-//! **Explore otherwise**: COP-Q explores towards its own upper bound (COP-OAC); [`Optimism::projection`]
-//! names another's, [`Config::optimism`] says how far, and `None` there leaves the policy's noise. `learner.explore(...)` takes
-//! a rule of your own.
+//! **Explore otherwise**: a policy's own noise explores unless [`Config::optimism`] says how far its actions move towards the
+//! critics' upper bound ([`Config::cop_td3_oac`]); [`Optimism::projection`] names whose. `learner.explore(...)` takes a rule of
+//! your own.
 //!
 //! **Change the priorities**: `OrderedEnv::new(env, &["velocity", "safety", "control"])` is the same world in another order.
 //!
@@ -68,6 +68,7 @@ mod multiplier;
 mod normaliser;
 mod observer;
 mod ordered;
+mod policy;
 pub mod projection;
 mod replay;
 mod rng;
@@ -92,6 +93,7 @@ pub use multiplier::{
 pub use normaliser::Normaliser;
 pub use observer::{Observer, Silent};
 pub use ordered::OrderedEnv;
+pub use policy::Policy;
 pub use projection::{Bound, Projection, QView, Scratch};
 pub use replay::{Batch, Replay};
 pub use rng::{Rng, Stream};

@@ -67,6 +67,21 @@ fn networks_see_normalised_observations_and_the_replay_raw_ones() {
     assert!(wanted.abs() < 1.0 && (f64::from(action[0]) - wanted).abs() < 1e-5, "{action:?}, not {wanted}");
 }
 
+/// The policy alone, from the saved state, acts as the agent does; without its normaliser it would not.
+#[test]
+fn a_saved_policy_takes_its_normaliser_along() {
+    let mut trainer = trained(normalised(), 600);
+    let state = saved(&trainer);
+    let actor = Box::new(toy::LinearActor::new(0.005));
+    let mut policy = Policy::load(actor, 1, state.child("agent").unwrap()).unwrap();
+    for s in [-0.9, 0.1, 0.7] {
+        let (mut wanted, mut got) = ([0.0], [0.0]);
+        trainer.agent_mut().act(&[s], Mode::Exploit, &mut wanted).unwrap();
+        policy.act(&[s], &mut got).unwrap();
+        assert_eq!(got, wanted);
+    }
+}
+
 #[test]
 fn evaluation_moves_nothing() {
     let mut trainer = trained(normalised(), 300);

@@ -39,9 +39,12 @@ fn train(name: &str, arguments: &[&str], start: &str, halves: [&str; 2]) -> Stri
 
 #[test]
 fn td3() {
-    for arguments in
-        [&[][..], &["--projection", "independent-min"], &["--order", "vsc", "--method", "cop-td3-gaussian"]]
-    {
+    for arguments in [
+        &[][..],
+        &["--projection", "independent-min"],
+        &["--order", "vsc", "--method", "cop-td3-oac"],
+        &["--method", "cop-td3-paper", "--projection", "extremum"],
+    ] {
         let metrics = train("td3", arguments, "150", ["180", "200"]);
         assert!(metrics.contains("critic_loss/safety"));
         let separate = arguments.contains(&"independent-min");
@@ -54,9 +57,9 @@ fn td3() {
 #[test]
 fn redq() {
     assert!(train("redq", &[], "280", ["283", "285"]).contains("q_spread/safety"));
-    train("redq", &["--gaussian"], "280", ["281", "282"]);
-    train("redq", &["--projection", "extremum"], "280", ["281", "282"]);
-    for arguments in [&["--sac"][..], &["--sac", "--gaussian"], &["--sac", "--projection", "extremum"]] {
+    train("redq", &["--oac"], "280", ["281", "282"]);
+    train("redq", &["--oac", "--projection", "extremum"], "280", ["281", "282"]);
+    for arguments in [&["--sac"][..], &["--sac", "--oac"], &["--sac", "--oac", "--projection", "extremum"]] {
         assert!(train("redq", arguments, "280", ["281", "282"]).contains("actor/temperature"));
     }
 }
@@ -103,8 +106,8 @@ fn wrong_words_are_readable_errors() {
             "--task a/hopper",
             "Error: a constraint on 'a/hopper': wanted a task with a cost under a limit",
         ),
-        ("redq", "--gaussian --projection cholesky", "'--gaussian' cannot be used with '--projection"),
-        ("redq", "--projection choleski", "Error: unknown projection 'choleski'; known: cholesky"),
+        ("redq", "--projection cholesky", "--projection: wanted --oac beside it"),
+        ("redq", "--oac --projection choleski", "Error: unknown projection 'choleski'; known: cholesky"),
         (
             "td3",
             "--method td3",

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# (config.toml has the commands of their day, when --oac was the default and --gaussian took it away.)
 # REDQ, and REDQ with optimistic exploration (COP-OAC), on MuJoCo's hopper as in the paper (preset Paper): a second seed, and one with a seventh of
 # the shift, tell what holds COP-OAC back (ours were stopped at 14,829 and 16,202 steps). About five hours on two cores without AVX-512.
 #   scripts/fetch-mujoco.sh && cargo build --release --features copq-examples/mujoco --example redq
@@ -9,10 +10,10 @@ redq=${REDQ:-target/release/examples/redq}
 out=results/hopper-mujoco-redq
 
 runs() {
-    echo "--gaussian --seed 0 --out $out/redq-s0"
-    echo "--seed 0 --out $out/redq-cop-oac-s0"
-    echo "--seed 1 --out $out/redq-cop-oac-14k-s1"
-    echo "--set optimism.shift=1 --seed 0 --out $out/redq-cop-oac-shift1-s0"
+    echo "--seed 0 --out $out/redq-s0"
+    echo "--oac --seed 0 --out $out/redq-cop-oac-s0"
+    echo "--oac --seed 1 --out $out/redq-cop-oac-14k-s1"
+    echo "--oac --set optimism.shift=1 --seed 0 --out $out/redq-cop-oac-shift1-s0"
 }
 
 runs | xargs -P 2 -I {} sh -c "$redq --engine mujoco --preset paper --steps 20000 --eval-every 1000 {} 2>&1 | tail -n 3"

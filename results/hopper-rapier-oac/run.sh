@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# The runs behind the README's hopper results, two at a time; about two hours of two cores' work without AVX-512.
-#   cargo build --release --example td3 && results/hopper-rapier/run.sh && results/hopper-rapier/plot.sh
+# COP-Q with optimistic exploration (COP-OAC) and the other projections, each towards its own upper bound, on rapier's hopper, two at a time; about two hours of two cores' work without AVX-512.
+#   cargo build --release --example td3 && results/hopper-rapier-oac/run.sh && results/hopper-rapier-oac/plot.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 td3=${TD3:-target/release/examples/td3}
-out=results/hopper-rapier
+out=results/hopper-rapier-oac
 
 {
     for seed in 0 1 2; do
@@ -16,4 +16,4 @@ out=results/hopper-rapier
     # Made when FAMO was on for separate critics, too.
     famo="--set famo.lr=0.025 --set famo.weight_decay=0.001"
     echo "--projection independent-min $famo --steps 60000 --out $out/independent-min-s0"
-} | xargs -P 2 -I {} sh -c "$td3 {} 2>&1 | tail -n 3"
+} | xargs -P 2 -I {} sh -c "$td3 --method cop-td3-oac {} 2>&1 | tail -n 3"
