@@ -32,7 +32,7 @@ struct Cli {
 fn main() -> anyhow::Result<()> {
     let Cli { args, oac, sac } = Cli::parse();
     if args.projection.is_some() && args.resume.is_none() && !oac {
-        anyhow::bail!("--projection: wanted --oac beside it, for it says whose upper bound explores");
+        anyhow::bail!("--projection: wanted --oac beside it (it names the upper bound that explores)");
     }
 
     // The settings: TD3's or SAC's, with REDQ's over them.
@@ -42,6 +42,9 @@ fn main() -> anyhow::Result<()> {
     let optimism = Optimism { projection: Some(plan.projection.clone()), ..Optimism::default() };
     let config = args.settings(Config { optimism: oac.then_some(optimism), ..base.redq() })?;
     plan.run.discount = config.discount;
+    if args.resume.is_none() && oac != config.optimism.is_some() {
+        anyhow::bail!("--oac and the settings disagree: wanted optimism with --oac and none without");
+    }
     if args.resume.is_none() {
         // Whose upper bound explores in the end: --set may have changed it.
         let explores = config.optimism.as_ref().and_then(|optimism| optimism.projection.clone());

@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use copq::{Config, Env, Outcome, Policy, Result, Rng, Stream};
+use copq::{Config, Env, Normaliser, Outcome, Policy, Result, Rng, Stream};
 use copq_examples::{VIEWS, World, make_view, make_world};
 use copq_experiments::animation::{Animation, Scene};
 use copq_experiments::{read_checkpoint, read_config};
@@ -46,7 +46,8 @@ fn main() -> anyhow::Result<()> {
     let mut world = make_world(&run.plan)?;
     let actor = copq_candle::actor_for(&run.settings, world.spec(), 1, &mut Rng::new(0, Stream::Init))?;
     let checkpoint = read_checkpoint(&cli.run)?;
-    let mut policy = Policy::load(actor, world.spec().observation, checkpoint.child("trainer")?.child("agent")?)?;
+    let normaliser = run.settings.normalise.then(|| Normaliser::new(world.spec().observation));
+    let mut policy = Policy::load(actor, normaliser, checkpoint.child("trainer")?.child("agent")?)?;
 
     // Before anything is played, for it may have something to complain of.
     let mut draw = make_view(&cli.view, &world.task().robot)?;

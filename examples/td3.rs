@@ -19,7 +19,7 @@ struct Cli {
 
     /// What is learned and how it explores. With --resume it is the run's.
     ///
-    /// --set optimism.projection=extremum explores towards another projection's upper bound than --projection's.
+    /// With cop-td3-oac, --set optimism.projection=extremum explores towards another upper bound than --projection's.
     #[arg(long, value_enum, default_value = "cop-td3", conflicts_with = "resume")]
     method: Method,
 }
@@ -65,6 +65,9 @@ fn main() -> anyhow::Result<()> {
     let projection = projection::by_name(&plan.projection)?;
     let config = args.settings(method.config(&projection))?;
     plan.run.discount = config.discount;
+    if args.resume.is_none() && (method == Method::CopTd3Oac) != config.optimism.is_some() {
+        anyhow::bail!("--set optimism: wanted --method cop-td3-oac beside it, and with that method no optimism=none");
+    }
 
     // The world, twice: to learn in, and to be evaluated in.
     let env = make_env(&plan)?;

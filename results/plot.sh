@@ -9,5 +9,5 @@ for run in "$out"/*-s[0-9]*; do
     label=$(basename "${run%-s*}")
     runs+=("$label=$run")
 done
-cargo run -q -p copq-experiments --bin copq-plot -- --title "$title" "$@" \
+${PLOT:-cargo run -q -p copq-experiments --bin copq-plot --} --title "$title" "$@" \
     --out "$out/curves.svg" --out "$out/curves.png" --table "$out/table.md" "${runs[@]}"

@@ -4,7 +4,7 @@
 //! `cargo bench -p copq-bench --bench networks`; a filter picks some: `-- fit`. An item is a floating-point operation of a
 //! matrix product, so "Gitem/s" are GFLOP/s.
 
-use copq::{Actor, Critic, Net, QView, Result, Rng, Sample, SampleGrad, Stream};
+use copq::{Activation, Actor, Critic, Net, Networks, QView, Result, Rng, Sample, SampleGrad, Stream};
 use copq_bench::workload::{Batch, Workload};
 use copq_candle::{Device, plain};
 use divan::Bencher;
@@ -69,6 +69,19 @@ fn values(bencher: Bencher<'_, '_>, implementation: &str) {
 #[divan::bench(args = IMPLEMENTATIONS)]
 fn fit(bencher: Bencher<'_, '_>, implementation: &str) {
     let (Batch { obs, action, .. }, mut critic) = (workload().batch(), critic(implementation));
+    let (forward, hidden) = critics_operations();
+    bencher
+        .counter(ItemsCount::new(2 * forward + hidden))
+        .bench_local(|| critic.fit(&obs, &action, &mut fill, 0.005).unwrap());
+}
+
+/// The fused critics' fit with another activation; a smooth one costs a pass over every hidden layer, forward and back.
+#[divan::bench(args = [Activation::Relu, Activation::Tanh, Activation::Silu])]
+fn fit_with(bencher: Bencher<'_, '_>, activation: Activation) {
+    let (w, mut rng) = (workload(), Rng::new(0, Stream::Init));
+    let networks = Networks { activation, ..w.networks() };
+    let mut critic = copq_candle::critic(&w.spec(), w.critics, &networks, &mut rng).unwrap();
+    let Batch { obs, action, .. } = w.batch();
     let (forward, hidden) = critics_operations();
     bencher
         .counter(ItemsCount::new(2 * forward + hidden))

@@ -1,18 +1,18 @@
 //! Fresh weights.
 
-use copq::{Initial, Rng};
+use copq::{Init, Rng};
 
 use crate::shape::Shape;
 
 /// Parameters in the flat buffer's order, drawn as `initial` says. Every one takes its number from `rng`, even a bias that
 /// starts from zero.
-pub(crate) fn parameters(shape: &Shape, initial: Initial, rng: &mut Rng) -> Vec<f32> {
+pub(crate) fn parameters(shape: &Shape, initial: Init, rng: &mut Rng) -> Vec<f32> {
     let mut out = vec![0.0; shape.len()];
     for layer in shape.layers() {
         let root = 1.0 / libm::sqrt(layer.input as f64);
         let (weight, bias) = match initial {
-            Initial::Torch => (root, root),
-            Initial::Lecun => (libm::sqrt(3.0) * root, 0.0),
+            Init::Torch => (root, root),
+            Init::Lecun => (libm::sqrt(3.0) * root, 0.0),
         };
         for (range, bound) in [(layer.weight(), weight), (layer.bias(), bias)] {
             for value in &mut out[range] {
@@ -45,7 +45,7 @@ mod tests {
         };
         let shape = Shape::actor(&spec, &Networks { hidden: vec![100], ..Networks::default() });
         for (initial, bound, bias) in
-            [(Initial::Torch, 0.005f64.sqrt(), 0.005f64.sqrt()), (Initial::Lecun, 0.015f64.sqrt(), 0.0)]
+            [(Init::Torch, 0.005f64.sqrt(), 0.005f64.sqrt()), (Init::Lecun, 0.015f64.sqrt(), 0.0)]
         {
             let values = parameters(&shape, initial, &mut Rng::new(1, Stream::Init));
             let layer = &shape.layers()[0];

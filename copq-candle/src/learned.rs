@@ -1,6 +1,6 @@
 //! Everything one network has learned, in flat buffers: what both implementations start from, save and load.
 
-use copq::{Error, Initial, Result, Rng, State};
+use copq::{Error, Init, Result, Rng, State};
 
 use crate::init;
 use crate::shape::Shape;
@@ -22,7 +22,7 @@ pub(crate) struct Learned<T = f32> {
 
 impl Learned {
     /// Fresh weights, a target equal to them, and an optimiser that has not begun.
-    pub fn new(shape: &Shape, initial: Initial, rng: &mut Rng) -> Self {
+    pub fn new(shape: &Shape, initial: Init, rng: &mut Rng) -> Self {
         Self::from_online(init::parameters(shape, initial, rng))
     }
 

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Case, given, given_action, init};
-use copq::{Actor, Critic, Net};
+use copq::{Activation, Actor, Critic, Net};
 
 fn allocations(work: impl FnMut()) -> u64 {
     allocation_counter::measure(work).count_total
@@ -11,7 +11,14 @@ fn allocations(work: impl FnMut()) -> u64 {
 
 #[test]
 fn warm_updates() {
-    for case in [Case::new(4, 3, &[64, 64], 1), Case::new(4, 3, &[256, 256], 256), Case::new(3, 2, &[7, 9, 4], 37)] {
+    let smooth = |activation| Case { activation, ..Case::new(2, 2, &[64, 64], 37) };
+    for case in [
+        Case::new(4, 3, &[64, 64], 1),
+        Case::new(4, 3, &[256, 256], 256),
+        Case::new(3, 2, &[7, 9, 4], 37),
+        smooth(Activation::Tanh),
+        smooth(Activation::Silu),
+    ] {
         let mut critic = copq_candle::critic(&case.spec(), case.critics, &case.networks(), &mut init(1)).unwrap();
         let mut actor = copq_candle::actor(&case.spec(), &case.networks(), &mut init(1)).unwrap();
         let (obs, act, dq) = (case.obs(1), case.act(1), vec![0.1; case.q_len()]);

@@ -35,7 +35,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     pub engine: Option<String>,
 
-    /// Whose robots: gym-v5 (Gymnasium's) or paper (Brax's, as in the paper). [default: gym-v5]
+    /// Whose robots: gym-v5 (Gymnasium's) or paper (Brax's, as in the paper). [default: gym-v5, or the method's own]
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
 
@@ -45,7 +45,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     pub projection: Option<String>,
 
-    /// Environment steps to train for; --resume lets you raise them. [default: 100000]
+    /// Environment steps to train for; --resume lets you raise them. [default: 100000, or the method's own]
     #[arg(long, value_name = "N")]
     pub steps: Option<u64>,
 
@@ -281,6 +281,17 @@ mod tests {
         let config = set("--set famo=none --set optimism.beta=2").unwrap();
         assert_eq!((config.famo, config.optimism.map(|optimism| optimism.beta)), (None, Some(2.0)));
         assert!(message("--set batch=none").contains("missing field `batch`"));
+        let wanted = "--set networks.activation=none: wanted one of its values, such as \"relu\", got none";
+        assert_eq!(message("--set networks.activation=none"), wanted);
+        for (key, known) in [
+            ("networks.activation", "`relu`, `tanh`, `silu`"),
+            ("networks.init", "`torch` or `lecun`"),
+            ("warm_up", "`uniform` or `policy`"),
+            ("famo.decay", "`decoupled` or `l2`"),
+        ] {
+            let message = message(&format!("--set {key}=other"));
+            assert!(message.contains("unknown variant `other`") && message.contains(known), "{message}");
+        }
         assert_eq!(message("--set fmo=none"), "--set fmo=none: wanted a setting that there is, got none at fmo");
         assert_eq!(set("--steps 5").unwrap(), copq::Config::cop_td3());
     }

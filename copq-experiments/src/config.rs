@@ -91,7 +91,9 @@ pub(crate) fn check_same<S: Serialize>(path: &Path, saved: &S, now: &S) -> Resul
 /// The settings with some changed, each as KEY=VALUE: the key's parts between dots, the value as TOML or as plain text,
 /// or `none`, which takes a setting away that need not be there.
 pub(crate) fn with<S: Serialize + DeserializeOwned>(settings: &S, changes: &[String]) -> Result<S> {
-    let mut table = toml::Table::try_from(settings).map_err(|e| Error::other("encoding the settings", e))?;
+    let encode = |settings: &S| toml::Table::try_from(settings).map_err(|e| Error::other("encoding the settings", e));
+    let mut table = encode(settings)?;
+    let mut removed = Vec::new();
     for change in changes {
         let invalid = |wanted: &str, got: String| Error::invalid(format!("--set {change}"), wanted, got);
         let (key, value) = change.split_once('=').ok_or_else(|| invalid("KEY=VALUE", "no =".to_owned()))?;
@@ -107,9 +109,28 @@ pub(crate) fn with<S: Serialize + DeserializeOwned>(settings: &S, changes: &[Str
             at.insert(name.to_owned(), parse_value(value, old.as_ref()));
         } else if old.is_none() {
             return Err(invalid("a setting that there is", format!("none at {key}")));
+        } else {
+            removed.push(key);
         }
     }
-    table.try_into().map_err(|e| Error::other("--set", e))
+    let settings: S = table.try_into().map_err(|e| Error::other("--set", e))?;
+    let now = encode(&settings)?;
+    match removed.into_iter().find_map(|key| Some((key, value_at(&now, key)?))) {
+        // It has a default, so what was taken away came back as that.
+        Some((key, value)) => {
+            let what = format!("--set {key}=none");
+            Err(Error::invalid(what, format!("one of its values, such as {value}"), "none"))
+        }
+        None => Ok(settings),
+    }
+}
+
+/// The value under a key whose parts are joined by dots.
+fn value_at<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
+    match key.split_once('.') {
+        None => table.get(key),
+        Some((parent, rest)) => value_at(table.get(parent)?.as_table()?, rest),
+    }
 }
 
 /// A value as TOML has it, or else a text; an integer where a number with a fraction was becomes one.

@@ -17,7 +17,7 @@ pub struct Networks {
     pub actor_lr: f64,
     /// How weights and biases are drawn.
     #[serde(default)]
-    pub init: Initial,
+    pub init: Init,
     /// The function after each hidden layer.
     #[serde(default)]
     pub activation: Activation,
@@ -32,14 +32,14 @@ pub enum Activation {
     Relu,
     /// tanh(x): on-policy methods.
     Tanh,
-    /// x / (1 + exp(-x)): the cost critics of CAL's authors.
+    /// x / (1 + exp(-x)): CAL's authors have it in their cost critics; here it is all networks'.
     Silu,
 }
 
 /// The distribution of a network's initial weights; every layer has the same rule.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Initial {
+pub enum Init {
     /// Weights and biases uniform within 1/sqrt(inputs): `torch.nn.Linear`'s, and so TD3's.
     #[default]
     Torch,
@@ -54,7 +54,7 @@ impl Default for Networks {
             hidden: vec![256, 256],
             critic_lr: 3e-4,
             actor_lr: 3e-4,
-            init: Initial::Torch,
+            init: Init::Torch,
             activation: Activation::Relu,
         }
     }
@@ -130,6 +130,8 @@ impl Optimism {
 /// | method | preset | critics | projection | actor |
 /// |---|---|---|---|---|
 /// | COP-Q on TD3 | [`Config::cop_td3`] | N + 1 | [`Cholesky`](crate::projection::Cholesky) | deterministic |
+/// | COP-Q on TD3 + COP-OAC | [`Config::cop_td3_oac`] | N + 1 | [`Cholesky`](crate::projection::Cholesky) | deterministic |
+/// | the paper's main comparison | [`Config::cop_td3_paper`] | as the projection says | any | deterministic |
 /// | TD3 | [`Config::td3`] | 2, for N = 1 | any | deterministic |
 /// | REDQ | [`Config::cop_td3`]`.redq()` | 10 | [`ScalarisedMin`](crate::projection::ScalarisedMin) | deterministic |
 /// | SAC | [`Config::sac`] | 2, for N = 1 | any | stochastic |
@@ -155,7 +157,8 @@ pub struct Config {
     /// Whose actions those steps take.
     #[serde(default)]
     pub warm_up: WarmUp,
-    /// Whether networks see observations in units of their running deviation ([`Normaliser`](crate::Normaliser)).
+    /// Whether networks see observations in units of their running deviation ([`Normaliser`](crate::Normaliser)); the replay
+    /// holds raw ones. An observation counts when it is stored, after the action that it led to.
     #[serde(default)]
     pub normalise: bool,
     /// Updates for each environment step (the update-to-data ratio).
@@ -193,29 +196,7 @@ impl Config {
     /// follow at every update. The warm-up is 1,000 steps: a hopper that acts at random falls after 20, and 25,000 steps
     /// of that (TD3's choice) held it back for long; DESIGN.md has the figures.
     pub fn cop_td3() -> Self {
-        Self {
-            discount: 0.99,
-            tau: 0.005,
-            batch: 256,
-            capacity: 1_000_000,
-            start_steps: 1_000,
-            warm_up: WarmUp::Uniform,
-            normalise: false,
-            updates_per_step: 1,
-            actor_delay: 2,
-            target_period: 1,
-            pessimism: 1.0,
-            actor_pessimism: 1.0,
-            subset: None,
-            own_cost_targets: false,
-            entropy: None,
-            constraint: None,
-            smoothing: Some(Smoothing { std: 0.2, clip: 0.5 }),
-            famo: Some(FamoConfig::default()),
-            exploration_std: 0.1,
-            optimism: None,
-            networks: Networks::default(),
-        }
+        Self { start_steps: 1_000, warm_up: WarmUp::Uniform, ..Self::cop_td3_paper() }
     }
 
     /// COP-Q on TD3 that explores towards the critics' upper bound instead (COP-OAC, paper sec. 5.2 and Table D.2): by the
@@ -240,9 +221,32 @@ impl Config {
     ///
     /// The paper's other methods differ in projection and critics alone: N + 1 critics for
     /// [`Extremum`](crate::projection::Extremum), 2 for [`ScalarisedMin`](crate::projection::ScalarisedMin), 2 separate
-    /// ones an objective for [`IndependentMin`](crate::projection::IndependentMin).
+    /// ones an objective for [`IndependentMin`](crate::projection::IndependentMin). It is meant without
+    /// [`Config::for_projection`], which would take FAMO away from separate critics.
     pub fn cop_td3_paper() -> Self {
-        Self { start_steps: 16_384, warm_up: WarmUp::Policy, famo: Some(FamoConfig::default()), ..Self::cop_td3() }
+        Self {
+            discount: 0.99,
+            tau: 0.005,
+            batch: 256,
+            capacity: 1_000_000,
+            start_steps: 16_384,
+            warm_up: WarmUp::Policy,
+            normalise: false,
+            updates_per_step: 1,
+            actor_delay: 2,
+            target_period: 1,
+            pessimism: 1.0,
+            actor_pessimism: 1.0,
+            subset: None,
+            own_cost_targets: false,
+            entropy: None,
+            constraint: None,
+            smoothing: Some(Smoothing { std: 0.2, clip: 0.5 }),
+            famo: Some(FamoConfig::default()),
+            exploration_std: 0.1,
+            optimism: None,
+            networks: Networks::default(),
+        }
     }
 
     /// TD3 as its authors have it (Fujimoto et al. 2018): noise alone explores, targets follow at every second update, the

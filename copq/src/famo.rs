@@ -8,14 +8,13 @@ use crate::{Result, State};
 
 /// FAMO's constants.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct FamoConfig {
     /// Adam's step size on the logits.
     pub lr: f64,
     /// How strongly the logits are drawn back to zero.
     pub weight_decay: f64,
     /// Where that decay acts.
-    #[serde(default)]
     pub decay: FamoDecay,
 }
 
@@ -144,12 +143,14 @@ mod tests {
         close(famo.logits(), &[-0.0249999951, 0.0249999951]);
     }
 
-    /// Each of the two decays, against AdamW and Adam written out for two steps on logits that are not zero.
+    /// Each of the two decays, against AdamW and Adam written out for three steps.
     #[test]
     fn decay_acts_beside_the_step_or_before_it() {
         for decay in [FamoDecay::Decoupled, FamoDecay::L2] {
             let mut famo = Famo::new(FamoConfig { lr: 0.1, weight_decay: 0.5, decay }, 2).unwrap();
-            let (mut logits, mut m, mut v) = ([0.0, 0.0], [0.0; 2], [0.0; 2]);
+            let mut logits = [0.0; 2];
+            let mut m = [0.0; 2];
+            let mut v = [0.0; 2];
             for step in 1..=3 {
                 let improvement = [0.4 * f64::from(step), 0.1];
                 let after = improvement.map(|delta: f64| (-delta).exp());

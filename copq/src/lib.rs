@@ -80,7 +80,7 @@ mod trainer;
 pub use actor::{ActionGrad, Actor, Sample, SampleGrad};
 pub use agent::{Agent, Mode, Transition};
 pub use check_env::{EnvReport, check_env};
-pub use config::{Activation, Config, Initial, Networks, Optimism, Smoothing, WarmUp};
+pub use config::{Activation, Config, Init, Networks, Optimism, Smoothing, WarmUp};
 pub use critic::{Critic, Net, QGrad};
 pub use env::{Env, EnvSpec, Outcome};
 pub use error::{Error, Result};

@@ -1,10 +1,11 @@
 //! Observations in units of their own spread: a running mean and standard deviation of every component.
 
-use crate::{Result, State};
+use crate::error::check_len;
+use crate::{Error, Result, State};
 
-/// The least standard deviation that an observation is divided by.
-const LEAST_STD: f64 = 0.01;
-/// The largest normalised value, and minus it the least.
+/// The smallest standard deviation that an observation is divided by.
+const SMALLEST_STD: f64 = 0.01;
+/// The largest size of a normalised value.
 const CLIP: f64 = 5.0;
 
 /// Running mean and standard deviation of observations, component by component, in f64.
@@ -17,11 +18,12 @@ const CLIP: f64 = 5.0;
 ///
 /// let mut normaliser = Normaliser::new(1);
 /// for x in [1.0, 2.0, 3.0] {
-///     normaliser.push(&[x]);
+///     normaliser.push(&[x])?;
 /// }
 /// let mut obs = [4.0, 1.0]; // a batch of two
-/// normaliser.normalise(&mut obs);
+/// normaliser.normalise(&mut obs)?;
 /// assert_eq!(obs, [2.0, -1.0]);
+/// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Normaliser {
@@ -41,7 +43,8 @@ impl Normaliser {
     }
 
     /// Takes in one observation.
-    pub fn push(&mut self, obs: &[f32]) {
+    pub fn push(&mut self, obs: &[f32]) -> Result<()> {
+        check_len("observation", obs.len(), self.mean.len())?;
         self.count += 1;
         let share = 1.0 / self.count as f64;
         for ((mean, squares), &x) in self.mean.iter_mut().zip(&mut self.squares).zip(obs) {
@@ -50,25 +53,31 @@ impl Normaliser {
             *squares += distance * (f64::from(x) - *mean);
         }
         self.rescale();
+        Ok(())
     }
 
     fn rescale(&mut self) {
         let n = self.count as f64 - 1.0;
         for (scale, squares) in self.scale.iter_mut().zip(&self.squares) {
-            *scale = 1.0 / (squares / n).sqrt().max(LEAST_STD);
+            *scale = 1.0 / (squares / n).sqrt().max(SMALLEST_STD);
         }
     }
 
     /// Normalises a batch of observations, `rows x observation`, in place.
-    pub fn normalise(&self, obs: &mut [f32]) {
-        if self.count < 2 {
-            return;
+    pub fn normalise(&self, obs: &mut [f32]) -> Result<()> {
+        let width = self.mean.len();
+        if width == 0 || !obs.len().is_multiple_of(width) {
+            return Err(Error::invalid("observations", format!("a multiple of {width} values"), obs.len()));
         }
-        for row in obs.chunks_exact_mut(self.mean.len()) {
+        if self.count < 2 {
+            return Ok(());
+        }
+        for row in obs.chunks_exact_mut(width) {
             for ((x, mean), scale) in row.iter_mut().zip(&self.mean).zip(&self.scale) {
                 *x = ((f64::from(*x) - mean) * scale).clamp(-CLIP, CLIP) as f32;
             }
         }
+        Ok(())
     }
 
     /// Writes what it has seen.

@@ -1,6 +1,6 @@
 //! A trained policy on its own: what acts when learning is over.
 
-use crate::{Actor, Net, Normaliser, Result, State};
+use crate::{Actor, Error, Net, Normaliser, Result, State};
 
 /// An actor with the normaliser of its observations, if it learned with one; both frozen.
 ///
@@ -8,7 +8,7 @@ use crate::{Actor, Net, Normaliser, Result, State};
 /// # use copq::*;
 /// # fn show(actor: Box<dyn Actor>, checkpoint: &State, obs: &[f32]) -> Result<()> {
 /// // The state that an agent's `save` wrote, such as the child `agent` of a trainer's.
-/// let mut policy = Policy::load(actor, obs.len(), checkpoint)?;
+/// let mut policy = Policy::load(actor, None, checkpoint)?;
 /// let mut action = vec![0.0; policy.action()];
 /// policy.act(obs, &mut action)?; // in [-1, 1]: see `EnvSpec::scale_action`
 /// # Ok(())
@@ -17,7 +17,8 @@ use crate::{Actor, Net, Normaliser, Result, State};
 pub struct Policy {
     actor: Box<dyn Actor>,
     normaliser: Option<Normaliser>,
-    seen: Vec<f32>,
+    /// What the actor sees.
+    obs: Vec<f32>,
 }
 
 impl std::fmt::Debug for Policy {
@@ -27,18 +28,16 @@ impl std::fmt::Debug for Policy {
 }
 
 impl Policy {
-    /// The policy in an agent's saved state, for observations of this length; `actor` must have the saved one's layers.
-    pub fn load(mut actor: Box<dyn Actor>, observation: usize, agent: &State) -> Result<Self> {
+    /// The policy in an agent's saved state. `actor` must have the saved one's layers; a `normaliser`, of the observations'
+    /// length, is there exactly if the run's [`Config::normalise`](crate::Config::normalise) is set.
+    pub fn load(mut actor: Box<dyn Actor>, mut normaliser: Option<Normaliser>, agent: &State) -> Result<Self> {
         actor.load(agent.child("actor")?)?;
-        let normaliser = match agent.child("normaliser") {
-            Err(_) => None,
-            Ok(saved) => {
-                let mut normaliser = Normaliser::new(observation);
-                normaliser.load(saved)?;
-                Some(normaliser)
-            }
-        };
-        Ok(Self { actor, normaliser, seen: Vec::new() })
+        match (&mut normaliser, agent.child("normaliser")) {
+            (Some(normaliser), saved) => normaliser.load(saved?)?,
+            (None, Ok(_)) => return Err(Error::invalid("saved policy", "one without a normaliser", "one with it")),
+            (None, Err(_)) => {}
+        }
+        Ok(Self { actor, normaliser, obs: Vec::new() })
     }
 
     /// Length of an action.
@@ -48,11 +47,11 @@ impl Policy {
 
     /// Writes the policy's best guess for one observation, or for each of a batch, in [-1, 1].
     pub fn act(&mut self, obs: &[f32], action: &mut [f32]) -> Result<()> {
-        self.seen.clear();
-        self.seen.extend_from_slice(obs);
+        self.obs.clear();
+        self.obs.extend_from_slice(obs);
         if let Some(normaliser) = &self.normaliser {
-            normaliser.normalise(&mut self.seen);
+            normaliser.normalise(&mut self.obs)?;
         }
-        self.actor.sample(Net::Online, &self.seen, &[], action, &mut [])
+        self.actor.sample(Net::Online, &self.obs, &[], action, &mut [])
     }
 }

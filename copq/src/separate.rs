@@ -13,9 +13,9 @@ use crate::{Critic, Error, Net, QGrad, QView, Result, State};
 ///
 /// With unequal counts a drawn subset (REDQ) could hold one network twice, so it is refused.
 ///
-/// They are to learn without FAMO ([`Config::famo`](crate::Config::famo)). Adam undoes the scale of a loss, so weights of losses that
-/// share no network balance nothing: they drift, until an objective's gradients are as small as Adam's epsilon and its
-/// networks hardly move.
+/// They learn best without FAMO ([`Config::famo`](crate::Config::famo)), which [`Config::for_projection`](crate::Config::for_projection)
+/// takes away. Adam undoes the scale of a loss, so weights of losses that share no network balance nothing: under a
+/// decoupled decay they drift, until an objective's gradients are as small as Adam's epsilon and its networks hardly move.
 pub struct SeparateCritics {
     networks: Box<dyn Critic>,
     /// Networks of each objective, which lie one objective after another.

@@ -35,6 +35,8 @@ fn warm_steps_of_the_other_methods_allocate_no_more() {
     let cal = toy::stochastic(toy::small(Config::cal()), &Toy::constrained(), cal(), 1);
     let methods: Vec<(&str, Toy, Learner)> = vec![
         ("redq", Toy::new(), toy::learner(redq, 10, 1).explore(Optimistic::default().projection(Cholesky))),
+        ("cop-td3-oac", Toy::new(), toy::learner(toy::small(Config::cop_td3_oac()), 3, 1)),
+        ("normalised", Toy::new(), toy::learner(Config { normalise: true, ..toy::config() }, 3, 1)),
         ("sac", Toy::new(), sac(Config::sac())),
         ("oac", Toy::new(), sac(Config::sac()).explore(Optimistic::default().projection(Cholesky))),
         ("cal", Toy::constrained(), cal.projection(Conservative::cal(0.5, 4))),

@@ -73,6 +73,27 @@ fn a_resumed_run_is_the_same_bit_for_bit() {
 }
 
 #[test]
+fn optimistic_exploration_resumes_bit_for_bit() {
+    let trained = |first: u64, steps: u64| {
+        let fresh = || toy::trainer(toy::learner(toy::small(Config::cop_td3_oac()), 3, 77), 77);
+        let mut trainer = fresh();
+        let mut state = State::default();
+        for step in 0..steps {
+            if step == first {
+                trainer.save(&mut state).unwrap();
+                trainer = fresh();
+                trainer.load(&state).unwrap();
+            }
+            trainer.step(&mut Silent).unwrap();
+        }
+        let mut end = State::default();
+        trainer.save(&mut end).unwrap();
+        end
+    };
+    assert!(trained(413, 600) == trained(601, 600));
+}
+
+#[test]
 fn bad_settings_are_readable_errors() {
     let build = |config: Config| {
         let critic = Box::new(toy::LinearCritics::new(3, 2, 0.02, 0));

@@ -17,8 +17,8 @@ fn omnisafes_numbers() {
     let mut normaliser = Normaliser::new(4);
     for (i, (push, after)) in pushes.iter().zip(reference["after"].as_array().unwrap()).enumerate() {
         let mut obs: Vec<f32> = numbers(push).iter().map(|&x| x as f32).collect();
-        normaliser.push(&obs);
-        normaliser.normalise(&mut obs);
+        normaliser.push(&obs).unwrap();
+        normaliser.normalise(&mut obs).unwrap();
         for (got, wanted) in obs.iter().zip(numbers(&after["out"])) {
             let error = (f64::from(*got) - wanted).abs();
             assert!(error <= 1e-6 * wanted.abs().max(1.0), "push {i}: {got}, not {wanted}");
@@ -67,18 +67,94 @@ fn networks_see_normalised_observations_and_the_replay_raw_ones() {
     assert!(wanted.abs() < 1.0 && (f64::from(action[0]) - wanted).abs() < 1e-5, "{action:?}, not {wanted}");
 }
 
-/// The policy alone, from the saved state, acts as the agent does; without its normaliser it would not.
+/// The policy alone, from the saved state, acts as the agent does; without its normaliser it is refused.
 #[test]
 fn a_saved_policy_takes_its_normaliser_along() {
     let mut trainer = trained(normalised(), 600);
     let state = saved(&trainer);
-    let actor = Box::new(toy::LinearActor::new(0.005));
-    let mut policy = Policy::load(actor, 1, state.child("agent").unwrap()).unwrap();
+    let load =
+        |normaliser| Policy::load(Box::new(toy::LinearActor::new(0.005)), normaliser, state.child("agent").unwrap());
+    let mut policy = load(Some(Normaliser::new(1))).unwrap();
+    let message = load(None).unwrap_err().to_string();
+    assert_eq!(message, "saved policy: wanted one without a normaliser, got one with it");
     for s in [-0.9, 0.1, 0.7] {
-        let (mut wanted, mut got) = ([0.0], [0.0]);
+        let mut wanted = [0.0];
+        let mut got = [0.0];
         trainer.agent_mut().act(&[s], Mode::Exploit, &mut wanted).unwrap();
         policy.act(&[s], &mut got).unwrap();
         assert_eq!(got, wanted);
+    }
+}
+
+/// A critic that checks every observation it is shown: they are standardised, where the raw ones are far away from zero.
+struct Spy {
+    critic: toy::LinearCritics,
+    shown: std::sync::Arc<std::sync::Mutex<Vec<(&'static str, Vec<f32>)>>>,
+}
+
+impl Spy {
+    fn note(&self, call: &'static str, obs: &[f32]) {
+        self.shown.lock().unwrap().push((call, obs.to_vec()));
+    }
+}
+
+impl Critic for Spy {
+    fn critics(&self) -> usize {
+        self.critic.critics()
+    }
+
+    fn objectives(&self) -> usize {
+        self.critic.objectives()
+    }
+
+    fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
+        self.note(if net == Net::Target { "target" } else { "values" }, obs);
+        self.critic.values(net, obs, act, q)
+    }
+
+    fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, tau: f32) -> Result<()> {
+        self.note("fit", obs);
+        self.critic.fit(obs, act, grad, tau)
+    }
+
+    fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()> {
+        self.note("action_grad", obs);
+        self.critic.action_grad(obs, act, grad, out)
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        self.critic.save(state)
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.critic.load(state)
+    }
+}
+
+/// Observations of 1,000 to 1,063, next ones of 2,000 to 2,063: raw ones would be found by their size, and s by s'.
+#[test]
+fn updates_see_normalised_batches() {
+    let shown = std::sync::Arc::default();
+    let spy = Spy { critic: toy::LinearCritics::new(3, 2, 0.02, 0), shown: std::sync::Arc::clone(&shown) };
+    let config = Config { start_steps: 64, actor_delay: 1, ..normalised() };
+    let actor = Box::new(toy::LinearActor::new(0.005));
+    let mut learner = Learner::new(config, &Toy::new().spec, Box::new(spy), actor, 0).unwrap();
+    for i in 0..64 {
+        let obs = [1_000.0 + i as f32];
+        let next_obs = [2_000.0 + i as f32];
+        let outcome = Outcome::Terminated;
+        learner
+            .observe(Transition { obs: &obs, action: &[0.0], reward: &[0.0; 2], next_obs: &next_obs, outcome })
+            .unwrap();
+    }
+    learner.update(&mut Silent).unwrap();
+    learner.value(&[1_031.0], &[0.0], &mut [0.0; 2]).unwrap();
+    // Half at 1,031.5, half at 2,031.5, each with a deviation of 18.5: s lies near -1, s' near 1.
+    let shown = shown.lock().unwrap();
+    for call in ["target", "fit", "values", "action_grad"] {
+        let rows: Vec<f32> = shown.iter().filter(|(name, _)| *name == call).flat_map(|(_, obs)| obs.clone()).collect();
+        let wanted = if call == "target" { 1.0 } else { -1.0 };
+        assert!(!rows.is_empty() && rows.iter().all(|s| (s - wanted).abs() < 0.1), "{call}: {rows:?}");
     }
 }
 

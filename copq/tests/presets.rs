@@ -9,7 +9,7 @@ fn assert_common(name: &str, config: &Config) {
         hidden: vec![256, 256],
         critic_lr: 3e-4,
         actor_lr: 3e-4,
-        init: Initial::Torch,
+        init: Init::Torch,
         activation: Activation::Relu,
     };
     assert_eq!(config.networks, networks, "{name}");
@@ -57,6 +57,9 @@ fn sizes_and_rhythms() {
 
 #[test]
 fn balancing_and_optimism() {
+    let paper = Config::cop_td3_paper();
+    let famo = FamoConfig { lr: 0.025, weight_decay: 0.001, decay: FamoDecay::Decoupled };
+    assert_eq!((paper.famo, paper.optimism), (Some(famo), None));
     let config = Config::cop_td3_oac();
     assert_eq!(config.famo, Some(FamoConfig { lr: 0.025, weight_decay: 0.001, decay: FamoDecay::Decoupled }));
     assert_eq!(config.optimism, Some(Optimism { beta: 4.66, shift: 6.86, projection: None }));

@@ -47,7 +47,7 @@ fn td3() {
     ] {
         let metrics = train("td3", arguments, "150", ["180", "200"]);
         assert!(metrics.contains("critic_loss/safety"));
-        let separate = arguments.contains(&"independent-min");
+        let separate = arguments.contains(&"independent-min") && !arguments.contains(&"cop-td3-paper");
         assert_eq!(metrics.contains("famo/"), !separate, "{arguments:?}: {metrics}");
     }
     let plain = train("td3", &["--method", "td3", "--task", "gym/hopper"], "150", ["180", "200"]);
@@ -107,6 +107,8 @@ fn wrong_words_are_readable_errors() {
             "Error: a constraint on 'a/hopper': wanted a task with a cost under a limit",
         ),
         ("redq", "--projection cholesky", "--projection: wanted --oac beside it"),
+        ("td3", "--set optimism.shift=1", "--set optimism: wanted --method cop-td3-oac beside it"),
+        ("redq", "--oac --set optimism=none", "wanted optimism with --oac and none without"),
         ("redq", "--oac --projection choleski", "Error: unknown projection 'choleski'; known: cholesky"),
         (
             "td3",

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# COP-Q with optimistic exploration (COP-OAC) and the other projections, each towards its own upper bound, on rapier's hopper, two at a time; about two hours of two cores' work without AVX-512.
+# COP-Q with optimistic exploration (COP-OAC) and the other projections, each towards its own upper bound, on rapier's
+# hopper, two at a time; about two hours of two cores' work without AVX-512. (config.toml has the commands of their day, when td3 explored so by itself.)
 #   cargo build --release --example td3 && results/hopper-rapier-oac/run.sh && results/hopper-rapier-oac/plot.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."

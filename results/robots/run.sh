@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # COP-Q with optimistic exploration (COP-OAC) for 20,000 steps on every robot and engine but the hopper, which has longer runs; half an hour of two cores' work.
+# (config.toml has the commands of their day, when td3 explored so by itself.)
 #   scripts/fetch-mujoco.sh && cargo build --release --features copq-examples/mujoco --example td3 && results/robots/run.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."

@@ -2,8 +2,8 @@
 //!
 //! A line `time NAME STEPS` is answered with a step's milliseconds, on the wall and on the processors; `shares NAME
 //! STEPS` with the parts of that many further steps' time that went into updates, into the environment and into acting.
-//! `td3` is plain TD3 as Stable-Baselines3 has it (2 critics, no more than it does); `cop` is TD3-COP with all that its
-//! preset has.
+//! `td3` is plain TD3 as Stable-Baselines3 has it (2 critics, no more than it does); `cop` is COP-Q on TD3 with all that
+//! there is: FAMO and optimistic exploration.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write, stdin, stdout};
@@ -65,7 +65,7 @@ fn trainer(name: &str) -> Result<Trainer> {
     let env = make_with("gym/hopper", &options)?;
     let (config, critics, projection): (_, _, Box<dyn Projection>) = match name {
         "td3" => (Config::td3(), 2, Box::new(ScalarisedMin)),
-        "cop" => (Config::cop_td3(), 4, Box::new(Cholesky)),
+        "cop" => (Config::cop_td3_oac(), 4, Box::new(Cholesky)),
         _ => bail!("{name}: wanted td3 or cop"),
     };
     let config = Config { start_steps: START, ..config };

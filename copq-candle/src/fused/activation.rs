@@ -28,13 +28,15 @@ pub(super) fn activate(activation: Activation, out: &mut Panels, slopes: Option<
 
 /// `values <- values * by`, element by element.
 pub(super) fn multiply(values: &mut Panels, by: &Panels) {
-    let (values, by): (&mut [f32], &[f32]) = (cast_slice_mut(values.lines_mut()), cast_slice(by.lines()));
+    let values: &mut [f32] = cast_slice_mut(values.lines_mut());
+    let by: &[f32] = cast_slice(by.lines());
     Arch::new().dispatch(|| values.iter_mut().zip(by).for_each(|(value, by)| *value *= by));
 }
 
 #[inline(always)]
 fn each(out: &mut Panels, slopes: Option<&mut Panels>, function: impl Fn(f32) -> (f32, f32)) {
-    let (rows, cols) = (out.rows(), out.cols());
+    let rows = out.rows();
+    let cols = out.cols();
     let values: &mut [f32] = cast_slice_mut(out.lines_mut());
     Arch::new().dispatch(
         #[inline(always)]
@@ -84,7 +86,8 @@ mod tests {
     }
 
     fn run(activation: Activation, inputs: &[f32]) -> [Vec<f32>; 2] {
-        let (mut out, mut slopes) = (Panels::default(), Panels::default());
+        let mut out = Panels::default();
+        let mut slopes = Panels::default();
         out.set(inputs.len(), &[inputs]);
         activate(activation, &mut out, Some(&mut slopes));
         [out, slopes].map(|panels| {

@@ -30,6 +30,8 @@ impl Deterministic {
     }
 
     /// Writes the online parameters to a safetensors file: `actor.layer.0.weight` (`output x input`) and so on.
+    ///
+    /// They are for observations as the network saw them: normalised, if the learner had a normaliser, which is not saved here.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
         self.policy.save_safetensors(path.as_ref())
     }

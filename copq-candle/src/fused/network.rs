@@ -20,7 +20,7 @@ pub(super) struct Network {
     activation: Activation,
     /// Every layer's outputs from the last [`Network::forward`], the hidden ones after their activation.
     outputs: Vec<Panels>,
-    /// The activation's slopes there, of hidden layers; ReLU's are told by its outputs.
+    /// The activation's slopes there, of hidden layers; ReLU's follow from its outputs.
     slopes: Vec<Panels>,
 }
 
@@ -118,7 +118,7 @@ impl Network {
 
 /// The way back through a hidden layer's activation.
 fn gate<'a>(output: &'a Panels, slope: Option<&'a Panels>) -> Gate<'a> {
-    slope.map_or(Gate::Open(output), Gate::Times)
+    slope.map_or(Gate::Mask(output), Gate::Slope)
 }
 
 /// Runs a batch through layers whose `outputs` are then those of every layer, the hidden ones after their activation, whose

@@ -13,9 +13,9 @@ use crate::shape::Layer;
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Gate<'a> {
     /// ReLU: passes where this output is positive.
-    Open(&'a Panels),
+    Mask(&'a Panels),
     /// Any other: is multiplied by this slope.
-    Times(&'a Panels),
+    Slope(&'a Panels),
 }
 
 /// Buffers that grow to the largest layer and batch and are then reused, and the threads that share each product: one
@@ -73,11 +73,11 @@ impl Workspace {
     /// After [`Workspace::turn`]: goes down to the layer below, back through its activation.
     pub fn step_down(&mut self, gate: Gate<'_>) {
         let (cols, finish) = match gate {
-            Gate::Open(output) => (output.cols(), Finish::Mask(output)),
-            Gate::Times(slope) => (slope.cols(), Finish::Keep),
+            Gate::Mask(output) => (output.cols(), Finish::Mask(output)),
+            Gate::Slope(slope) => (slope.cols(), Finish::Keep),
         };
         affine(&self.delta, self.transposed.lines(), cols, finish, &mut self.below, &self.threads);
-        if let Gate::Times(slope) = gate {
+        if let Gate::Slope(slope) = gate {
             multiply(&mut self.below, slope);
         }
         std::mem::swap(&mut self.delta, &mut self.below);

@@ -23,6 +23,8 @@ impl Gaussian {
     }
 
     /// Writes the online parameters to a safetensors file, as the fused actor does.
+    ///
+    /// They are for observations as the network saw them: normalised, if the learner had a normaliser, which is not saved here.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
         self.0.save_safetensors(path.as_ref())
     }

@@ -104,10 +104,17 @@ fn check_same_method(label: &str, first: Option<&Config>, other: Option<&Config>
     if !first.plan.is_seed_of(&other.plan) {
         return differing(name(&first.plan), name(&other.plan));
     }
-    match difference("settings", &first.settings.clone().into(), &other.settings.clone().into()) {
+    match difference("settings", &complete(&first.settings).into(), &complete(&other.settings).into()) {
         None => Ok(()),
         Some((key, wanted, got)) => differing(format!("{} with {key} {wanted}", name(&first.plan)), got),
     }
+}
+
+/// A learner's settings with the defaults of those that its run did not know yet; other settings as they are.
+fn complete(settings: &toml::Table) -> toml::Table {
+    let learner: Option<copq::Config> = settings.clone().try_into().ok();
+    let completed = learner.and_then(|learner| toml::Table::try_from(learner).ok());
+    completed.unwrap_or_else(|| settings.clone())
 }
 
 /// Every quantity that some run has, in the runs' order: the weighted total, then objectives.
@@ -248,5 +255,21 @@ mod tests {
         assert_eq!(error, format!("{wanted} (another label for another method), got td3-a-hopper-eigen-s0"));
         let error = with(labelled("setting", plan("cholesky", 1), "tau = 0.01")).unwrap_err();
         assert_eq!(error, format!("{wanted} with settings.tau 0.005 (another label for another method), got 0.01"));
+    }
+
+    /// A run from before a setting was there, and one of today with the setting's default.
+    #[test]
+    fn a_setting_that_an_old_run_did_not_know_has_its_default() {
+        let today = toml::Table::try_from(copq::Config::cop_td3()).unwrap();
+        let mut old = today.clone();
+        for key in ["normalise", "warm_up"] {
+            assert!(old.remove(key).is_some());
+        }
+        assert_eq!(complete(&old), complete(&today));
+        let mut other = today.clone();
+        other.insert("normalise".to_owned(), true.into());
+        assert_ne!(complete(&other), complete(&today));
+        let foreign: toml::Table = toml::from_str("tau = 0.1").unwrap();
+        assert_eq!(complete(&foreign), foreign);
     }
 }

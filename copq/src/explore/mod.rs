@@ -32,7 +32,7 @@ impl Debug for Context<'_> {
 
 /// Chooses the action of a step that gathers data.
 pub trait Explore: Debug + Send {
-    /// Writes an action in [-1, 1] for one observation.
+    /// Writes an action in [-1, 1] for one observation, normalised if the learner's networks see normalised ones.
     fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()>;
 
     /// Writes what changes from step to step, for a rule with a memory; the generator is the learner's.

@@ -3,29 +3,26 @@
 use super::Learner;
 use crate::error::check_len;
 use crate::loss::{finite, finite_row};
-use crate::{Agent, Context, Mode, Net, Observer, Outcome, Result, State, Transition};
+use crate::{Agent, Context, Error, Mode, Net, Observer, Outcome, Result, State, Transition};
 
 /// What to do about an observation that is not finite.
 const OBSERVATION: &str = "the environment returned it; check its physics";
 
 impl Learner {
     /// Keeps one observation as the networks see it.
-    fn see(&mut self, obs: &[f32]) -> Result<()> {
-        check_len("observation", obs.len(), self.seen.len())?;
-        self.seen.copy_from_slice(obs);
-        if let Some(normaliser) = &self.normaliser {
-            normaliser.normalise(&mut self.seen);
-        }
-        Ok(())
+    fn take_in(&mut self, obs: &[f32]) -> Result<()> {
+        check_len("observation", obs.len(), self.obs.len())?;
+        self.obs.copy_from_slice(obs);
+        self.normaliser.as_ref().map_or(Ok(()), |normaliser| normaliser.normalise(&mut self.obs))
     }
 }
 
 impl Agent for Learner {
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
         finite_row("observation", obs, self.steps, OBSERVATION)?;
-        self.see(obs)?;
+        self.take_in(obs)?;
         let Self { config, actor, critic, projection, multiplier, explore, warm_up, streams, work, steps, .. } = self;
-        let obs = self.seen.as_slice();
+        let obs = self.obs.as_slice();
         if mode == Mode::Exploit {
             actor.sample(Net::Online, obs, &[], action, &mut [])?;
         } else {
@@ -51,9 +48,9 @@ impl Agent for Learner {
         finite_row("action", t.action, self.steps, "the caller passed NaN or infinity")?;
         self.replay.push(t)?;
         if let Some(normaliser) = &mut self.normaliser {
-            normaliser.push(t.obs);
+            normaliser.push(t.obs)?;
             if t.outcome != Outcome::Running {
-                normaliser.push(t.next_obs);
+                normaliser.push(t.next_obs)?;
             }
         }
         self.steps += 1;
@@ -70,9 +67,9 @@ impl Agent for Learner {
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()> {
         check_len("values", q.len(), self.objectives.len())?;
         let (critics, n) = (self.critic.critics(), self.objectives.len());
-        self.see(obs)?;
+        self.take_in(obs)?;
         let values = &mut self.work.q[..critics * n];
-        self.critic.values(Net::Online, &self.seen, action, values)?;
+        self.critic.values(Net::Online, &self.obs, action, values)?;
         for (i, q) in q.iter_mut().enumerate() {
             *q = (0..critics).map(|k| values[k * n + i]).sum::<f32>() / critics as f32;
         }
@@ -111,8 +108,10 @@ impl Agent for Learner {
         self.multiplier.load(state.child("multiplier")?)?;
         // A rule without a memory has written nothing.
         self.explore.load(state.child("explore").unwrap_or(&State::default()))?;
-        if let Some(normaliser) = &mut self.normaliser {
-            normaliser.load(state.child("normaliser")?)?;
+        match (&mut self.normaliser, state.child("normaliser")) {
+            (Some(normaliser), saved) => normaliser.load(saved?)?,
+            (None, Ok(_)) => return Err(Error::invalid("saved agent", "one without a normaliser", "one with it")),
+            (None, Err(_)) => {}
         }
         if let Some(temperature) = &mut self.temperature {
             temperature.load(state.child("temperature")?)?;

@@ -55,7 +55,7 @@ impl Learner {
             multiplier,
             temperature,
             streams: Streams::new(seed),
-            seen: vec![0.0; spec.observation],
+            obs: vec![0.0; spec.observation],
             work: Work::new(&config, actor.as_ref(), critic.as_ref()),
             is_cost: (0..n).map(|i| spec.limit(i).is_some()).collect(),
             names: Names::new(&spec.objectives),

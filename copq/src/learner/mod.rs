@@ -41,7 +41,7 @@ pub struct Learner {
     updates: u64,
     batch: Batch,
     /// One observation as the networks see it.
-    seen: Vec<f32>,
+    obs: Vec<f32>,
     work: Work,
     names: Names,
 }
@@ -69,8 +69,8 @@ impl Learner {
         let tau = if tracking { self.config.tau as f32 } else { 0.0 };
         self.replay.sample(self.config.batch, &mut self.streams.batch, &mut self.batch)?;
         if let Some(normaliser) = &self.normaliser {
-            normaliser.normalise(&mut self.batch.obs);
-            normaliser.normalise(&mut self.batch.next_obs);
+            normaliser.normalise(&mut self.batch.obs)?;
+            normaliser.normalise(&mut self.batch.next_obs)?;
         }
         self.next_actions()?;
         self.targets(log)?;

@@ -35,7 +35,7 @@ impl Learner {
         let grad_log_prob = temperature.as_ref().map_or(0.0, |t| t.alpha() * weights[t.objective()] / rows);
         let step = -config.actor_pessimism as f32;
         let mut mean_log_prob = 0.0;
-        let mut caution = 0.0;
+        let mut pessimism = 0.0;
         self.streams.smoothing.fill_normal(policy_noise);
         actor.improve(&batch.obs, policy_noise, &mut |sample, grad| {
             mean_log_prob = sample.log_prob.iter().map(|&log_prob| f64::from(log_prob)).sum::<f64>() / rows;
@@ -43,14 +43,14 @@ impl Learner {
             let grad_q = &mut |q: QView<'_>, grad_q: &mut [f32]| {
                 let lower = Bound { q, weights: multiplier.weights(), step };
                 projection.project(lower, scratch, bound)?;
-                caution = margin(q, bound, weights);
+                pessimism = margin(q, bound, weights);
                 projection.vjp(lower, scratch, grad_bound, grad_q)
             };
             critic.action_grad(&batch.obs, sample.action, grad_q, grad.action)
         })?;
         let scalarised = |row: &[f32]| row.iter().zip(weights).map(|(&b, w)| f64::from(b) * w).sum::<f64>();
         log.scalar(*steps, "actor/objective", bound.chunks_exact(weights.len()).map(scalarised).sum::<f64>() / rows);
-        log.scalar(*steps, "pessimism/actor", caution);
+        log.scalar(*steps, "pessimism/actor", pessimism);
         if let Some(temperature) = temperature {
             log.scalar(*steps, "actor/entropy", -mean_log_prob);
             log.scalar(*steps, "actor/temperature", temperature.alpha());

@@ -27,8 +27,8 @@ impl Learner {
         let step = -self.config.pessimism as f32;
         let bound = Bound { q: promising, weights: self.multiplier.weights(), step };
         self.projection.project(bound, scratch, &mut target[..shared])?;
-        let caution = margin(promising, &target[..shared], self.multiplier.actor_weights());
-        log.scalar(self.steps, "pessimism/target", caution);
+        let pessimism = margin(promising, &target[..shared], self.multiplier.actor_weights());
+        log.scalar(self.steps, "pessimism/target", pessimism);
         if let Some(temperature) = &self.temperature {
             let (alpha, e) = (temperature.alpha() as f32, temperature.objective());
             target[..shared].chunks_exact_mut(n).zip(log_prob).for_each(|(row, log_prob)| row[e] -= alpha * *log_prob);
