@@ -36,7 +36,7 @@ fn main() -> anyhow::Result<()> {
     }
 
     // The settings: TD3's or SAC's, with REDQ's over them.
-    let base = if sac { Config::sac() } else { Config::cop_td3() };
+    let base = if sac { Config::sac() } else { Config::cop_td3_paper() };
     let method = ["redq", if sac { "-sac" } else { "" }, if oac { "-oac" } else { "" }].concat();
     let mut plan = args.plan(Plan { method: Some(method), ..Plan::new("redq") })?;
     let optimism = Optimism { projection: Some(plan.projection.clone()), ..Optimism::default() };

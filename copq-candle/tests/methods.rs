@@ -76,7 +76,7 @@ impl Reference {
     fn config(&self, method: &str) -> Config {
         let preset = match method {
             "sac" => Config::sac(),
-            "redq" => Config { actor_delay: 2, famo: None, ..Config::cop_td3().redq() },
+            "redq" => Config { actor_delay: 2, famo: None, ..Config::cop_td3_paper().redq() },
             "redq on sac" => Config { actor_delay: 2, ..Config::sac().redq() },
             "saclag-ucb" => Config::sac_lagrangian(),
             "cal" => Config::cal(),
@@ -84,7 +84,7 @@ impl Reference {
             _ => {
                 let decay = if method.ends_with("l2") { FamoDecay::L2 } else { FamoDecay::Decoupled };
                 let famo = FamoConfig { lr: self.number("famo_lr"), weight_decay: self.number("famo_decay"), decay };
-                Config { famo: Some(famo), ..Config::cop_td3() }
+                Config { famo: Some(famo), ..Config::cop_td3_paper() }
             }
         };
         let lr = self.number("lr");

@@ -264,7 +264,7 @@ mod tests {
 
     #[test]
     fn a_setting_is_set_by_its_name_in_the_configuration() {
-        let set = |options: &str| parse(&format!("td3 {options}")).settings(copq::Config::cop_td3());
+        let set = |options: &str| parse(&format!("td3 {options}")).settings(copq::Config::cop_td3_oac());
         let options = "--set batch=64 --set networks.hidden=[8,8] --set optimism.projection=extremum --set tau=1";
         let config = set(options).unwrap();
         assert_eq!((config.batch, config.networks.hidden, config.tau), (64, vec![8, 8], 1.0));
@@ -293,6 +293,6 @@ mod tests {
             assert!(message.contains("unknown variant `other`") && message.contains(known), "{message}");
         }
         assert_eq!(message("--set fmo=none"), "--set fmo=none: wanted a setting that there is, got none at fmo");
-        assert_eq!(set("--steps 5").unwrap(), copq::Config::cop_td3());
+        assert_eq!(set("--steps 5").unwrap(), copq::Config::cop_td3_oac());
     }
 }

@@ -29,7 +29,7 @@ fn warm_steps_of_the_other_methods_allocate_no_more() {
     let networks = || LinearCritics::new(3, 2, 0.02, 1);
     let cal = || SeparateCritics::new(Box::new(LinearCritics::new(6, 1, 0.02, 1)), &[4, 2]).unwrap();
     let pid = Config { constraint: Some(Constraint::Pid(PidConfig::default())), ..Config::sac() };
-    let redq = Config { updates_per_step: 2, actor_delay: 2, ..toy::small(Config::cop_td3().redq()) };
+    let redq = Config { updates_per_step: 2, actor_delay: 2, ..toy::small(Config::cop_td3_paper().redq()) };
     let sac = |config| toy::stochastic(toy::small(config), &Toy::new(), networks(), 1);
     let constrained = |config| toy::stochastic(toy::small(config), &Toy::constrained(), networks(), 1);
     let cal = toy::stochastic(toy::small(Config::cal()), &Toy::constrained(), cal(), 1);

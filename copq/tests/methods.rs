@@ -67,7 +67,7 @@ impl Explore for Drift {
 /// Every method by name, in a world that suits it.
 fn methods(seed: u64) -> Vec<(&'static str, Toy, Learner)> {
     let optimistic = Optimistic::default;
-    let redq = || toy::learner(toy::small(Config::cop_td3().redq()), 10, seed);
+    let redq = || toy::learner(toy::small(Config::cop_td3_paper().redq()), 10, seed);
     let sac = |config, critic| toy::stochastic(toy::small(config), &Toy::new(), critic, seed);
     let constrained =
         |config, counts| toy::stochastic(toy::small(config), &Toy::constrained(), separate(counts, seed), seed);
@@ -114,7 +114,7 @@ fn a_resumed_run_of_every_method_is_the_same_bit_for_bit() {
 
 #[test]
 fn redq_learns_the_optimum() {
-    let learner = toy::learner(toy::small(Config::cop_td3().redq()), 10, 1);
+    let learner = toy::learner(toy::small(Config::cop_td3_paper().redq()), 10, 1);
     let (mut trainer, _) = train(Toy::new(), learner, 1, 700);
     let (bias, slope) = policy(trainer.agent_mut());
     assert!(bias.abs() < 0.08 && (slope - SLOPE).abs() < 0.08, "a = {bias} + {slope} s");
@@ -122,7 +122,7 @@ fn redq_learns_the_optimum() {
 
 #[test]
 fn redq_updates_twenty_times_a_step_and_the_actor_once() {
-    let mut learner = toy::learner(toy::small(Config::cop_td3().redq()), 10, 1);
+    let mut learner = toy::learner(toy::small(Config::cop_td3_paper().redq()), 10, 1);
     let (mut critic_losses, mut objectives) = (0, 0);
     let mut log = |_: u64, name: &str, _: f64| {
         critic_losses += u32::from(name == "critic_loss/track");

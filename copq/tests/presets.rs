@@ -9,7 +9,7 @@ fn assert_common(name: &str, config: &Config) {
         hidden: vec![256, 256],
         critic_lr: 3e-4,
         actor_lr: 3e-4,
-        init: Init::Torch,
+        init: if name == "cop_td3" { Init::Lecun } else { Init::Torch },
         activation: Activation::Relu,
     };
     assert_eq!(config.networks, networks, "{name}");
@@ -29,7 +29,7 @@ fn sizes_and_rhythms() {
         ("cop_td3_oac", Config::cop_td3_oac(), [256, 1_000_000, 1_000], [1, 2, 1]),
         ("cop_td3_paper", Config::cop_td3_paper(), [256, 1_000_000, 16_384], [1, 2, 1]),
         ("td3", Config::td3(), [256, 1_000_000, 25_000], [1, 2, 2]),
-        ("redq", Config::cop_td3().redq(), [256, 100_000, 5_000], [20, 20, 1]),
+        ("redq", Config::cop_td3_paper().redq(), [256, 100_000, 5_000], [20, 20, 1]),
         ("redq on sac", Config::sac().redq(), [256, 100_000, 5_000], [20, 20, 1]),
         ("sac", Config::sac(), [256, 1_000_000, 10_000], [1, 2, 2]),
         ("sac_lagrangian", Config::sac_lagrangian(), [256, 1_000_000, 10_000], [1, 2, 2]),
@@ -40,15 +40,16 @@ fn sizes_and_rhythms() {
     for (name, config, wanted, rhythm) in rows {
         assert_common(name, &config);
         assert_eq!(sizes(&config), (wanted, rhythm), "{name}");
-        assert_eq!((config.pessimism, config.exploration_std), (1.0, 0.1), "{name}");
+        let noise = if name == "cop_td3" { 0.3 } else { 0.1 };
+        assert_eq!((config.pessimism, config.exploration_std), (1.0, noise), "{name}");
         let redq = name.starts_with("redq");
         assert_eq!(config.subset, redq.then_some(2), "{name}");
         assert_eq!(config.actor_pessimism, if redq { 0.0 } else { 1.0 }, "{name}");
         assert_eq!(config.own_cost_targets, name.starts_with("cal"), "{name}");
         assert_eq!(config.optimism.is_some(), name == "cop_td3_oac", "{name}");
-        assert_eq!(config.famo.is_some(), name.starts_with("cop_td3") || name == "redq", "{name}");
+        assert_eq!(config.famo.is_some(), ["cop_td3_oac", "cop_td3_paper", "redq"].contains(&name), "{name}");
         assert_eq!(config.warm_up == WarmUp::Policy, name == "cop_td3_paper", "{name}");
-        assert!(!config.normalise, "{name}");
+        assert_eq!(config.normalise, name == "cop_td3", "{name}");
         let deterministic = name.starts_with("cop_td3") || ["td3", "redq"].contains(&name);
         assert_eq!(config.smoothing, deterministic.then_some(Smoothing { std: 0.2, clip: 0.5 }), "{name}");
         assert_eq!(config.entropy.is_some(), !deterministic, "{name}");

@@ -10,7 +10,7 @@ use crate::workload::{Batch, Workload};
 pub struct Full(Learner);
 
 impl Full {
-    /// TD3-COP as its preset has it.
+    /// COP-Q on TD3 as the paper has it.
     pub fn new(workload: &Workload) -> Result<Self> {
         let (spec, networks, mut rng) = (workload.spec(), workload.networks(), Rng::new(0, Stream::Init));
         let critic = copq_candle::critic(&spec, workload.critics, &networks, &mut rng)?.threads(workload.threads)?;
@@ -20,7 +20,7 @@ impl Full {
             start_steps: 1,
             actor_delay: workload.actor_delay as u64,
             networks,
-            ..Config::cop_td3()
+            ..Config::cop_td3_paper()
         };
         let mut learner = Learner::new(config, &spec, Box::new(critic), Box::new(actor), 0)?;
         for batch in workload.batches() {

@@ -260,7 +260,7 @@ mod tests {
     /// A run from before a setting was there, and one of today with the setting's default.
     #[test]
     fn a_setting_that_an_old_run_did_not_know_has_its_default() {
-        let today = toml::Table::try_from(copq::Config::cop_td3()).unwrap();
+        let today = toml::Table::try_from(copq::Config::td3()).unwrap();
         let mut old = today.clone();
         for key in ["normalise", "warm_up"] {
             assert!(old.remove(key).is_some());

@@ -443,9 +443,9 @@ impl Actor for GaussianActor {
     }
 }
 
-/// Settings small enough for the toy: a batch of 64, 200 uniform steps.
+/// Settings with every part, FAMO's too, small enough for the toy: a batch of 64, 200 uniform steps.
 pub fn config() -> Config {
-    small(Config::cop_td3())
+    small(Config { warm_up: WarmUp::Uniform, ..Config::cop_td3_paper() })
 }
 
 /// Any settings made small enough for the toy.
