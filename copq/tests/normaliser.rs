@@ -2,6 +2,8 @@
 
 mod toy;
 
+use std::sync::{Arc, Mutex};
+
 use copq::*;
 use serde_json::Value;
 use toy::Toy;
@@ -86,10 +88,13 @@ fn a_saved_policy_takes_its_normaliser_along() {
     }
 }
 
-/// A critic that checks every observation it is shown: they are standardised, where the raw ones are far away from zero.
+/// A call of a critic, and the observations it was shown.
+type Shown = (&'static str, Vec<f32>);
+
+/// A critic that keeps what it is shown.
 struct Spy {
     critic: toy::LinearCritics,
-    shown: std::sync::Arc<std::sync::Mutex<Vec<(&'static str, Vec<f32>)>>>,
+    shown: Arc<Mutex<Vec<Shown>>>,
 }
 
 impl Spy {
@@ -134,8 +139,8 @@ impl Critic for Spy {
 /// Observations of 1,000 to 1,063, next ones of 2,000 to 2,063: raw ones would be found by their size, and s by s'.
 #[test]
 fn updates_see_normalised_batches() {
-    let shown = std::sync::Arc::default();
-    let spy = Spy { critic: toy::LinearCritics::new(3, 2, 0.02, 0), shown: std::sync::Arc::clone(&shown) };
+    let shown = Arc::default();
+    let spy = Spy { critic: toy::LinearCritics::new(3, 2, 0.02, 0), shown: Arc::clone(&shown) };
     let config = Config { start_steps: 64, actor_delay: 1, ..normalised() };
     let actor = Box::new(toy::LinearActor::new(0.005));
     let mut learner = Learner::new(config, &Toy::new().spec, Box::new(spy), actor, 0).unwrap();

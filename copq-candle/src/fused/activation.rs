@@ -14,8 +14,8 @@ const SATURATED: f32 = 7.905_311;
 
 /// tanh(x) as x P(x^2) / Q(x^2), from the highest power down: the minimax fit that Eigen uses for f32.
 const P: [f32; 7] =
-    [-2.760_768_5e-16, 2.000_188e-13, -8.604_671_5e-11, 5.122_297_1e-8, 1.485_722_4e-5, 6.372_619_3e-4, 4.893_524_6e-3];
-const Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525_2e-3];
+    [-2.760_768_5e-16, 2.000_188e-13, -8.604_672e-11, 5.122_297_1e-8, 1.485_722_4e-5, 6.372_619_3e-4, 4.893_524_6e-3];
+const Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
 
 /// Puts a layer's outputs through the activation, and writes its slopes where they are wanted. ReLU has been done.
 pub(super) fn activate(activation: Activation, out: &mut Panels, slopes: Option<&mut Panels>) {
