@@ -19,6 +19,7 @@ runs() {
     echo "$old --set networks.critic_lr=1e-3 --set networks.actor_lr=1e-3 --steps 100000 --seed 0 --out $out/norm-lr3-s0"
     echo "$old --set pessimism=0.5 --set actor_pessimism=0.5 --steps 60000 --seed 10 --out $out/norm-pessimism05-s10"
     echo "--method cop-td3-oac --set optimism.shift=2 --set normalise=true --set networks.init=lecun --set famo=none --steps 60000 --seed 10 --out $out/norm-oac2-s10"
+    echo "--method cop-td3 --steps 100000 --seed 0 --out $out/default-s0"
     echo "--method cop-td3 --steps 60000 --seed 10 --out $out/norm-noise03-s10"
     echo "--method cop-td3 --steps 100000 --seed 11 --out $out/norm-noise03-s11"
 }
