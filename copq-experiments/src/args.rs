@@ -92,8 +92,8 @@ pub struct Args {
 
     /// Another value for one of the settings that config.toml lists, such as batch=512; may be given several times.
     ///
-    /// Deeper ones have dots, lists brackets: "networks.hidden=[64, 64]", optimism.beta=2, optimism.projection=extremum.
-    /// none takes away what a run can do without: famo=none, optimism=none.
+    /// Deeper ones have dots, lists brackets: "networks.hidden=[64, 64]", networks.activation=tanh, smoothing.std=0.1.
+    /// none takes away what a run can do without, such as smoothing=none.
     #[arg(long, value_name = "KEY=VALUE", conflicts_with = "resume")]
     pub set: Vec<String>,
 }

@@ -35,7 +35,7 @@ use crate::{checkpoint, files};
 /// | `bound/NAME` | the lower bound there, by the learner's projection |
 /// | `target/NAME` | what the critics should say: mean TD target |
 /// | `critic_loss/NAME` | mean squared distance from it, over critics and batch |
-/// | `pessimism/target` | how far the bound lies below the mean of the critics that make it, at the targets' next actions: weights x (mean - bound), with the actor's weights |
+/// | `pessimism/target` | how far the bound lies below the mean of the critics that make it, at the targets' next actions: weights x (mean - bound), with the actor's weights; over all rows, those that terminate and CAL's own cost targets too |
 /// | `pessimism/actor` | the same at the policy's own actions, where the actor climbs the bound |
 /// | `clip_rate` | share of the targets in which the Cholesky bound's clip fired |
 /// | `famo/NAME` | FAMO's weight of the loss; all together are 1 |

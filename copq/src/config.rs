@@ -192,8 +192,8 @@ pub struct Config {
 }
 
 impl Config {
-    /// COP-Q on TD3 as we use it: the preset to begin with. It is [`Config::cop_td3_paper`] but for five settings, which a
-    /// hopper learns faster with (DESIGN.md has the runs):
+    /// COP-Q on TD3 as we use it: the preset to begin with. It is [`Config::cop_td3_paper`] but for five settings, chosen by
+    /// single runs on a hopper, which do not yet show what each is worth (DESIGN.md has them):
     ///
     /// * a warm-up of 1,000 uniform actions, since a hopper that acts at random falls after 20 steps;
     /// * exploration noise of 0.3;

@@ -23,7 +23,7 @@ pub struct FamoConfig {
 #[serde(rename_all = "snake_case")]
 pub enum FamoDecay {
     /// Beside Adam's step (AdamW, paper sec. 5). A step of 0.025 then meets a decay of 2.5e-5 of the logit: in long runs
-    /// the logits drift until one objective hardly learns.
+    /// the logits can drift until one objective hardly learns.
     #[default]
     Decoupled,
     /// In the gradient, before Adam divides by its size, as FAMO's authors' code has it. The gradients are small, so

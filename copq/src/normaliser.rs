@@ -80,6 +80,15 @@ impl Normaliser {
         Ok(())
     }
 
+    /// Restores the normaliser of a saved agent; an error if one side has it and the other has not.
+    pub(crate) fn restore(normaliser: &mut Option<Self>, agent: &State) -> Result<()> {
+        match (normaliser, agent.child("normaliser")) {
+            (Some(normaliser), saved) => normaliser.load(saved?),
+            (None, Ok(_)) => Err(Error::invalid("saved agent", "one without a normaliser", "one with it")),
+            (None, Err(_)) => Ok(()),
+        }
+    }
+
     /// Writes what it has seen.
     pub fn save(&self, state: &mut State) {
         state.put("count", [self.count]);

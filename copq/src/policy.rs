@@ -1,6 +1,6 @@
 //! A trained policy on its own: what acts when learning is over.
 
-use crate::{Actor, Error, Net, Normaliser, Result, State};
+use crate::{Actor, Net, Normaliser, Result, State};
 
 /// An actor with the normaliser of its observations, if it learned with one; both frozen.
 ///
@@ -32,11 +32,7 @@ impl Policy {
     /// length, is there exactly if the run's [`Config::normalise`](crate::Config::normalise) is set.
     pub fn load(mut actor: Box<dyn Actor>, mut normaliser: Option<Normaliser>, agent: &State) -> Result<Self> {
         actor.load(agent.child("actor")?)?;
-        match (&mut normaliser, agent.child("normaliser")) {
-            (Some(normaliser), saved) => normaliser.load(saved?)?,
-            (None, Ok(_)) => return Err(Error::invalid("saved policy", "one without a normaliser", "one with it")),
-            (None, Err(_)) => {}
-        }
+        Normaliser::restore(&mut normaliser, agent)?;
         Ok(Self { actor, normaliser, obs: Vec::new() })
     }
 

@@ -78,7 +78,7 @@ fn a_saved_policy_takes_its_normaliser_along() {
         |normaliser| Policy::load(Box::new(toy::LinearActor::new(0.005)), normaliser, state.child("agent").unwrap());
     let mut policy = load(Some(Normaliser::new(1))).unwrap();
     let message = load(None).unwrap_err().to_string();
-    assert_eq!(message, "saved policy: wanted one without a normaliser, got one with it");
+    assert_eq!(message, "saved agent: wanted one without a normaliser, got one with it");
     for s in [-0.9, 0.1, 0.7] {
         let mut wanted = [0.0];
         let mut got = [0.0];

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # What makes COP-Q on TD3 leave the hopper's plateau: single runs that chose the settings of Config::cop_td3 (DESIGN.md, "The preset to begin with").
-# Some were stopped early, where their names are in DESIGN.md's table without later columns. About three hours on two cores without AVX-512.
+# Several of ours were stopped early: evaluations.csv tells where. About three hours on two cores without AVX-512.
 #   scripts/fetch-mujoco.sh && cargo build --release --features copq-examples/mujoco --example td3 && results/hopper-search/run.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 td3=${TD3:-target/release/examples/td3}
 out=results/hopper-search
-# The preset of that day: PyTorch's weights, raw observations, FAMO as in the paper, noise of 0.1, a warm-up of 1,000 uniform actions.
+# Today's preset with yesterday's noise; config.toml has the commands of their day, over another preset.
 old="--method cop-td3 --set exploration_std=0.1"
 raw="--set normalise=false --set networks.init=torch"
 famo="--set famo.lr=0.025 --set famo.decay=l2"
@@ -19,7 +19,7 @@ runs() {
     echo "$old --set networks.critic_lr=1e-3 --set networks.actor_lr=1e-3 --steps 100000 --seed 0 --out $out/norm-lr3-s0"
     echo "$old --set pessimism=0.5 --set actor_pessimism=0.5 --steps 60000 --seed 10 --out $out/norm-pessimism05-s10"
     echo "--method cop-td3-oac --set optimism.shift=2 --set normalise=true --set networks.init=lecun --set famo=none --steps 60000 --seed 10 --out $out/norm-oac2-s10"
-    echo "--method cop-td3 --steps 100000 --seed 0 --out $out/default-s0"
+    echo "--method cop-td3 --steps 100000 --seed 0 --out $out/norm-noise03-s0"
     echo "--method cop-td3 --steps 60000 --seed 10 --out $out/norm-noise03-s10"
     echo "--method cop-td3 --steps 100000 --seed 11 --out $out/norm-noise03-s11"
 }

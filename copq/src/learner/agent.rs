@@ -3,7 +3,7 @@
 use super::Learner;
 use crate::error::check_len;
 use crate::loss::{finite, finite_row};
-use crate::{Agent, Context, Error, Mode, Net, Observer, Outcome, Result, State, Transition};
+use crate::{Agent, Context, Mode, Net, Normaliser, Observer, Outcome, Result, State, Transition};
 
 /// What to do about an observation that is not finite.
 const OBSERVATION: &str = "the environment returned it; check its physics";
@@ -108,11 +108,7 @@ impl Agent for Learner {
         self.multiplier.load(state.child("multiplier")?)?;
         // A rule without a memory has written nothing.
         self.explore.load(state.child("explore").unwrap_or(&State::default()))?;
-        match (&mut self.normaliser, state.child("normaliser")) {
-            (Some(normaliser), saved) => normaliser.load(saved?)?,
-            (None, Ok(_)) => return Err(Error::invalid("saved agent", "one without a normaliser", "one with it")),
-            (None, Err(_)) => {}
-        }
+        Normaliser::restore(&mut self.normaliser, state)?;
         if let Some(temperature) = &mut self.temperature {
             temperature.load(state.child("temperature")?)?;
         }
