@@ -5,7 +5,7 @@ cd "$(dirname "$0")"
 
 run() { printf '\n== %s\n' "$*"; "$@"; }
 # The engine of MuJoCo 3.17.0 and its renderer, in every crate that can have them.
-mujoco=copq-envs-mujoco/render,copq-tests/mujoco-rs,copq-examples/render,copq-bench/mujoco
+mujoco=copq-envs-mujoco/render,copq-tests/mujoco-rs,copq-cli/render,copq-bench/mujoco
 
 run cargo fmt --all --check
 run cargo clippy --workspace --all-targets --locked -- -D warnings
@@ -15,25 +15,29 @@ run cargo clippy --workspace --all-targets --features "$mujoco",copq-envs-mujoco
 run cargo package --workspace --no-verify --allow-dirty --quiet --locked
 run cargo test --workspace --features "$mujoco" --locked
 
-# The README's training command, cut short: a real robot, real networks, every file of a run folder.
+# The README's training command, cut short: a real robot, real networks, every file of a run folder. The tests have built the program.
+copq=target/debug/copq
 smoke=$(mktemp -d)
 trap 'rm -rf "$smoke"' EXIT
-run cargo run --locked --features "$mujoco" --example td3 -- \
+run $copq train \
     --steps 600 --set start_steps=300 --eval-every 300 --eval-episodes 2 --out "$smoke/run"
 for file in config.toml metrics.csv evaluations.csv timings.csv curve.svg curve.png checkpoint.safetensors; do
     test -s "$smoke/run/$file" || { echo "the run folder has no $file" >&2; exit 1; }
 done
 
-# Its policy in pictures, and the paper's hopper on MuJoCo.
-run cargo run --locked --features "$mujoco" --example rollout -- "$smoke/run" --out "$smoke/rollout.gif" --png "$smoke/frames"
+# Its policy in pictures, in figures and on its own, and the paper's hopper on MuJoCo.
+run $copq evaluate "$smoke/run" --episodes 2
+run $copq export "$smoke/run"
+test -s "$smoke/run/policy.safetensors"
+run $copq rollout "$smoke/run" --out "$smoke/rollout.gif" --png "$smoke/frames"
 test -s "$smoke/rollout.gif" && test -s "$smoke/frames/frame-00000.png"
 if PATH="$PATH:/sbin" ldconfig -p 2> /dev/null | grep 'libEGL\.so\.1' > /dev/null; then
-    run cargo run --locked --features "$mujoco" --example rollout -- "$smoke/run" --steps 20 --view mujoco --out "$smoke/mujoco.gif"
+    run $copq rollout "$smoke/run" --steps 20 --view mujoco --out "$smoke/mujoco.gif"
     test -s "$smoke/mujoco.gif"
 else
     printf '\n!! SKIPPED: feature `render` of copq-envs-mujoco, for there is no EGL (Debian: apt-get install libegl1 libgl1-mesa-dri)\n'
 fi
-run cargo run --locked --features "$mujoco" --example td3 -- --engine mujoco --preset paper \
+run $copq train --engine mujoco --preset paper \
     --steps 400 --set start_steps=300 --eval-every 400 --eval-episodes 2 --out "$smoke/mujoco"
 
 # The other way to MuJoCo, against whatever is installed: by itself, for one process should hold one MuJoCo.

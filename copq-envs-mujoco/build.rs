@@ -79,8 +79,6 @@ mod linked {
         }
         println!("cargo::rustc-link-search=native={}", out.display());
         println!("cargo::metadata=lib_dir={}", out.display());
-        // For our own program, run without cargo.
-        println!("cargo::rustc-link-arg-bins=-Wl,-rpath,{}", out.display());
     }
 
     fn copy_libraries(from: &Path, to: &Path) -> usize {

@@ -1,8 +1,9 @@
-//! An environment of one's own: a cart that should be quick, but above all should not hit the wall.
+//! An environment of your own: a cart that should be quick, but above all should not hit the wall.
 //!
-//! `cargo run --release --example custom_env -- 20000` checks it, then trains for that many steps.
+//! `cargo run --release -p copq-examples --example custom_env -- 20000` checks it, then trains for that many steps.
 
-use copq::{Config, Env, EnvSpec, Learner, Outcome, Result, Rng, Silent, State, Stream, Trainer, check_env, evaluate};
+use copq::{Env, EnvSpec, Learner, Method, Outcome, Result, Rng, Silent, Trainer, check_env};
+use copq_candle::Candle;
 
 const WALL: f32 = 10.0;
 const TICK: f32 = 0.1;
@@ -17,17 +18,8 @@ struct Cart {
 
 impl Cart {
     fn new() -> Self {
-        let spec = EnvSpec {
-            name: "cart".into(),
-            observation: 2,
-            action_low: vec![-1.0],
-            action_high: vec![1.0],
-            objectives: vec!["safety".into(), "progress".into()], // by priority
-            weights: vec![1.0, 1.0],
-            limits: vec![], // no costs with limits
-            entropy: None,  // a stochastic policy's bonus goes to the last reward
-            horizon: 200,
-        };
+        // By priority: no crash first, then progress.
+        let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("progress", 1.0).horizon(200);
         Self { spec, state: [0.0; 2], steps: 0 }
     }
 }
@@ -59,34 +51,17 @@ impl Env for Cart {
             _ => Outcome::Running,
         })
     }
-
-    fn save(&self, state: &mut State) -> Result<()> {
-        state.put("state", self.state);
-        state.put("steps", [self.steps as u64]);
-        Ok(())
-    }
-
-    fn load(&mut self, state: &State) -> Result<()> {
-        state.read("state", &mut self.state)?;
-        self.steps = state.get_one::<u64>("steps")? as usize;
-        Ok(())
-    }
 }
 
 fn main() -> Result<()> {
     let steps = copq_examples::steps(20_000)?;
     println!("{:?}", check_env(&mut Cart::new())?); // first of all
-    let (spec, mut rng, mut config) = (Cart::new().spec, Rng::new(0, Stream::Init), Config::cop_td3());
-    config.start_steps = (steps / 10).max(1);
-    config.networks.hidden = vec![64, 64];
-    let critic = copq_candle::critic(&spec, 3, &config.networks, &mut rng)?;
-    let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?;
-    let learner = Learner::new(config, &spec, Box::new(critic), Box::new(actor), 0)?;
-    let mut trainer = Trainer::new(Box::new(Cart::new()), Box::new(learner), 0)?;
-    while trainer.steps() < steps {
-        trainer.step(&mut Silent)?;
-    }
-    let evaluation = evaluate(trainer.agent_mut(), &mut Cart::new(), 10, 0, 0.99)?;
-    println!("safety, progress: {:.1?}", evaluation.mean());
+
+    let mut method = Method::cop_td3().warm_up((steps / 10).max(1));
+    method.config.networks.hidden = vec![64, 64];
+    let learner = Learner::new(method, &Cart::new().spec, &Candle::default(), 0)?;
+    let mut trainer = Trainer::new(Cart::new(), learner)?;
+    trainer.run(steps, &mut Silent)?;
+    println!("{}", trainer.evaluate(10)?);
     Ok(())
 }

@@ -1,9 +1,10 @@
-//! A projection of one's own, with its gradient: cautious about safety, neutral about the rest.
+//! A projection of your own, with its gradient: cautious about safety, neutral about the rest.
 //!
-//! `cargo run --release --example custom_projection -- 20000` trains the hopper with it for that many steps.
+//! `cargo run --release -p copq-examples --example custom_projection -- 20000` trains the hopper with it for that many steps.
 
 use copq::projection::{Bound, Deviations, Ellipsoid, Projection, QView, Scratch, Work};
-use copq::{Config, Learner, Result, Rng, Silent, Stream, Trainer, evaluate};
+use copq::{Learner, Method, Result, Silent, Trainer};
+use copq_candle::Candle;
 
 /// The mean, less `caution` standard deviations of the first objective.
 #[derive(Debug)]
@@ -55,19 +56,10 @@ fn main() -> Result<()> {
     check_gradient(&SafetyOnly { caution: 2.0 })?;
 
     let env = copq_envs_rapier::make("a/hopper")?;
-    let (spec, config) = (env.spec().clone(), Config { start_steps: (steps / 4).max(1), ..Config::cop_td3() });
-    let mut rng = Rng::new(0, Stream::Init);
-    let critic = copq_candle::critic(&spec, 4, &config.networks, &mut rng)?;
-    let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?;
-    let learner = Learner::new(config, &spec, Box::new(critic), Box::new(actor), 0)?;
-    let learner = learner.projection(SafetyOnly { caution: 2.0 }); // the swap
-
-    let mut trainer = Trainer::new(env, Box::new(learner), 0)?;
-    while trainer.steps() < steps {
-        trainer.step(&mut Silent)?;
-    }
-    let mut world = copq_envs_rapier::make("a/hopper")?;
-    let evaluation = evaluate(trainer.agent_mut(), world.as_mut(), 10, 0, 0.99)?;
-    println!("{:?}: {:.1?}", spec.objectives, evaluation.mean());
+    let method = Method::cop_td3().bound(SafetyOnly { caution: 2.0 }).warm_up((steps / 4).max(1));
+    let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;
+    let mut trainer = Trainer::new(env, learner)?;
+    trainer.run(steps, &mut Silent)?;
+    println!("{}", trainer.evaluate(10)?);
     Ok(())
 }

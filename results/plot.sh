@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Curves and table of the runs in a folder, LABEL-sSEED each: results/plot.sh FOLDER TITLE [OPTIONS OF COPQ-PLOT]
+# Curves and table of the runs in a folder, LABEL-sSEED each: results/plot.sh FOLDER TITLE [OPTIONS OF copq plot]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=${1%/} title=$2
@@ -9,5 +9,5 @@ for run in "$out"/*-s[0-9]*; do
     label=$(basename "${run%-s*}")
     runs+=("$label=$run")
 done
-${PLOT:-cargo run -q -p copq-experiments --bin copq-plot --} --title "$title" "$@" \
+${COPQ:-cargo run -q --release -p copq-cli --} plot --title "$title" "$@" \
     --out "$out/curves.svg" --out "$out/curves.png" --table "$out/table.md" "${runs[@]}"

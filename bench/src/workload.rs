@@ -61,17 +61,8 @@ impl Workload {
 
     /// The environment that has these shapes.
     pub fn spec(&self) -> EnvSpec {
-        EnvSpec {
-            name: "benchmark".into(),
-            observation: self.observation,
-            action_low: vec![-1.0; self.action],
-            action_high: vec![1.0; self.action],
-            objectives: (0..self.objectives).map(|i| format!("objective {i}")).collect(),
-            weights: vec![1.0; self.objectives],
-            limits: vec![],
-            entropy: None,
-            horizon: 1000,
-        }
+        let spec = EnvSpec::new("benchmark", self.observation, self.action);
+        (0..self.objectives).fold(spec, |spec, i| spec.reward(format!("objective {i}"), 1.0))
     }
 
     /// Hidden layers and step sizes.

@@ -32,17 +32,7 @@ mod tests {
     /// Largest weight and bias of 200 inputs' layer, and the weights' variance, of both rules.
     #[test]
     fn weights_have_their_rules_bounds_and_variance() {
-        let spec = EnvSpec {
-            name: "test".into(),
-            observation: 200,
-            action_low: vec![-1.0; 50],
-            action_high: vec![1.0; 50],
-            objectives: vec!["only".into()],
-            weights: vec![1.0],
-            limits: vec![],
-            entropy: None,
-            horizon: 1,
-        };
+        let spec = EnvSpec::new("test", 200, 50).reward("only", 1.0);
         let shape = Shape::actor(&spec, &Networks { hidden: vec![100], ..Networks::default() });
         for (initial, bound, bias) in
             [(Init::Torch, 0.005f64.sqrt(), 0.005f64.sqrt()), (Init::Lecun, 0.015f64.sqrt(), 0.0)]

@@ -32,28 +32,35 @@ impl Learned {
         Self { target: online.clone(), online, m: zeros.clone(), v: zeros, steps: 0 }
     }
 
+    /// Writes online parameters alone: `layer.0.weight` (`output x input`), `layer.0.bias` and so on.
+    pub fn export(online: &[f32], shape: &Shape, state: &mut State) {
+        for (name, dims, range) in shape.arrays() {
+            state.put_shaped(&name, &dims, &online[range]);
+        }
+    }
+
+    /// Reads what [`Learned::export`] wrote.
+    pub fn import(shape: &Shape, state: &State) -> Result<Vec<f32>> {
+        let mut online = vec![0.0; shape.len()];
+        for (name, _, range) in shape.arrays() {
+            state.read(&name, &mut online[range])?;
+        }
+        Ok(online)
+    }
+
     /// Writes subtrees `online`, `target`, `adam_m`, `adam_v` of `layer.i.weight` (`output x input`) and `layer.i.bias`
     /// arrays, and the count `steps`.
     pub fn save(&self, shape: &Shape, state: &mut State) {
         let parts = [("online", &self.online), ("target", &self.target), ("adam_m", &self.m), ("adam_v", &self.v)];
         for (part, values) in parts {
-            let part = state.child_mut(part);
-            for (name, _, range) in shape.arrays() {
-                part.put(&name, &values[range]);
-            }
+            Self::export(values, shape, state.child_mut(part));
         }
         state.put("steps", [self.steps]);
     }
 
     /// Reads what [`Learned::save`] wrote.
     pub fn load(shape: &Shape, state: &State) -> Result<Self> {
-        let part = |part| {
-            let (saved, mut values) = (state.child(part)?, vec![0.0; shape.len()]);
-            for (name, _, range) in shape.arrays() {
-                saved.read(&name, &mut values[range])?;
-            }
-            Ok::<_, Error>(values)
-        };
+        let part = |part| Self::import(shape, state.child(part)?);
         let [online, target, m, v] = [part("online")?, part("target")?, part("adam_m")?, part("adam_v")?];
         Ok(Self { online, target, m, v, steps: state.get_one("steps")? })
     }

@@ -36,17 +36,17 @@ pub(crate) struct Shape {
 impl Shape {
     /// A critic's: observation and action in, one value per objective out.
     pub fn critic(spec: &EnvSpec, networks: &Networks) -> Self {
-        Self::new(spec.observation + spec.action(), &networks.hidden, spec.objectives.len())
+        Self::new(spec.obs_len + spec.action_len(), &networks.hidden, spec.objectives.len())
     }
 
     /// A deterministic actor's: observation in, one value an action component out.
     pub fn actor(spec: &EnvSpec, networks: &Networks) -> Self {
-        Self::new(spec.observation, &networks.hidden, spec.action())
+        Self::new(spec.obs_len, &networks.hidden, spec.action_len())
     }
 
     /// A squashed Gaussian actor's: observation in, a mean and a log std an action component out.
     pub fn gaussian(spec: &EnvSpec, networks: &Networks) -> Self {
-        Self::new(spec.observation, &networks.hidden, 2 * spec.action())
+        Self::new(spec.obs_len, &networks.hidden, 2 * spec.action_len())
     }
 
     fn new(input: usize, hidden: &[usize], output: usize) -> Self {

@@ -69,7 +69,8 @@ fn settings_are_checked() {
     assert_says(critic(2, &good).unwrap().threads(0), &["threads", "at least 1", "0"]);
     let actor = copq_candle::actor(&spec, &good, &mut init(1)).unwrap();
     assert_says(actor.threads(0), &["threads", "at least 1", "0"]);
-    let spec = copq::EnvSpec { observation: 0, ..spec.clone() };
+    let mut spec = spec.clone();
+    spec.obs_len = 0;
     assert_says(copq_candle::actor(&spec, &good, &mut init(1)), &["observation"]);
 }
 

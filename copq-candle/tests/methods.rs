@@ -3,11 +3,12 @@
 
 use std::path::PathBuf;
 
-use copq::projection::{Conservative, IndependentMin};
+use copq::projection::{Cholesky, ScalarisedMin};
 use copq::{
-    Agent, Config, Constraint, Critic, Entropy, EnvSpec, FamoConfig, FamoDecay, LagrangianConfig, Learner, Networks,
-    Outcome, Rng, SeparateCritics, Silent, State, Stream, Transition,
+    Agent, Config, Constraint, Ensemble, Entropy, EnvSpec, FamoConfig, FamoDecay, LagrangianConfig, Learner, Method,
+    Networks, Outcome, Rng, Silent, State, Stream, Transition,
 };
+use copq_candle::Candle;
 use serde_json::{Value, json};
 
 const SEED: u64 = 11;
@@ -42,49 +43,44 @@ impl Reference {
     }
 
     fn spec(&self, method: &str) -> EnvSpec {
-        let action = self.number("action") as usize;
-        let two = EnvSpec {
-            name: "test".into(),
-            observation: self.number("observation") as usize,
-            action_low: vec![-1.0; action],
-            action_high: vec![1.0; action],
-            objectives: vec!["cost".into(), "reward".into()],
-            weights: vec![0.0, 1.0],
-            limits: vec![Some(self.number("limit") as f32), None],
-            entropy: None,
-            horizon: self.number("horizon") as usize,
+        let [action, observation] = ["action", "observation"].map(|name| self.number(name) as usize);
+        let spec = EnvSpec::new("test", observation, action).horizon(self.number("horizon") as usize);
+        let rewards = |weights: &str| {
+            let weights: Vec<f32> = numbers(&self.0["data"][weights]);
+            ["first", "second", "third"]
+                .into_iter()
+                .zip(weights)
+                .fold(spec.clone(), |spec, (name, weight)| spec.reward(name, weight))
         };
         match method {
-            "sac" => EnvSpec { objectives: vec!["reward".into()], weights: vec![1.0], limits: vec![], ..two },
-            "redq" | "redq on sac" => EnvSpec {
-                objectives: vec!["first".into(), "second".into()],
-                weights: numbers(&self.0["data"]["weights"]),
-                limits: vec![],
-                entropy: Some("first".into()),
-                ..two
-            },
-            _ if method.starts_with("cop-q on td3") => EnvSpec {
-                objectives: ["first", "second", "third"].map(String::from).to_vec(),
-                weights: numbers(&self.0["data"]["three_weights"]),
-                limits: vec![],
-                ..two
-            },
-            _ => two,
+            "sac" => spec.reward("reward", 1.0),
+            "redq" | "redq on sac" => {
+                let mut spec = rewards("weights");
+                spec.entropy = Some("first".into());
+                spec
+            }
+            _ if method.starts_with("cop-q on td3") => rewards("three_weights"),
+            _ => spec.cost("cost", self.number("limit") as f32).reward("reward", 1.0),
         }
     }
 
     fn config(&self, method: &str) -> Config {
         let preset = match method {
-            "sac" => Config::sac(),
-            "redq" => Config { actor_delay: 2, famo: None, ..Config::cop_td3_paper().redq() },
-            "redq on sac" => Config { actor_delay: 2, ..Config::sac().redq() },
-            "saclag-ucb" => Config::sac_lagrangian(),
-            "cal" => Config::cal(),
-            "cop-q on cal" => Config::cop_cal(),
+            "sac" => Method::sac().config,
+            "redq" => Config { actor_delay: 2, famo: None, ..Method::cop_td3_paper().redq().config },
+            "redq on sac" => Config { actor_delay: 2, ..Method::sac().redq().config },
+            "saclag-ucb" => Method::sac_lagrangian().config,
+            "cal" => Method::cal().config,
+            "cop-q on cal" => Method::cop_cal().config,
             _ => {
                 let decay = if method.ends_with("l2") { FamoDecay::L2 } else { FamoDecay::Decoupled };
-                let famo = FamoConfig { lr: self.number("famo_lr"), weight_decay: self.number("famo_decay"), decay };
-                Config { famo: Some(famo), ..Config::cop_td3_paper() }
+                let famo = FamoConfig {
+                    lr: self.number("famo_lr"),
+                    weight_decay: self.number("famo_decay"),
+                    decay,
+                    separate: false,
+                };
+                Config { famo: Some(famo), ..Method::cop_td3_paper().config }
             }
         };
         let lr = self.number("lr");
@@ -121,32 +117,18 @@ impl Reference {
     /// A learner that has PyTorch's initial weights.
     fn learner(&self, method: &Value) -> Learner {
         let name = method["name"].as_str().unwrap();
-        let (spec, rng) = (self.spec(name), &mut Rng::new(SEED, Stream::Init));
+        let spec = self.spec(name);
         let updates_per_step = method["updates"].as_u64().unwrap() as usize;
         let config = Config { updates_per_step, ..self.config(name) };
-        let separate = |counts, rng: &mut Rng| -> SeparateCritics {
-            copq_candle::separate_critics(&spec, counts, &config.networks, 1, rng).unwrap()
+        let joint = Ensemble::Joint(method["start"]["critics"].as_array().unwrap().len());
+        let value = match name {
+            "saclag-ucb" => Method::saclag_ucb(),
+            "cal" => Method::cal(),
+            _ if config.subset.is_some() => Method::new(name, config.clone(), ScalarisedMin).critics(joint),
+            _ => Method::new(name, config.clone(), Cholesky).critics(joint),
         };
-        let critic: Box<dyn Critic> = match name {
-            "saclag-ucb" => Box::new(separate(&[2, 2], rng)),
-            "cal" => Box::new(separate(&[4, 2], rng)),
-            _ => {
-                let count = method["start"]["critics"].as_array().unwrap().len();
-                Box::new(copq_candle::critic(&spec, count, &config.networks, rng).unwrap())
-            }
-        };
-        let learner = if config.entropy.is_none() {
-            let actor = copq_candle::actor(&spec, &config.networks, rng).unwrap();
-            Learner::new(config, &spec, critic, Box::new(actor), SEED)
-        } else {
-            let actor = copq_candle::gaussian_actor(&spec, &config.networks, rng).unwrap();
-            Learner::new(config, &spec, critic, Box::new(actor), SEED)
-        };
-        let mut learner = match name {
-            "saclag-ucb" => learner.unwrap().projection(IndependentMin),
-            "cal" => learner.unwrap().projection(Conservative::cal(0.5, 4)),
-            _ => learner.unwrap(),
-        };
+        let value = Method::new(name, config, value.bound).critics(value.critics);
+        let mut learner = Learner::new(value, &spec, &Candle::default(), SEED).unwrap();
         let mut state = saved(&learner);
         for (k, critic) in method["start"]["critics"].as_array().unwrap().iter().enumerate() {
             place(critic, state.child_mut("critic").child_mut(&format!("critic.{k}")));

@@ -8,7 +8,7 @@
 //! Feature `render` adds `Renderer` to the first: pictures of a robot, without a window.
 //!
 //! Without features the crate builds with nothing installed, and can do nothing. The README tells how to get MuJoCo, and
-//! `cargo run -p copq-envs-mujoco --bin mujoco-doctor`, with the features of the build, what is missing.
+//! [`doctor`] (`copq doctor` on the command line) what is missing.
 #![cfg_attr(
     feature = "mujoco-rs",
     doc = r#"
@@ -27,6 +27,7 @@ assert!(reward[0] > 0.9);
 
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod advance;
+mod doctor;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod engine;
 #[cfg(feature = "mujoco-rs")]
@@ -49,6 +50,7 @@ mod render;
 #[cfg(feature = "system")]
 pub mod system;
 
+pub use doctor::{Report, doctor};
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 pub use engine::Mujoco;
 #[cfg(feature = "render")]

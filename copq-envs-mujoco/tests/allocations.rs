@@ -18,8 +18,8 @@ fn a_step_allocates_nothing() {
             let task = task_with(name, &options).unwrap();
             let physics = make(&task.robot).unwrap();
             let mut env = Locomotion::new(task, physics).unwrap();
-            let (mut obs, mut reward) = (vec![0.0; env.spec().observation], vec![0.0; env.spec().objectives.len()]);
-            let action = vec![0.1; env.spec().action()];
+            let (mut obs, mut reward) = (vec![0.0; env.spec().obs_len], vec![0.0; env.spec().objectives.len()]);
+            let action = vec![0.1; env.spec().action_len()];
             env.reset(1, &mut obs).unwrap();
             let steps = || {
                 for _ in 0..10 {

@@ -4,12 +4,12 @@
 //! use copq::Outcome;
 //!
 //! let mut env = copq_envs_rapier::make("a/hopper")?;
-//! let mut obs = vec![0.0; env.spec().observation];
+//! let mut obs = vec![0.0; env.spec().obs_len];
 //! let mut reward = vec![0.0; env.spec().objectives.len()];
 //! env.reset(1, &mut obs)?;
 //! let outcome = env.step(&[0.1, -0.2, 0.3], &mut obs, &mut reward)?;
 //! assert_eq!(outcome, Outcome::Running);
-//! assert_eq!(env.spec().objectives, ["safety", "velocity", "control"]);
+//! assert_eq!(env.spec().names(), ["safety", "velocity", "control"]);
 //! # Ok::<(), copq::Error>(())
 //! ```
 //!

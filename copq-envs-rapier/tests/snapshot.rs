@@ -13,7 +13,7 @@ use support::{ROBOTS, Walk};
 /// Observation and reward bits of the next `steps` steps under a fixed sequence of actions, with resets.
 fn replay(env: &mut dyn Env, steps: usize) -> Vec<u32> {
     let mut rng = Rng::with_stream(3, 98);
-    let (mut obs, mut action) = (vec![0.0; env.spec().observation], vec![0.0; env.spec().action()]);
+    let (mut obs, mut action) = (vec![0.0; env.spec().obs_len], vec![0.0; env.spec().action_len()]);
     let mut reward = vec![0.0; env.spec().objectives.len()];
     let mut bits = Vec::new();
     for _ in 0..steps {

@@ -132,7 +132,7 @@ impl<P: Physics> Env for Locomotion<P> {
     }
 
     fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
-        check_len("observation", obs.len(), self.spec.observation)?;
+        check_len("observation", obs.len(), self.spec.obs_len)?;
         self.phase = Phase::Over;
         self.steps = 0;
         let mut rng = Rng::with_stream(seed, NOISE_STREAM);
@@ -152,8 +152,8 @@ impl<P: Physics> Env for Locomotion<P> {
 
     fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
         self.check_running()?;
-        check_len("action", action.len(), self.spec.action())?;
-        check_len("observation", obs.len(), self.spec.observation)?;
+        check_len("action", action.len(), self.spec.action_len())?;
+        check_len("observation", obs.len(), self.spec.obs_len)?;
         check_len("reward", reward.len(), self.spec.objectives.len())?;
         let [control, motor_control] = self.act(action)?;
         self.steps += 1;

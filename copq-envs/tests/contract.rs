@@ -40,10 +40,10 @@ impl Bench {
 fn the_description_is_benchmark_as() {
     let bench = Bench::new(Still::new());
     let spec = bench.env.spec();
-    assert_eq!((spec.name.as_str(), spec.observation, spec.horizon), ("a/hopper", 11, 1000));
+    assert_eq!((spec.name.as_str(), spec.obs_len, spec.horizon), ("a/hopper", 11, 1000));
     assert_eq!((&spec.action_low, &spec.action_high), (&vec![-1.0; 3], &vec![1.0; 3]));
-    assert_eq!(spec.objectives, ["safety", "velocity", "control"]);
-    assert_eq!(spec.weights, [1.0, 1.0, 1.0]);
+    assert_eq!(spec.names(), ["safety", "velocity", "control"]);
+    assert_eq!(spec.weights(), [1.0, 1.0, 1.0]);
 }
 
 #[test]

@@ -26,7 +26,7 @@ fn replay(benchmark: &str, robot: &str, preset: Preset, rewards: &[&str]) {
     let (task, table) = (task(&format!("{benchmark}/{robot}"), preset), table(preset, robot));
     let physics = Recording::new(&task.robot, &table);
     let mut env = Locomotion::new(task, physics).unwrap();
-    let (mut obs, mut reward) = (vec![0.0; env.spec().observation], vec![0.0; env.spec().objectives.len()]);
+    let (mut obs, mut reward) = (vec![0.0; env.spec().obs_len], vec![0.0; env.spec().objectives.len()]);
     env.reset(0, &mut obs).unwrap();
     close(&obs, &table.vector(0, "obs"), robot);
     for row in 1..table.len() {

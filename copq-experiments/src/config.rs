@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use copq::{Error, Result};
+use copq::{Error, Result, files};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::files;
+use crate::older;
 use crate::plan::Plan;
 
-const HEADING: &str = "# What made this run. `--resume` with this folder goes on with it.\n\n";
+const HEADING: &str = "# What made this run. `copq resume` with this folder goes on with it.\n\n";
 
 /// The content of `config.toml`: the plan, the caller's own settings, and what was at work.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -72,8 +72,12 @@ pub(crate) fn write<S: Serialize>(path: &Path, config: &RunConfig<S>) -> Result<
 
 /// Reads a configuration; the error for a wrong or unknown key shows the line and the keys there are.
 pub(crate) fn read<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
+    let failed = |e| Error::other(format!("reading '{}'", path.display()), e);
     let text = files::read_text(path)?;
-    toml::from_str(&text).map_err(|e| Error::other(format!("reading '{}'", path.display()), e))
+    match older::modernised(&text) {
+        Some(table) => table.try_into().map_err(failed),
+        None => toml::from_str(&text).map_err(failed),
+    }
 }
 
 /// An error that names the first of the caller's settings that is not what the run was made with.
@@ -90,7 +94,7 @@ pub(crate) fn check_same<S: Serialize>(path: &Path, saved: &S, now: &S) -> Resul
 
 /// The settings with some changed, each as KEY=VALUE: the key's parts between dots, the value as TOML or as plain text,
 /// or `none`, which takes a setting away that need not be there.
-pub(crate) fn with<S: Serialize + DeserializeOwned>(settings: &S, changes: &[String]) -> Result<S> {
+pub fn with_changes<S: Serialize + DeserializeOwned>(settings: &S, changes: &[String]) -> Result<S> {
     let encode = |settings: &S| toml::Table::try_from(settings).map_err(|e| Error::other("encoding the settings", e));
     let mut table = encode(settings)?;
     let mut removed = Vec::new();
@@ -170,7 +174,7 @@ mod tests {
 
     fn config() -> RunConfig<Settings> {
         let settings = Settings { tau: 0.005, hidden: vec![256, 256], limit: None };
-        RunConfig { plan: Plan::new("td3"), settings, made_with: MadeWith::here() }
+        RunConfig { plan: Plan::new(&copq::Method::cop_td3()), settings, made_with: MadeWith::here() }
     }
 
     #[test]

@@ -44,38 +44,34 @@ fn spread(name: &str, values: &[f64]) -> [(String, f64); 4] {
 }
 
 fn totals(evaluation: &Evaluation, spec: &EnvSpec) -> Vec<f64> {
-    evaluation.returns.iter().map(|returns| weighted_total(returns, &spec.weights)).collect()
-}
-
-fn mean_length(evaluation: &Evaluation) -> f64 {
-    mean(&evaluation.lengths.iter().map(|&length| length as f64).collect::<Vec<_>>())
+    evaluation.returns.iter().map(|returns| weighted_total(returns, &spec.weights())).collect()
 }
 
 fn columns(evaluation: &Evaluation, spec: &EnvSpec) -> Numbers {
     let mut numbers = vec![("episodes".to_owned(), evaluation.returns.len() as f64)];
     numbers.extend(spread("weighted_total", &totals(evaluation, spec)));
-    for (i, name) in spec.objectives.iter().enumerate() {
+    for (i, name) in spec.names().into_iter().enumerate() {
         let returns: Vec<f64> = evaluation.returns.iter().map(|returns| returns[i]).collect();
         numbers.extend(spread(&format!("return/{name}"), &returns));
     }
-    numbers.push(("length/mean".to_owned(), mean_length(evaluation)));
+    numbers.push(("length/mean".to_owned(), evaluation.mean_length()));
     numbers.extend(values(evaluation, spec));
     numbers
 }
 
 /// Q-values at the first step against the discounted returns observed from there.
-fn values(evaluation: &Evaluation, spec: &EnvSpec) -> impl Iterator<Item = (String, f64)> {
+fn values<'a>(evaluation: &'a Evaluation, spec: &'a EnvSpec) -> impl Iterator<Item = (String, f64)> + 'a {
     let pairs = evaluation.promised.iter().zip(&evaluation.discounted);
-    spec.objectives.iter().zip(pairs).flat_map(|(name, (&promised, &discounted))| {
+    spec.names().into_iter().zip(pairs).flat_map(|(name, (&promised, &discounted))| {
         [(format!("promised/{name}"), promised), (format!("discounted/{name}"), discounted)]
     })
 }
 
 fn scalars(evaluation: &Evaluation, spec: &EnvSpec) -> Numbers {
     let mut numbers = vec![("evaluation/weighted_total".to_owned(), mean(&totals(evaluation, spec)))];
-    let returns = spec.objectives.iter().zip(evaluation.mean());
+    let returns = spec.names().into_iter().zip(evaluation.mean());
     numbers.extend(returns.map(|(name, value)| (format!("evaluation/return/{name}"), value)));
-    numbers.push(("evaluation/length".to_owned(), mean_length(evaluation)));
+    numbers.push(("evaluation/length".to_owned(), evaluation.mean_length()));
     numbers.extend(values(evaluation, spec).map(|(name, value)| (format!("evaluation/{name}"), value)));
     numbers
 }
@@ -83,7 +79,7 @@ fn scalars(evaluation: &Evaluation, spec: &EnvSpec) -> Numbers {
 /// One line for the terminal: returns, length, and Q-values against what was observed.
 pub(crate) fn describe(step: u64, evaluation: &Evaluation, spec: &EnvSpec) -> String {
     let named = |values: &[f64]| {
-        let pairs = spec.objectives.iter().zip(values);
+        let pairs = spec.names().into_iter().zip(values);
         pairs.map(|(name, value)| format!("{name} {value:.1}")).collect::<Vec<_>>().join(", ")
     };
     format!(
@@ -91,7 +87,7 @@ pub(crate) fn describe(step: u64, evaluation: &Evaluation, spec: &EnvSpec) -> St
         grouped(step),
         mean(&totals(evaluation, spec)),
         named(&evaluation.mean()),
-        mean_length(evaluation),
+        evaluation.mean_length(),
         named(&evaluation.promised),
         named(&evaluation.discounted),
     )

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 
 use crate::config::{self, MadeWith, RunConfig};
 use crate::plan::Plan;
-use crate::{checkpoint, files};
+use copq::files;
 
 /// The folder that a run leaves behind.
 ///
@@ -115,13 +115,13 @@ impl RunFolder {
 
     /// Replaces the checkpoint; the one before stays until the new one is complete.
     pub fn save(&self, state: &State) -> Result<()> {
-        checkpoint::write(&self.file("checkpoint.safetensors"), state)
+        state.write_file(self.file("checkpoint.safetensors"))
     }
 
     /// The last checkpoint; none if the run was stopped before the first.
     pub fn load(&self) -> Result<Option<State>> {
         let path = self.file("checkpoint.safetensors");
-        if path.exists() { checkpoint::read(&path).map(Some) } else { Ok(None) }
+        if path.exists() { State::read_file(&path).map(Some) } else { Ok(None) }
     }
 }
 
@@ -149,7 +149,7 @@ pub fn read_checkpoint(path: &Path) -> Result<State> {
         let wanted = "one with a checkpoint (runs write it every --checkpoint-every steps, on Ctrl-C and at their end)";
         return Err(Error::invalid(what, wanted, "none yet"));
     }
-    checkpoint::read(&file)
+    State::read_file(&file)
 }
 
 fn is_taken(path: &Path) -> bool {
@@ -162,7 +162,7 @@ fn is_taken(path: &Path) -> bool {
 fn taken(path: &Path) -> Error {
     let shown = path.display();
     let wanted = if path.join("config.toml").is_file() {
-        format!("a new folder (go on with this run by --resume {shown}, or choose another --out)")
+        format!("a new folder (go on with this run by copq resume {shown}, or choose another --out)")
     } else {
         "a new folder (choose another --out)".to_owned()
     };

@@ -4,43 +4,31 @@
 //! there had been none.
 //!
 //! ```no_run
-//! use clap::Parser;
-//! use copq::{Agent, Config, Env, Result, Trainer};
-//! use copq_experiments::{Args, Plan, Run};
+//! use copq::{Agent, Env, Method, Result, Trainer};
+//! use copq_experiments::{Plan, Run, RunFolder};
 //!
-//! /// Trains my agent.
-//! #[derive(Parser)]
-//! struct Cli {
-//!     #[command(flatten)]
-//!     args: Args,
-//! }
-//!
-//! fn train(make_env: fn(&Plan) -> Result<Box<dyn Env>>, make_agent: fn(&Plan, &Config) -> Result<Box<dyn Agent>>) -> Result<()> {
-//!     let args = Cli::parse().args;
-//!     let mut plan = args.plan(Plan::new("td3"))?; // the options, or with --resume the saved plan
-//!     let config = args.settings(Config::cop_td3())?; // likewise for the learner's settings
-//!     plan.run.discount = config.discount;
-//!     let folder = args.open(&plan, &config)?; // makes or reopens the folder, with its config.toml
-//!     let trainer = Trainer::new(make_env(&plan)?, make_agent(&plan, &config)?, plan.run.seed)?;
-//!     let ending = Run::new(trainer, make_env(&plan)?, folder, plan.run)?.train()?;
+//! fn train(make_env: fn() -> Result<Box<dyn Env>>, make_agent: fn(Method) -> Result<Box<dyn Agent>>) -> Result<()> {
+//!     let method = Method::cop_td3();
+//!     let (plan, config) = (Plan::new(&method), method.config.clone());
+//!     let folder = RunFolder::create("runs/first", &plan, &config)?; // with its config.toml
+//!     let trainer = Trainer::new(make_env()?, make_agent(method)?)?;
+//!     let ending = Run::new(trainer, make_env()?, folder, plan.run)?.train()?;
 //!     println!("{ending}"); // where everything is, or how to go on after Ctrl-C
 //!     Ok(())
 //! }
 //! ```
 //!
-//! The files are described at [`RunFolder`]. [`compare`] draws several runs in one picture, as does the program
-//! `copq-plot`; [`Sheet`] reads the CSV files, [`checkpoint`] the checkpoints, and [`animation`] shows what has been learned.
+//! The files are described at [`RunFolder`]. [`compare`] draws several runs in one picture, [`Sheet`] reads the CSV
+//! files, [`read_checkpoint`] the checkpoints, and [`animation`] shows what has been learned.
 
 pub mod animation;
-mod args;
-pub mod checkpoint;
 mod config;
 mod evaluations;
 mod figure;
-mod files;
 mod folder;
 mod metrics;
 mod numbers;
+mod older;
 mod plan;
 mod progress;
 mod run;
@@ -51,8 +39,7 @@ mod table;
 pub mod tensorboard;
 mod timings;
 
-pub use args::Args;
-pub use config::{MadeWith, RunConfig};
+pub use config::{MadeWith, RunConfig, with_changes};
 pub use figure::{Labelled, compare, comparison_table};
 pub use folder::{RunFolder, read_checkpoint, read_config, read_plan};
 pub use metrics::Metrics;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use copq::{Episode, Observer, Result, State};
+use copq::{EnvSpec, Episode, Observer, Result, State};
 
 use crate::numbers::{Numbers, weighted_total};
 use crate::table::Table;
@@ -32,12 +32,12 @@ impl Metrics {
         Ok(Self { table: Table::open(path, keep)?, sums: BTreeMap::new() })
     }
 
-    /// Takes in a training episode's returns, one per objective, their weighted total and its length in steps.
-    pub fn episode(&mut self, step: u64, episode: &Episode, objectives: &[String], weights: &[f32]) {
-        for (name, &value) in objectives.iter().zip(&episode.returns) {
+    /// Takes in a training episode: its returns, their weighted total and its length in steps.
+    pub fn episode(&mut self, step: u64, episode: &Episode, spec: &EnvSpec) {
+        for (name, &value) in spec.names().into_iter().zip(&episode.returns) {
             self.scalar(step, &format!("train/return/{name}"), value);
         }
-        self.scalar(step, "train/weighted_total", weighted_total(&episode.returns, weights));
+        self.scalar(step, "train/weighted_total", weighted_total(&episode.returns, &spec.weights()));
         self.scalar(step, "train/length", episode.length as f64);
     }
 

@@ -1,19 +1,20 @@
 //! What a run does: the task, the parts to swap, and how long and how often.
 
-use copq::{Error, Result};
+use copq::{Ensemble, Error, Method, Result};
 use serde::{Deserialize, Serialize};
 
 /// More than any update can use.
 const MAX_THREADS: usize = 256;
+/// The usual engine and robots.
+const ENGINE: &str = "rapier";
+const PRESET: &str = "gym-v5";
 
 /// Names of a run's parts, and its length. The caller turns the names into an environment and an agent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// The program that trains, such as `td3`; another program does not resume its runs.
-    pub program: String,
-    /// What it trains by, if it knows several methods.
-    pub method: Option<String>,
+    /// What it learns by, such as `cop-td3`.
+    pub method: String,
     /// Robot and task, such as `a/hopper`.
     pub task: String,
     /// Another priority order of the task's objectives, such as `vsc`, if any.
@@ -22,8 +23,10 @@ pub struct Plan {
     pub engine: String,
     /// Whose robots: the name of a preset such as `gym-v5`.
     pub preset: String,
-    /// The projection of vector-valued critics onto a bound, such as `cholesky`.
-    pub projection: String,
+    /// The bound of the critics' values that targets use, such as `cholesky`.
+    pub bound: String,
+    /// The critics.
+    pub critics: Ensemble,
     /// Threads inside the run.
     pub threads: usize,
     /// How long and how often.
@@ -38,8 +41,6 @@ pub struct RunSettings {
     pub steps: u64,
     /// Seed of every random number: networks, exploration, batches, episodes.
     pub seed: u64,
-    /// gamma, with which evaluation discounts the returns that it compares with Q-values; the learner's own.
-    pub discount: f64,
     /// Steps between two evaluations.
     pub eval_every: u64,
     /// Episodes of an evaluation, the same ones every time.
@@ -56,7 +57,6 @@ impl Default for RunSettings {
         Self {
             steps: 100_000,
             seed: 0,
-            discount: 0.99,
             eval_every: 5_000,
             eval_episodes: 10,
             log_every: 1_000,
@@ -78,24 +78,21 @@ impl RunSettings {
         if let Some((name, _)) = counts.iter().find(|(_, count)| *count == 0) {
             return Err(Error::invalid(*name, "at least 1", 0));
         }
-        if !(0.0..=1.0).contains(&self.discount) {
-            return Err(Error::invalid("discount", "a number from 0 to 1", self.discount));
-        }
         Ok(())
     }
 }
 
 impl Plan {
-    /// The defaults of a program: Gymnasium's `a/hopper` on rapier with the Cholesky projection, one thread.
-    pub fn new(program: &str) -> Self {
+    /// A method with its bound and critics on Gymnasium's `a/hopper`, on rapier, with one thread.
+    pub fn new(method: &Method) -> Self {
         Self {
-            program: program.to_owned(),
-            method: None,
+            method: method.name.clone(),
             task: "a/hopper".to_owned(),
             order: None,
-            engine: "rapier".to_owned(),
-            preset: "gym-v5".to_owned(),
-            projection: "cholesky".to_owned(),
+            engine: ENGINE.to_owned(),
+            preset: PRESET.to_owned(),
+            bound: method.bound.name().to_owned(),
+            critics: method.critics,
             threads: 1,
             run: RunSettings::default(),
         }
@@ -115,24 +112,18 @@ impl Plan {
         plain(self) == plain(other)
     }
 
-    /// The method's name, which is the program's if it has but one.
-    pub fn method(&self) -> &str {
-        self.method.as_deref().unwrap_or(&self.program)
-    }
-
-    /// A folder's name that tells runs apart: `td3-a-hopper-cholesky-s0`, or `td3-a-hopper-mujoco-paper-cholesky-s0` if engine
-    /// and preset are not the usual ones.
+    /// A folder's name that tells runs apart: `cop-td3-a-hopper-cholesky-s0`, or `cop-td3-a-hopper-mujoco-paper-cholesky-s0`
+    /// if engine and preset are not the usual ones.
     pub fn folder_name(&self) -> String {
-        let usual = Self::new(&self.program);
-        let mut name = format!("{}-{}", self.method(), self.task.replace(['/', '\\'], "-"));
+        let mut name = format!("{}-{}", self.method, self.task.replace(['/', '\\'], "-"));
         if let Some(order) = &self.order {
             name += &format!("-{}", order.replace([',', ' '], "-"));
         }
-        for (part, usual) in [(&self.engine, usual.engine), (&self.preset, usual.preset)] {
-            if *part != usual {
+        for (part, usual) in [(&self.engine, ENGINE), (&self.preset, PRESET)] {
+            if part != usual {
                 name += &format!("-{part}");
             }
         }
-        format!("{name}-{}-s{}", self.projection, self.run.seed)
+        format!("{name}-{}-s{}", self.bound, self.run.seed)
     }
 }

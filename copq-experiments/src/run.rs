@@ -58,7 +58,7 @@ impl fmt::Display for Ending {
         match self {
             Self::Finished { folder } => write!(f, "finished; everything is in {}", folder.display()),
             Self::Interrupted { step, folder } => {
-                write!(f, "stopped and saved at step {}; go on with --resume {}", grouped(*step), folder.display())
+                write!(f, "stopped and saved at step {}; go on with copq resume {}", grouped(*step), folder.display())
             }
         }
     }
@@ -156,8 +156,8 @@ impl Run {
         self.progress.step(step);
         if let Some(episode) = episode {
             let spec = self.trainer.spec();
-            self.metrics.episode(step, &episode, &spec.objectives, &spec.weights);
-            self.progress.episode(&episode, &spec.weights);
+            self.metrics.episode(step, &episode, spec);
+            self.progress.episode(&episode, &spec.weights());
         }
         if step.is_multiple_of(self.settings.log_every) {
             self.log()?;
@@ -181,8 +181,7 @@ impl Run {
 
     fn evaluate(&mut self) -> Result<()> {
         let began = Instant::now();
-        let RunSettings { eval_episodes, seed, discount, .. } = self.settings;
-        let evaluation = evaluate(self.trainer.agent_mut(), self.eval_env.as_mut(), eval_episodes, seed, discount)?;
+        let evaluation = evaluate(self.trainer.agent_mut(), &mut self.eval_env, self.settings.eval_episodes)?;
         let (step, spec) = (self.trainer.steps(), self.trainer.spec());
         let numbers = self.evaluations.row(step, &evaluation, spec)?;
         self.progress.line(&evaluations::describe(step, &evaluation, spec));

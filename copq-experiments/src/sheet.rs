@@ -4,7 +4,7 @@ use std::path::Path;
 
 use copq::{Error, Result};
 
-use crate::files;
+use copq::files;
 
 /// Named columns of numbers, one row a logged step. The first column is `step`; an empty cell is a number not logged.
 #[derive(Clone, Debug, Default, PartialEq)]

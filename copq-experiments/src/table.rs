@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use copq::Result;
 
-use crate::files;
 use crate::sheet::{Sheet, encode};
+use copq::files;
 
 /// Appends rows; a name that it has not seen becomes a new column at the end.
 #[derive(Debug)]

@@ -8,8 +8,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use copq::{Error, Result};
 use prost::Message;
 
-use crate::files;
 use crate::numbers::Numbers;
+use copq::files;
 
 /// `tensorflow.Event`, as far as scalars need it.
 #[derive(Clone, PartialEq, Message)]

@@ -1,6 +1,6 @@
 //! The policy's seam: actions from observations and noise, and one gradient step on them.
 
-use crate::{Net, Result, State};
+use crate::{Error, Net, Result, State};
 
 /// A batch of sampled actions, as an actor shows it to the function that fills the gradient.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +45,16 @@ pub trait Actor: Send {
 
     /// Polyak averaging: target <- (1 - tau) target + tau online.
     fn track(&mut self, tau: f32) -> Result<()>;
+
+    /// Writes the online parameters alone, as a policy's file has them: `layer.0.weight` (output x input) and so on.
+    fn export(&self, _state: &mut State) -> Result<()> {
+        Err(Error::invalid("export", "an actor that implements it", "one that does not"))
+    }
+
+    /// Takes what [`Actor::export`] wrote; targets become equal to it and the optimiser begins anew.
+    fn import(&mut self, _state: &State) -> Result<()> {
+        Err(Error::invalid("import", "an actor that implements it", "one that does not"))
+    }
 
     /// Writes parameters, targets and optimiser state.
     fn save(&self, state: &mut State) -> Result<()>;

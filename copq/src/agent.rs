@@ -28,6 +28,12 @@ pub struct Transition<'a> {
 
 /// A learner that acts.
 pub trait Agent: Send {
+    /// The seed that all its random numbers come from, and with them a [`Trainer`](crate::Trainer)'s episodes.
+    fn seed(&self) -> u64;
+
+    /// gamma, the discount of its values, which evaluation compares with discounted returns.
+    fn discount(&self) -> f64;
+
     /// Writes an action in [-1, 1] for one observation.
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()>;
 
@@ -45,4 +51,38 @@ pub trait Agent: Send {
 
     /// Restores what [`Agent::save`] wrote; the next update is then the same, bit for bit.
     fn load(&mut self, state: &State) -> Result<()>;
+}
+
+impl<A: Agent + ?Sized> Agent for Box<A> {
+    fn seed(&self) -> u64 {
+        self.as_ref().seed()
+    }
+
+    fn discount(&self) -> f64 {
+        self.as_ref().discount()
+    }
+
+    fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
+        self.as_mut().act(obs, mode, action)
+    }
+
+    fn observe(&mut self, transition: Transition<'_>) -> Result<()> {
+        self.as_mut().observe(transition)
+    }
+
+    fn update(&mut self, log: &mut dyn Observer) -> Result<()> {
+        self.as_mut().update(log)
+    }
+
+    fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()> {
+        self.as_mut().value(obs, action, q)
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        self.as_ref().save(state)
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.as_mut().load(state)
+    }
 }

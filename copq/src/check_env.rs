@@ -14,11 +14,13 @@ pub struct EnvReport {
     pub outcomes: Vec<Outcome>,
     /// The smallest and the largest reward of each objective.
     pub reward_range: Vec<(f32, f32)>,
+    /// Whether an episode can be saved and goes on exactly; without, a run cannot stop in mid-episode.
+    pub saves: bool,
 }
 
 /// Plays seeded random episodes and returns what it saw, or an error that says which rule was broken and how:
 /// the description is consistent, every observation and reward is written and finite, the same seed gives the same
-/// episode, episodes end by the horizon with the right [`Outcome`], and a saved episode goes on exactly.
+/// episode, episodes end by the horizon with the right [`Outcome`], and a saved episode, if it can be saved, goes on exactly.
 pub fn check_env(env: &mut dyn Env) -> Result<EnvReport> {
     let spec = env.spec().clone();
     spec.check()?;
@@ -26,11 +28,12 @@ pub fn check_env(env: &mut dyn Env) -> Result<EnvReport> {
         lengths: Vec::new(),
         outcomes: Vec::new(),
         reward_range: vec![(f32::INFINITY, f32::NEG_INFINITY); spec.objectives.len()],
+        saves: true,
     };
     for seed in 0..SEEDS {
         let episode = play(env, &spec, seed)?;
         check_repeat(env, &spec, seed, &episode)?;
-        check_restore(env, &spec, seed, &episode)?;
+        report.saves &= check_restore(env, &spec, seed, &episode)?;
         report.add(&episode);
     }
     report.check_horizon(&spec)?;
@@ -68,7 +71,7 @@ struct Player<'a> {
 impl<'a> Player<'a> {
     fn new(env: &'a mut dyn Env, spec: &'a EnvSpec, seed: u64) -> Self {
         let (obs, reward, action) =
-            (vec![0.0; spec.observation], vec![0.0; spec.objectives.len()], vec![0.0; spec.action()]);
+            (vec![0.0; spec.obs_len], vec![0.0; spec.objectives.len()], vec![0.0; spec.action_len()]);
         Self { env, spec, actions: Rng::with_stream(seed, 0xac7), obs, reward, action }
     }
 
@@ -136,14 +139,17 @@ fn check_repeat(env: &mut dyn Env, spec: &EnvSpec, seed: u64, first: &Played) ->
     Err(broken(spec, what))
 }
 
-/// Saves in mid-episode, plays another seed, loads, and expects the rest of the episode bit for bit.
-fn check_restore(env: &mut dyn Env, spec: &EnvSpec, seed: u64, first: &Played) -> Result<()> {
+/// Saves in mid-episode, plays another seed, loads, and expects the rest of the episode bit for bit; false if it cannot
+/// be saved at all.
+fn check_restore(env: &mut dyn Env, spec: &EnvSpec, seed: u64, first: &Played) -> Result<bool> {
     let half = first.steps.len() / 2;
     let mut player = Player::new(env, spec, seed);
     player.reset(seed)?;
     (0..half).try_for_each(|i| player.step(i + 1).map(drop))?;
     let mut state = State::default();
-    player.env.save(&mut state)?;
+    if player.env.save(&mut state).is_err() {
+        return Ok(false);
+    }
     let actions = player.actions.clone();
     player.reset(seed + SEEDS)?;
     player.step(1)?;
@@ -158,7 +164,7 @@ fn check_restore(env: &mut dyn Env, spec: &EnvSpec, seed: u64, first: &Played) -
             return Err(broken(spec, what));
         }
     }
-    Ok(())
+    Ok(true)
 }
 
 impl EnvReport {

@@ -26,6 +26,11 @@ pub trait Critic: Send {
     /// N, the number of objectives.
     fn objectives(&self) -> usize;
 
+    /// Whether the objectives share networks, so that their losses compete for the same weights.
+    fn shared(&self) -> bool {
+        true
+    }
+
     /// Writes Q(s, a) of every critic into `q`.
     fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()>;
 

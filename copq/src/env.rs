@@ -13,24 +13,62 @@ pub enum Outcome {
     Truncated,
 }
 
-/// What an environment is, fixed for its lifetime.
+/// One component of the reward vector.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Objective {
+    /// A short name such as `safety`.
+    pub name: String,
+    /// Its scalarisation weight w, not normalised (paper Table 1); at most 0 for a cost.
+    pub weight: f32,
+    /// The limit of a cost's undiscounted sum over an episode; `None` makes it a reward. A cost is told as a positive number.
+    pub limit: Option<f32>,
+}
+
+impl Objective {
+    /// A reward with its weight.
+    pub fn reward(name: impl Into<String>, weight: f32) -> Self {
+        Self { name: name.into(), weight, limit: None }
+    }
+
+    /// A cost with its limit, and weight 0: a multiplier weighs it ([`Constraint`](crate::Constraint)).
+    pub fn cost(name: impl Into<String>, limit: f32) -> Self {
+        Self { name: name.into(), weight: 0.0, limit: Some(limit) }
+    }
+
+    /// Another weight, such as a negative one for a cost that no multiplier weighs.
+    pub fn weight(self, weight: f32) -> Self {
+        Self { weight, ..self }
+    }
+}
+
+/// What an environment is, fixed for its lifetime.
+///
+/// ```
+/// use copq::EnvSpec;
+///
+/// // A cart that sees 2 numbers and pushes with 1, in priority order: no crash first, then progress, for 200 steps.
+/// let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("progress", 1.0).horizon(200);
+/// spec.check()?;
+///
+/// // A cost has a limit; forces here are in newtons.
+/// let spec = EnvSpec::new("cart", 2, 1).cost("speed", 740.2).reward("progress", 1.0).action_bounds(&[-10.0], &[10.0]);
+/// assert_eq!((spec.limit(0), spec.limit(1)), (Some(740.2), None));
+/// # Ok::<(), copq::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct EnvSpec {
     /// A short name such as `a/hopper`.
     pub name: String,
     /// Length of an observation.
-    pub observation: usize,
+    pub obs_len: usize,
     /// Lower bound of every action component, in the environment's own units.
     pub action_low: Vec<f32>,
     /// Upper bound of every action component.
     pub action_high: Vec<f32>,
-    /// Names of the rewards, highest priority first.
-    pub objectives: Vec<String>,
-    /// The task's scalarisation weights w, one per objective, not normalised (paper Table 1).
-    pub weights: Vec<f32>,
-    /// Which objectives are costs: the limit of each one's undiscounted sum over an episode, `None` for a reward. Empty
-    /// if the task has no costs. A cost is told as a positive number; its weight is negative, or 0 to leave it to a multiplier.
-    pub limits: Vec<Option<f32>>,
+    /// The rewards, highest priority first.
+    pub objectives: Vec<Objective>,
     /// The reward that a stochastic policy's entropy bonus is added to, by its name; `None` means the last reward.
     pub entropy: Option<String>,
     /// Steps after which an episode is truncated at the latest; it is an error to run on.
@@ -38,20 +76,70 @@ pub struct EnvSpec {
 }
 
 impl EnvSpec {
+    /// A world that shows `obs_len` numbers and takes `action_len` from -1 to 1, in episodes of at most 1,000 steps. It needs
+    /// at least one objective.
+    pub fn new(name: impl Into<String>, obs_len: usize, action_len: usize) -> Self {
+        Self {
+            name: name.into(),
+            obs_len,
+            action_low: vec![-1.0; action_len],
+            action_high: vec![1.0; action_len],
+            objectives: Vec::new(),
+            entropy: None,
+            horizon: 1_000,
+        }
+    }
+
+    /// Adds a reward, of lower priority than those before.
+    pub fn reward(self, name: impl Into<String>, weight: f32) -> Self {
+        self.objective(Objective::reward(name, weight))
+    }
+
+    /// Adds a cost with its limit over an episode, of lower priority than the objectives before.
+    pub fn cost(self, name: impl Into<String>, limit: f32) -> Self {
+        self.objective(Objective::cost(name, limit))
+    }
+
+    /// Adds an objective, of lower priority than those before.
+    pub fn objective(mut self, objective: Objective) -> Self {
+        self.objectives.push(objective);
+        self
+    }
+
+    /// Other bounds of the actions than -1 and 1, in the environment's own units.
+    pub fn action_bounds(self, low: &[f32], high: &[f32]) -> Self {
+        Self { action_low: low.to_vec(), action_high: high.to_vec(), ..self }
+    }
+
+    /// Another length of the longest episode.
+    pub fn horizon(self, horizon: usize) -> Self {
+        Self { horizon, ..self }
+    }
+
     /// Length of an action.
-    pub fn action(&self) -> usize {
+    pub fn action_len(&self) -> usize {
         self.action_low.len()
+    }
+
+    /// The objectives' names, highest priority first.
+    pub fn names(&self) -> Vec<&str> {
+        self.objectives.iter().map(|objective| objective.name.as_str()).collect()
+    }
+
+    /// The objectives' weights, highest priority first.
+    pub fn weights(&self) -> Vec<f32> {
+        self.objectives.iter().map(|objective| objective.weight).collect()
     }
 
     /// The limit of an objective that is a cost.
     pub fn limit(&self, objective: usize) -> Option<f32> {
-        self.limits.get(objective).copied().flatten()
+        self.objectives.get(objective)?.limit
     }
 
     /// The position of the reward that an entropy bonus is added to; none if there are only costs.
     pub(crate) fn entropy_objective(&self) -> Option<usize> {
         match &self.entropy {
-            Some(name) => self.objectives.iter().position(|known| known == name),
+            Some(name) => self.objectives.iter().position(|known| known.name == *name),
             None => (0..self.objectives.len()).rev().find(|&i| self.limit(i).is_none()),
         }
     }
@@ -66,18 +154,24 @@ impl EnvSpec {
         Err(Error::Env { env: self.name.clone(), what })
     }
 
-    /// Maps an action from [-1, 1], the units of policies and replay, to the environment's bounds.
+    /// Maps an action from [-1, 1], the units of policies and replay, to the environment's bounds: exactly there at the
+    /// ends, and never beyond them.
     pub fn scale_action(&self, unit: &[f32], out: &mut [f32]) {
-        for (i, (out, unit)) in out.iter_mut().zip(unit).enumerate() {
+        for (i, (out, &unit)) in out.iter_mut().zip(unit).enumerate() {
             let (low, high) = (self.action_low[i], self.action_high[i]);
-            // Centre + half range keeps [-1, 1] exact.
-            *out = 0.5 * (low + high) + 0.5 * (high - low) * unit;
+            // Halves first, which no finite bounds overflow; centre and half range keep [-1, 1] as it is.
+            let scaled = (0.5 * low + 0.5 * high) + (0.5 * high - 0.5 * low) * unit;
+            *out = match unit {
+                -1.0 => low,
+                1.0 => high,
+                _ => scaled.clamp(low, high),
+            };
         }
     }
 
     /// An error if the description contradicts itself.
     pub fn check(&self) -> Result<()> {
-        if self.observation == 0 {
+        if self.obs_len == 0 {
             return Err(self.error("observation length", "at least 1", 0));
         }
         if self.horizon == 0 {
@@ -109,13 +203,12 @@ impl EnvSpec {
     }
 
     fn check_objectives(&self) -> Result<()> {
-        let Self { objectives, weights, .. } = self;
-        if objectives.is_empty() || weights.len() != objectives.len() {
-            let got = format!("{} names, {} weights", objectives.len(), weights.len());
-            return Err(self.error("objectives", "at least one, with a weight each", got));
+        if self.objectives.is_empty() {
+            return Err(self.error("objectives", "at least one", "none"));
         }
-        for (i, (name, weight)) in objectives.iter().zip(weights).enumerate() {
-            if objectives[..i].contains(name) {
+        let names = self.names();
+        for (i, Objective { name, weight, .. }) in self.objectives.iter().enumerate() {
+            if names[..i].contains(&name.as_str()) {
                 return Err(self.error("objectives", "names that differ", format!("'{name}' twice")));
             }
             if !weight.is_finite() {
@@ -126,18 +219,14 @@ impl EnvSpec {
     }
 
     fn check_costs(&self) -> Result<()> {
-        let Self { objectives, weights, limits, .. } = self;
-        if !limits.is_empty() && limits.len() != objectives.len() {
-            let got = format!("{} names, {} limits", objectives.len(), limits.len());
-            return Err(self.error("cost limits", "none, or an entry for every objective", got));
-        }
-        for (i, limit) in limits.iter().enumerate().filter_map(|(i, limit)| Some((i, (*limit)?))) {
+        for Objective { name, weight, limit } in &self.objectives {
+            let Some(limit) = limit else { continue };
             if !limit.is_finite() {
                 return Err(self.error("cost limit", "a finite number", limit));
             }
-            if weights[i] > 0.0 {
-                let what = format!("weight of the cost '{}'", objectives[i]);
-                return Err(self.error(&what, "at most 0, as costs are positive and unwanted", weights[i]));
+            if *weight > 0.0 {
+                let what = format!("weight of the cost '{name}'");
+                return Err(self.error(&what, "at most 0, as costs are positive and unwanted", weight));
             }
         }
         Ok(())
@@ -150,6 +239,38 @@ impl EnvSpec {
 
 /// An environment with vector rewards. It never resets itself: after an outcome other than
 /// [`Outcome::Running`] the caller calls [`Env::reset`].
+///
+/// Three methods make one; `save` and `load` let a run stop in mid-episode and go on bit for bit.
+///
+/// ```
+/// use copq::{Env, EnvSpec, Outcome, Result, check_env};
+///
+/// /// Counts to ten, pushed or not.
+/// struct Count(EnvSpec, f32);
+///
+/// impl Env for Count {
+///     fn spec(&self) -> &EnvSpec {
+///         &self.0
+///     }
+///
+///     fn reset(&mut self, _seed: u64, obs: &mut [f32]) -> Result<()> {
+///         self.1 = 0.0;
+///         obs[0] = self.1;
+///         Ok(())
+///     }
+///
+///     fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+///         self.1 += 1.0;
+///         obs[0] = self.1;
+///         reward[0] = -action[0].abs();
+///         Ok(if self.1 < 10.0 { Outcome::Running } else { Outcome::Truncated })
+///     }
+/// }
+///
+/// let mut env = Count(EnvSpec::new("count", 1, 1).reward("rest", 1.0).horizon(10), 0.0);
+/// assert_eq!(check_env(&mut env)?.lengths, [10; 5]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub trait Env: Send {
     /// The description, the same at every call.
     fn spec(&self) -> &EnvSpec;
@@ -160,9 +281,62 @@ pub trait Env: Send {
     /// Applies an action within the bounds; writes the next observation and the reward vector, raw (unweighted).
     fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome>;
 
-    /// Writes all that [`Env::load`] needs to go on bit for bit, in mid-episode.
-    fn save(&self, state: &mut State) -> Result<()>;
+    /// Writes all that [`Env::load`] needs to go on bit for bit, in mid-episode. An error that says so unless implemented.
+    fn save(&self, _state: &mut State) -> Result<()> {
+        Err(cannot_be_saved(self.spec()))
+    }
 
-    /// Goes back to what [`Env::save`] wrote.
-    fn load(&mut self, state: &State) -> Result<()>;
+    /// Goes back to what [`Env::save`] wrote. An error that says so unless implemented.
+    fn load(&mut self, _state: &State) -> Result<()> {
+        Err(cannot_be_saved(self.spec()))
+    }
+}
+
+fn cannot_be_saved(spec: &EnvSpec) -> Error {
+    let what = "cannot be saved: Env::save and Env::load are not implemented".to_owned();
+    Error::Env { env: spec.name.clone(), what }
+}
+
+impl<E: Env + ?Sized> Env for Box<E> {
+    fn spec(&self) -> &EnvSpec {
+        self.as_ref().spec()
+    }
+
+    fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
+        self.as_mut().reset(seed, obs)
+    }
+
+    fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+        self.as_mut().step(action, obs, reward)
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        self.as_ref().save(state)
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.as_mut().load(state)
+    }
+}
+
+impl<E: Env + ?Sized> Env for &mut E {
+    fn spec(&self) -> &EnvSpec {
+        (**self).spec()
+    }
+
+    fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
+        (**self).reset(seed, obs)
+    }
+
+    fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+        (**self).step(action, obs, reward)
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        (**self).save(state)
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        (**self).load(state)
+    }
 }

@@ -16,6 +16,9 @@ pub struct FamoConfig {
     pub weight_decay: f64,
     /// Where that decay acts.
     pub decay: FamoDecay,
+    /// Whether losses that share no network are balanced, too ([`SeparateCritics`](crate::SeparateCritics)), as in the
+    /// paper's comparison. Otherwise FAMO rests there: Adam undoes the scale of such a loss.
+    pub separate: bool,
 }
 
 /// Where the decay of FAMO's logits acts. The paper says AdamW, and has the decay from code that says Adam with L2.
@@ -32,9 +35,9 @@ pub enum FamoDecay {
 }
 
 impl Default for FamoConfig {
-    /// Step size 0.025, decoupled weight decay 0.001 (paper Table D.1).
+    /// Step size 0.025, decoupled weight decay 0.001 (paper Table D.1), for losses that share networks.
     fn default() -> Self {
-        Self { lr: 0.025, weight_decay: 0.001, decay: FamoDecay::Decoupled }
+        Self { lr: 0.025, weight_decay: 0.001, decay: FamoDecay::Decoupled, separate: false }
     }
 }
 
@@ -147,7 +150,7 @@ mod tests {
     #[test]
     fn decay_acts_beside_the_step_or_before_it() {
         for decay in [FamoDecay::Decoupled, FamoDecay::L2] {
-            let mut famo = Famo::new(FamoConfig { lr: 0.1, weight_decay: 0.5, decay }, 2).unwrap();
+            let mut famo = Famo::new(FamoConfig { lr: 0.1, weight_decay: 0.5, decay, separate: false }, 2).unwrap();
             let mut logits = [0.0; 2];
             let mut m = [0.0; 2];
             let mut v = [0.0; 2];

@@ -20,50 +20,67 @@
 //! # Ok::<(), copq::Error>(())
 //! ```
 //!
-//! The primary type is [`Learner`]: one off-policy update whose parts are values. Networks come from a backend that
-//! implements [`Critic`] and [`Actor`] (`copq-candle`), worlds implement [`Env`] (`copq-envs-rapier`), and a [`Trainer`]
-//! puts them together. This crate itself depends on no tensor library and no physics engine.
+//! # Which type do I need?
+//!
+//! | you want to | type |
+//! |---|---|
+//! | choose or compose an algorithm | [`Method`], with its numbers in [`Config`] and its critics in [`Ensemble`] |
+//! | learn by it | [`Learner`], with networks from a [`Backend`] (`copq_candle::Candle`) |
+//! | describe a world | [`Env`] and its [`EnvSpec`]; [`check_env`] first of all (robots: `copq-envs-rapier`, `copq-envs-mujoco`) |
+//! | train, evaluate, save, resume | [`Trainer`], or run folders with `copq-experiments` |
+//! | use what was learned | [`Policy`] |
+//! | bound the critics your own way | [`projection::Ellipsoid`], or [`Projection`] written out |
+//! | explore, or weigh costs, your own way | [`Explore`], [`Multiplier`] |
+//! | bring your own networks | [`Critic`], [`Actor`], or a whole [`Backend`] |
+//!
+//! This crate itself depends on no tensor library and no physics engine.
+//!
+//! ```ignore
+//! let env = copq_envs_rapier::make("a/hopper")?;
+//! let method = Method::cop_td3().bound(Extremum); // the swap: critics follow
+//! let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;
+//! let mut trainer = Trainer::new(env, learner)?;
+//! trainer.run(20_000, &mut Silent)?;
+//! println!("{}", trainer.evaluate(10)?);
+//! ```
 //!
 //! # Cookbook
 //!
-//! **Swap the projection**, in one line:
-//!
-//! ```ignore
-//! let learner = Learner::new(Config::cop_td3(), env.spec(), critic, actor, seed)?.projection(Extremum);
-//! ```
-//!
-//! **Write a projection of your own**: implement [`Projection`] (a value and a vector-Jacobian product), or, if it is an
-//! offset from the mean, only [`projection::Ellipsoid`].
-//!
-//! **Write an environment of your own**: implement [`Env`], and run [`check_env`] on it before anything else.
-//!
-//! **Choose a method**: [`Config::cop_td3`], [`Config::sac`] and their relatives are presets of the one learner, and
-//! [`Config`]'s table says which critics and projection each is meant for.
-//!
-//! **Explore otherwise**: a policy's own noise explores unless [`Config::optimism`] says how far its actions move towards the
-//! critics' upper bound ([`Config::cop_td3_oac`]); [`Optimism::projection`] names whose. `learner.explore(...)` takes a rule of
+//! **Explore otherwise**: a policy's own noise explores unless [`Method::explore`] says how far its actions move towards the
+//! critics' upper bound ([`Method::cop_td3_oac`]); [`Optimism::projection`] names whose. [`Learner::explore`] takes a rule of
 //! your own.
 //!
-//! **Change the priorities**: `OrderedEnv::new(env, &["velocity", "safety", "control"])` is the same world in another order.
+//! **Change the priorities**: [`OrderedEnv`] is the same world with its objectives in another order.
 //!
 //! **Train, save, resume**: [`Trainer::step`] is one environment step with its learning, [`Trainer::save`] holds everything;
-//! a loaded trainer goes on bit for bit.
+//! a loaded trainer goes on bit for bit, and refuses what is of another method, task or seed.
 //!
 //! **See why a run fails**: give [`Trainer::step`] an [`Observer`]; the learner reports values, targets, losses, the critics'
 //! spread, how often the clip fires, and FAMO's weights, all by objective.
+//!
+//! # Words
+//!
+//! *Objective*: one component of the reward vector; *priority*: their order, most important first. *Bound*: what a
+//! *projection* makes of an ensemble's values, one vector a row; its *step* is signed, -1 the lower bound. *Critics*:
+//! networks of all N values, or *separate* ones of one value each. *Weights*: the scalarisation w, not a network's
+//! parameters. *Target*: the slow copy of a network, or the value that critics learn towards (a TD target).
 
 mod actor;
 mod adam;
 mod agent;
+mod backend;
 mod check_env;
-mod config;
+mod checkpoint;
 mod critic;
 mod env;
 pub mod error;
+mod evaluation;
 mod explore;
 mod famo;
+pub mod files;
 mod learner;
 mod loss;
+mod method;
 mod multiplier;
 mod normaliser;
 mod observer;
@@ -72,6 +89,7 @@ mod policy;
 pub mod projection;
 mod replay;
 mod rng;
+mod rollout;
 mod separate;
 mod state;
 mod temperature;
@@ -79,14 +97,16 @@ mod trainer;
 
 pub use actor::{ActionGrad, Actor, Sample, SampleGrad};
 pub use agent::{Agent, Mode, Transition};
+pub use backend::{ActorKind, Backend};
 pub use check_env::{EnvReport, check_env};
-pub use config::{Activation, Config, Init, Networks, Optimism, Smoothing, WarmUp};
 pub use critic::{Critic, Net, QGrad};
-pub use env::{Env, EnvSpec, Outcome};
+pub use env::{Env, EnvSpec, Objective, Outcome};
 pub use error::{Error, Result};
+pub use evaluation::{Evaluation, evaluate};
 pub use explore::{Context, Explore, GaussianNoise, Optimistic, PolicySamples, UniformActions};
 pub use famo::{Famo, FamoConfig, FamoDecay};
 pub use learner::Learner;
+pub use method::{Activation, Config, Ensemble, Init, Method, Networks, Optimism, Smoothing, WarmUp};
 pub use multiplier::{
     Constraint, FixedWeights, Lagrangian, LagrangianConfig, Multiplier, Pid, PidConfig, discounted_limit,
 };
@@ -97,7 +117,8 @@ pub use policy::Policy;
 pub use projection::{Bound, Projection, QView, Scratch};
 pub use replay::{Batch, Replay};
 pub use rng::{Rng, Stream};
+pub use rollout::{Episode, Rollout};
 pub use separate::SeparateCritics;
 pub use state::{Element, State, Value};
 pub use temperature::Entropy;
-pub use trainer::{Episode, Evaluation, Timing, Trainer, evaluate};
+pub use trainer::{Timing, Trainer};

@@ -7,8 +7,20 @@ use crate::{Env, EnvSpec, Error, Outcome, Result, State};
 ///
 /// Only methods that know priorities care: for Cholesky the order says whose uncertainty is answered for first.
 ///
-/// ```ignore
-/// let env = OrderedEnv::new(env, &["velocity", "safety", "control"])?;
+/// ```
+/// # use copq::{Env, EnvSpec, OrderedEnv, Outcome, Result};
+/// # struct World(EnvSpec);
+/// # impl Env for World {
+/// #     fn spec(&self) -> &EnvSpec { &self.0 }
+/// #     fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> { obs[0] = 0.0; Ok(()) }
+/// #     fn step(&mut self, _: &[f32], _: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+/// #         reward.copy_from_slice(&[1.0, 2.0]); Ok(Outcome::Running)
+/// #     }
+/// # }
+/// # let env = World(EnvSpec::new("world", 1, 1).reward("safety", 1.0).reward("velocity", 1.0));
+/// let env = OrderedEnv::new(env, &["velocity", "safety"])?; // or OrderedEnv::parse(env, "vs")
+/// assert_eq!(env.spec().names(), ["velocity", "safety"]);
+/// # Ok::<(), copq::Error>(())
 /// ```
 pub struct OrderedEnv {
     env: Box<dyn Env>,
@@ -26,10 +38,10 @@ impl std::fmt::Debug for OrderedEnv {
 
 impl OrderedEnv {
     /// Puts the objectives in this order; every one must be named once.
-    pub fn new(env: Box<dyn Env>, objectives: &[impl AsRef<str>]) -> Result<Self> {
+    pub fn new(env: impl Env + 'static, objectives: &[impl AsRef<str>]) -> Result<Self> {
         let old = env.spec();
         old.check()?;
-        let names: Vec<_> = old.objectives.iter().map(String::as_str).collect();
+        let names = old.names();
         let position = |name: &str| {
             names.iter().position(|known| *known == name).ok_or_else(|| Error::unknown("objective", name, &names))
         };
@@ -44,31 +56,30 @@ impl OrderedEnv {
         }
         let spec = EnvSpec {
             objectives: from.iter().map(|&i| old.objectives[i].clone()).collect(),
-            weights: from.iter().map(|&i| old.weights[i]).collect(),
-            limits: from.iter().map(|&i| old.limit(i)).collect(),
-            entropy: old.entropy_objective().map(|i| old.objectives[i].clone()),
+            entropy: old.entropy_objective().map(|i| old.objectives[i].name.clone()),
             ..old.clone()
         };
-        Ok(Self { reward: vec![0.0; from.len()], env, spec, from })
+        Ok(Self { reward: vec![0.0; from.len()], env: Box::new(env), spec, from })
     }
 
     /// The order as people write it: names with commas between, or first letters, such as `vsc` (velocity, safety,
     /// control).
-    pub fn parse(env: Box<dyn Env>, order: &str) -> Result<Self> {
-        let names = env.spec().objectives.clone();
-        let objectives = match order.contains(',') || names.iter().any(|name| name == order) {
-            true => order.split(',').map(|name| name.trim().to_owned()).collect(),
+    pub fn parse(env: impl Env + 'static, order: &str) -> Result<Self> {
+        let names = env.spec().names();
+        let objectives = match order.contains(',') || names.contains(&order) {
+            true => order.split(',').map(str::trim).collect::<Vec<_>>(),
             false => order.chars().map(|letter| only(&names, letter)).collect::<Result<Vec<_>>>()?,
         };
+        let objectives: Vec<_> = objectives.into_iter().map(str::to_owned).collect();
         Self::new(env, &objectives)
     }
 }
 
 /// The one name that begins with a letter.
-fn only(names: &[String], letter: char) -> Result<String> {
+fn only<'a>(names: &[&'a str], letter: char) -> Result<&'a str> {
     let mut found = names.iter().filter(|name| name.starts_with(letter));
     match (found.next(), found.next()) {
-        (Some(name), None) => Ok(name.clone()),
+        (Some(name), None) => Ok(name),
         _ => {
             let wanted =
                 format!("first letters, one objective each, or names with commas between: {}", names.join(","));

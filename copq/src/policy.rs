@@ -1,43 +1,90 @@
 //! A trained policy on its own: what acts when learning is over.
 
-use crate::{Actor, Net, Normaliser, Result, State};
+use std::path::Path;
 
-/// An actor with the normaliser of its observations, if it learned with one; both frozen.
+use crate::error::check_len;
+use crate::{
+    Activation, Actor, ActorKind, Backend, EnvSpec, Error, Method, Net, Networks, Normaliser, Result, Rng, State,
+    Stream,
+};
+
+/// An actor with the normaliser of its observations, if it learned with one, and the bounds of its actions; all frozen.
 ///
 /// ```
 /// # use copq::*;
-/// # fn show(actor: Box<dyn Actor>, checkpoint: &State, obs: &[f32]) -> Result<()> {
-/// // The state that an agent's `save` wrote, such as the child `agent` of a trainer's.
-/// let mut policy = Policy::load(actor, None, checkpoint)?;
-/// let mut action = vec![0.0; policy.action()];
-/// policy.act(obs, &mut action)?; // in [-1, 1]: see `EnvSpec::scale_action`
+/// # fn show(backend: &dyn Backend, obs: &[f32]) -> Result<()> {
+/// // What `Learner::save_policy` or the program `copq export` has written.
+/// let mut policy = Policy::read("hopper.safetensors", backend)?;
+/// let mut action = vec![0.0; policy.action_len()];
+/// policy.act(obs, &mut action)?; // in [-1, 1]
+/// policy.scale(&mut action)?; // in the robot's own units
 /// # Ok(())
 /// # }
 /// ```
+///
+/// The file is safetensors, for any reader: `actor/layer.0.weight` (output x input), `actor/layer.0.bias` and so on, hidden
+/// layers followed by `policy/activation`, the output by tanh (of a Gaussian policy its first half, the means);
+/// `policy/action_low` and `policy/action_high`; and of the normaliser, if there is one, `mean` and `squares`, so that
+/// x becomes (x - mean) / max(sqrt(squares / (count - 1)), 0.01), clipped at 5.
 pub struct Policy {
     actor: Box<dyn Actor>,
     normaliser: Option<Normaliser>,
+    spec: EnvSpec,
+    networks: Networks,
+    kind: ActorKind,
     /// What the actor sees.
     obs: Vec<f32>,
 }
 
 impl std::fmt::Debug for Policy {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Policy").field("normaliser", &self.normaliser).finish_non_exhaustive()
+        f.debug_struct("Policy").field("kind", &self.kind).field("normaliser", &self.normaliser).finish_non_exhaustive()
     }
 }
 
 impl Policy {
-    /// The policy in an agent's saved state. `actor` must have the saved one's layers; a `normaliser`, of the observations'
-    /// length, is there exactly if the run's [`Config::normalise`](crate::Config::normalise) is set.
-    pub fn load(mut actor: Box<dyn Actor>, mut normaliser: Option<Normaliser>, agent: &State) -> Result<Self> {
+    /// The policy in the saved state of an agent that learned by `method` (the child `agent` of a trainer's).
+    pub fn load(method: &Method, spec: &EnvSpec, backend: &dyn Backend, agent: &State) -> Result<Self> {
+        let (networks, kind) = (method.config.networks.clone(), method.actor());
+        // What was saved takes the place of these weights.
+        let mut actor = backend.actor(spec, &networks, kind, &mut Rng::new(0, Stream::Init))?;
         actor.load(agent.child("actor")?)?;
+        let mut normaliser = method.config.normalise.then(|| Normaliser::new(spec.obs_len));
         Normaliser::restore(&mut normaliser, agent)?;
-        Ok(Self { actor, normaliser, obs: Vec::new() })
+        Ok(Self { actor, normaliser, spec: spec.clone(), networks, kind, obs: Vec::new() })
+    }
+
+    /// Reads a policy's file.
+    pub fn read(path: impl AsRef<Path>, backend: &dyn Backend) -> Result<Self> {
+        let state = State::read_file(path)?;
+        let about = state.child("policy")?;
+        let obs_len = about.get_one::<u64>("obs_len")? as usize;
+        let (low, high) = (about.get("action_low")?, about.get("action_high")?);
+        check_len("the policy's upper action bounds", high.len(), low.len())?;
+        // A policy knows nothing of rewards, but a description needs one.
+        let spec =
+            EnvSpec::new(about.get_text("task")?, obs_len, low.len()).action_bounds(low, high).reward("any", 1.0);
+        let networks = Networks {
+            hidden: about.get::<u64>("hidden")?.iter().map(|&width| width as usize).collect(),
+            activation: activation(about.get_text("activation")?)?,
+            ..Networks::default()
+        };
+        let kind = kind(about.get_text("kind")?)?;
+        let mut actor = backend.actor(&spec, &networks, kind, &mut Rng::new(0, Stream::Init))?;
+        actor.import(state.child("actor")?)?;
+        let mut normaliser = state.child("normaliser").is_ok().then(|| Normaliser::new(obs_len));
+        Normaliser::restore(&mut normaliser, &state)?;
+        Ok(Self { actor, normaliser, spec, networks, kind, obs: Vec::new() })
+    }
+
+    /// Writes the policy to a small file.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
+        let Self { actor, normaliser, spec, networks, kind, .. } = self;
+        exported(actor.as_ref(), normaliser.as_ref(), spec, networks, *kind)?.write_file(path)
     }
 
     /// Length of an action.
-    pub fn action(&self) -> usize {
+    pub fn action_len(&self) -> usize {
         self.actor.action()
     }
 
@@ -49,5 +96,58 @@ impl Policy {
             normaliser.normalise(&mut self.obs)?;
         }
         self.actor.sample(Net::Online, &self.obs, &[], action, &mut [])
+    }
+
+    /// Maps one action from [-1, 1] to the environment's bounds.
+    pub fn scale(&self, action: &mut [f32]) -> Result<()> {
+        check_len("action", action.len(), self.action_len())?;
+        let unit = action.to_vec();
+        self.spec.scale_action(&unit, action);
+        Ok(())
+    }
+}
+
+/// A policy as its file holds it.
+pub(crate) fn exported(
+    actor: &dyn Actor,
+    normaliser: Option<&Normaliser>,
+    spec: &EnvSpec,
+    networks: &Networks,
+    kind: ActorKind,
+) -> Result<State> {
+    let mut state = State::default();
+    let about = state.child_mut("policy");
+    about.put_text("task", &spec.name);
+    about.put("obs_len", [spec.obs_len as u64]);
+    about.put("action_low", spec.action_low.as_slice());
+    about.put("action_high", spec.action_high.as_slice());
+    about.put("hidden", networks.hidden.iter().map(|&width| width as u64).collect::<Vec<_>>());
+    about.put_text("activation", ACTIVATIONS[networks.activation as usize]);
+    about.put_text("kind", KINDS[kind as usize]);
+    actor.export(state.child_mut("actor"))?;
+    if let Some(normaliser) = normaliser {
+        normaliser.save(state.child_mut("normaliser"));
+    }
+    Ok(state)
+}
+
+/// In the order of the variants.
+const ACTIVATIONS: [&str; 3] = ["relu", "tanh", "silu"];
+const KINDS: [&str; 2] = ["deterministic", "gaussian"];
+
+fn activation(name: &str) -> Result<Activation> {
+    match name {
+        "relu" => Ok(Activation::Relu),
+        "tanh" => Ok(Activation::Tanh),
+        "silu" => Ok(Activation::Silu),
+        _ => Err(Error::unknown("activation", name, &ACTIVATIONS)),
+    }
+}
+
+fn kind(name: &str) -> Result<ActorKind> {
+    match name {
+        "deterministic" => Ok(ActorKind::Deterministic),
+        "gaussian" => Ok(ActorKind::Gaussian),
+        _ => Err(Error::unknown("kind of policy", name, &KINDS)),
     }
 }

@@ -13,9 +13,9 @@ use crate::{Critic, Error, Net, QGrad, QView, Result, State};
 ///
 /// With unequal counts a drawn subset (REDQ) could hold one network twice, so it is refused.
 ///
-/// They learn best without FAMO ([`Config::famo`](crate::Config::famo)), which [`Config::for_projection`](crate::Config::for_projection)
-/// takes away. Adam undoes the scale of a loss, so weights of losses that share no network balance nothing: under a
-/// decoupled decay they drift, until an objective's gradients are as small as Adam's epsilon and its networks hardly move.
+/// They learn best without FAMO, which rests here unless [`FamoConfig::separate`](crate::FamoConfig::separate) is set. Adam
+/// undoes the scale of a loss, so weights of losses that share no network balance nothing: under a decoupled decay they
+/// drift, until an objective's gradients are as small as Adam's epsilon and its networks hardly move.
 pub struct SeparateCritics {
     networks: Box<dyn Critic>,
     /// Networks of each objective, which lie one objective after another.
@@ -72,6 +72,10 @@ impl Critic for SeparateCritics {
 
     fn objectives(&self) -> usize {
         self.counts.len()
+    }
+
+    fn shared(&self) -> bool {
+        false
     }
 
     fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {

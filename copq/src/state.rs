@@ -1,8 +1,9 @@
 //! A tree of named arrays: what every part writes into a checkpoint and reads back from it.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
-use crate::{Error, Result};
+use crate::{Error, Result, checkpoint};
 
 /// One saved array. Only plain numbers, so that any file format can hold it.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +22,8 @@ pub enum Value {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State {
     values: BTreeMap<String, Value>,
+    /// The dimensions of arrays that have several.
+    shapes: BTreeMap<String, Vec<usize>>,
     children: BTreeMap<String, State>,
 }
 
@@ -55,7 +58,40 @@ element!(u8, U8, "u8");
 impl State {
     /// Stores an array under a name, replacing what was there.
     pub fn put<T: Element>(&mut self, name: &str, values: impl Into<Vec<T>>) {
-        self.values.insert(name.to_owned(), T::wrap(values.into()));
+        self.put_value(name, &[], T::wrap(values.into()));
+    }
+
+    /// Stores an array of several dimensions under a name, row-major. The product of `shape` must be the array's length.
+    pub fn put_shaped<T: Element>(&mut self, name: &str, shape: &[usize], values: impl Into<Vec<T>>) {
+        let values: Vec<T> = values.into();
+        debug_assert_eq!(shape.iter().product::<usize>(), values.len(), "shape of '{name}'");
+        self.put_value(name, shape, T::wrap(values));
+    }
+
+    /// The dimensions of an array that has several.
+    pub fn shape(&self, name: &str) -> Option<&[usize]> {
+        self.shapes.get(name).map(Vec::as_slice)
+    }
+
+    /// Stores a text under a name, as its UTF-8 bytes.
+    pub fn put_text(&mut self, name: &str, text: &str) {
+        self.put(name, text.as_bytes());
+    }
+
+    /// The text under a name.
+    pub fn get_text(&self, name: &str) -> Result<&str> {
+        let bytes = self.get::<u8>(name)?;
+        std::str::from_utf8(bytes).map_err(|e| Error::other(format!("saved text '{name}'"), e))
+    }
+
+    /// Writes the tree to a safetensors file, atomically: a crash leaves the old file or the new one.
+    pub fn write_file(&self, path: impl AsRef<Path>) -> Result<()> {
+        checkpoint::write(path.as_ref(), self)
+    }
+
+    /// Reads the tree that [`State::write_file`] wrote.
+    pub fn read_file(path: impl AsRef<Path>) -> Result<Self> {
+        checkpoint::read(path.as_ref())
     }
 
     /// The array under a name; an error says which name or type was missing.
@@ -100,8 +136,13 @@ impl State {
         self.children.iter().map(|(name, child)| (name.as_str(), child))
     }
 
-    /// Stores an already wrapped value.
-    pub fn put_value(&mut self, name: &str, value: Value) {
+    /// Stores an already wrapped value with its dimensions.
+    pub fn put_value(&mut self, name: &str, shape: &[usize], value: Value) {
+        if shape.len() > 1 {
+            self.shapes.insert(name.to_owned(), shape.to_vec());
+        } else {
+            self.shapes.remove(name);
+        }
         self.values.insert(name.to_owned(), value);
     }
 

@@ -43,9 +43,9 @@ impl Temperature {
             return Err(Error::invalid("entropy.temperature", "a positive number", entropy.temperature));
         }
         check_not_negative("entropy.lr", entropy.lr)?;
-        let target = entropy.target.unwrap_or(-(spec.action() as f64));
+        let target = entropy.target.unwrap_or(-(spec.action_len() as f64));
         // That of uniform actions. What cannot be reached would raise the temperature for ever.
-        let most = spec.action() as f64 * std::f64::consts::LN_2;
+        let most = spec.action_len() as f64 * std::f64::consts::LN_2;
         if !(target.is_finite() && target < most) {
             return Err(Error::invalid(
                 "entropy.target",
@@ -92,7 +92,7 @@ impl Temperature {
 
 /// The position of the objective that the bonus is added to, which must be wanted, not limited.
 fn objective(entropy: &Entropy, spec: &EnvSpec) -> Result<usize> {
-    let names: Vec<_> = spec.objectives.iter().map(String::as_str).collect();
+    let names = spec.names();
     let found = match &entropy.objective {
         Some(name) => Some(
             names
@@ -103,7 +103,7 @@ fn objective(entropy: &Entropy, spec: &EnvSpec) -> Result<usize> {
         None => spec.entropy_objective(),
     };
     match found {
-        Some(i) if spec.limit(i).is_none() && spec.weights[i] > 0.0 => Ok(i),
+        Some(i) if spec.limit(i).is_none() && spec.objectives[i].weight > 0.0 => Ok(i),
         Some(i) => Err(Error::invalid("the entropy bonus's objective", "a reward with a positive weight", names[i])),
         None => Err(Error::invalid("the entropy bonus's objective", "a reward", "only costs")),
     }
@@ -112,19 +112,11 @@ fn objective(entropy: &Entropy, spec: &EnvSpec) -> Result<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Objective;
 
     fn spec() -> EnvSpec {
-        EnvSpec {
-            name: "test".into(),
-            observation: 1,
-            action_low: vec![-1.0; 3],
-            action_high: vec![1.0; 3],
-            objectives: ["cost", "speed", "effort"].map(String::from).to_vec(),
-            weights: vec![-1.0, 1.0, 0.5],
-            limits: vec![Some(10.0), None, None],
-            entropy: None,
-            horizon: 100,
-        }
+        let cost = Objective::cost("cost", 10.0).weight(-1.0);
+        EnvSpec::new("test", 1, 3).objective(cost).reward("speed", 1.0).reward("effort", 0.5).horizon(100)
     }
 
     #[test]

@@ -3,18 +3,9 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use crate::{Agent, Env, Error, Mode, Observer, Outcome, Result, Rng, State, Stream, Transition};
-
-/// A finished episode of training.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Episode {
-    /// Undiscounted return of each objective.
-    pub returns: Vec<f64>,
-    /// Environment steps it took.
-    pub length: u64,
-    /// Terminated or truncated.
-    pub outcome: Outcome,
-}
+use crate::{
+    Agent, Env, EnvSpec, Episode, Evaluation, Mode, Observer, Result, Rng, Rollout, State, Stream, Transition, evaluate,
+};
 
 /// Wall-clock time spent since the trainer was made (not saved: it is no part of the result).
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,48 +19,61 @@ pub struct Timing {
 }
 
 /// An agent at work in an environment. Its whole state can be saved between any two steps.
-pub struct Trainer {
-    env: Box<dyn Env>,
-    agent: Box<dyn Agent>,
+///
+/// ```
+/// # use copq::{Agent, Env, EnvSpec, Mode, Observer, Outcome, Result, State, Transition};
+/// # struct World(EnvSpec, u8);
+/// # impl Env for World {
+/// #     fn spec(&self) -> &EnvSpec { &self.0 }
+/// #     fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> { self.1 = 0; obs[0] = 0.0; Ok(()) }
+/// #     fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+/// #         self.1 += 1; obs[0] = self.1 as f32; reward[0] = 0.5;
+/// #         Ok(if self.1 < 3 { Outcome::Running } else { Outcome::Truncated })
+/// #     }
+/// # }
+/// # struct Still;
+/// # impl Agent for Still {
+/// #     fn seed(&self) -> u64 { 0 }
+/// #     fn discount(&self) -> f64 { 0.99 }
+/// #     fn act(&mut self, _: &[f32], _: Mode, action: &mut [f32]) -> Result<()> { action.fill(0.0); Ok(()) }
+/// #     fn observe(&mut self, _: Transition<'_>) -> Result<()> { Ok(()) }
+/// #     fn update(&mut self, _: &mut dyn Observer) -> Result<()> { Ok(()) }
+/// #     fn value(&mut self, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> { q.fill(0.0); Ok(()) }
+/// #     fn save(&self, _: &mut State) -> Result<()> { Ok(()) }
+/// #     fn load(&mut self, _: &State) -> Result<()> { Ok(()) }
+/// # }
+/// # let env = World(EnvSpec::new("world", 1, 1).reward("time", 1.0).horizon(3), 0);
+/// # let learner = Still;
+/// use copq::{Silent, Trainer};
+///
+/// let mut trainer = Trainer::new(env, learner)?;
+/// trainer.run(1_000, &mut Silent)?; // or step() by step()
+/// println!("{}", trainer.evaluate(10)?);
+/// # assert_eq!(trainer.evaluate(2)?.lengths, [3, 3]);
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub struct Trainer<A = Box<dyn Agent>> {
+    rollout: Rollout<Box<dyn Env>>,
+    agent: A,
     episode_seeds: Rng,
     steps: u64,
     timing: Timing,
-    obs: Vec<f32>,
-    next_obs: Vec<f32>,
-    unit_action: Vec<f32>,
     action: Vec<f32>,
-    reward: Vec<f32>,
-    episode: Option<Episode>,
 }
 
-impl fmt::Debug for Trainer {
+impl<A> fmt::Debug for Trainer<A> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Trainer")
-            .field("env", &self.env.spec().name)
-            .field("steps", &self.steps)
-            .finish_non_exhaustive()
+        f.debug_struct("Trainer").field("rollout", &self.rollout).field("steps", &self.steps).finish_non_exhaustive()
     }
 }
 
-impl Trainer {
-    /// Puts an agent into an environment; episode seeds come from `seed`.
-    pub fn new(env: Box<dyn Env>, agent: Box<dyn Agent>, seed: u64) -> Result<Self> {
-        let spec = env.spec();
-        spec.check()?;
-        let (observation, action, objectives) = (spec.observation, spec.action(), spec.objectives.len());
-        Ok(Self {
-            obs: vec![0.0; observation],
-            next_obs: vec![0.0; observation],
-            unit_action: vec![0.0; action],
-            action: vec![0.0; action],
-            reward: vec![0.0; objectives],
-            episode_seeds: Rng::new(seed, Stream::Env),
-            steps: 0,
-            timing: Timing::default(),
-            episode: None,
-            env,
-            agent,
-        })
+impl<A: Agent> Trainer<A> {
+    /// Puts an agent into an environment; episode seeds come from the agent's seed.
+    pub fn new(env: impl Env + 'static, agent: A) -> Result<Self> {
+        let action = vec![0.0; env.spec().action_len()];
+        let rollout = Rollout::new(Box::new(env) as Box<dyn Env>)?;
+        let episode_seeds = Rng::new(agent.seed(), Stream::Env);
+        Ok(Self { rollout, agent, episode_seeds, steps: 0, timing: Timing::default(), action })
     }
 
     /// Environment steps done so far.
@@ -82,156 +86,82 @@ impl Trainer {
         self.timing
     }
 
-    /// The agent, for evaluation.
-    pub fn agent_mut(&mut self) -> &mut dyn Agent {
-        self.agent.as_mut()
+    /// The agent.
+    pub fn agent(&self) -> &A {
+        &self.agent
+    }
+
+    /// The agent, for evaluation elsewhere.
+    pub fn agent_mut(&mut self) -> &mut A {
+        &mut self.agent
     }
 
     /// The environment's description.
-    pub fn spec(&self) -> &crate::EnvSpec {
-        self.env.spec()
+    pub fn spec(&self) -> &EnvSpec {
+        self.rollout.env().spec()
+    }
+
+    /// So many environment steps, each with its learning.
+    pub fn run(&mut self, steps: u64, log: &mut dyn Observer) -> Result<()> {
+        for _ in 0..steps {
+            self.step(log)?;
+        }
+        Ok(())
     }
 
     /// Acts, steps, observes and updates once; returns the episode if it ended here.
     pub fn step(&mut self, log: &mut dyn Observer) -> Result<Option<Episode>> {
         let start = Instant::now();
-        if self.episode.is_none() {
-            self.env.reset(self.episode_seeds.next_u64(), &mut self.obs)?;
-            let returns = vec![0.0; self.reward.len()];
-            self.episode = Some(Episode { returns, length: 0, outcome: Outcome::Running });
+        if !self.rollout.is_running() {
+            self.rollout.reset(self.episode_seeds.next_u64())?;
         }
         let reset = Instant::now();
-        self.agent.act(&self.obs, Mode::Explore, &mut self.unit_action)?;
+        self.agent.act(self.rollout.obs(), Mode::Explore, &mut self.action)?;
         let acted = Instant::now();
-        self.env.spec().scale_action(&self.unit_action, &mut self.action);
-        let outcome = self.env.step(&self.action, &mut self.next_obs, &mut self.reward)?;
+        let outcome = self.rollout.step(&self.action)?;
         self.steps += 1;
         let stepped = Instant::now();
         self.agent.observe(Transition {
-            obs: &self.obs,
-            action: &self.unit_action,
-            reward: &self.reward,
-            next_obs: &self.next_obs,
+            obs: self.rollout.previous_obs(),
+            action: &self.action,
+            reward: self.rollout.reward(),
+            next_obs: self.rollout.obs(),
             outcome,
         })?;
         self.agent.update(log)?;
         self.timing.act += acted - reset;
         self.timing.env += (reset - start) + (stepped - acted);
         self.timing.update += stepped.elapsed();
-        std::mem::swap(&mut self.obs, &mut self.next_obs);
-        let episode = self.advance_episode(outcome);
-        if let Some(running) = &self.episode {
-            self.env.spec().check_length(running.length, outcome)?;
-        }
-        Ok(episode)
+        let ended = (!self.rollout.is_running()).then(|| self.rollout.episode().clone());
+        Ok(ended)
     }
 
-    fn advance_episode(&mut self, outcome: Outcome) -> Option<Episode> {
-        let episode = self.episode.as_mut()?;
-        episode.length += 1;
-        episode.outcome = outcome;
-        for (sum, &reward) in episode.returns.iter_mut().zip(&self.reward) {
-            *sum += f64::from(reward);
+    /// What the policy is worth now: so many episodes without exploration, the same ones every time. They are played in
+    /// the trainer's own environment, which then goes on where it was; if it cannot be saved, a new training episode begins.
+    pub fn evaluate(&mut self, episodes: usize) -> Result<Evaluation> {
+        let mut running = State::default();
+        if self.rollout.save(&mut running).is_err() {
+            running = State::default();
         }
-        if outcome == Outcome::Running { None } else { self.episode.take() }
+        let evaluation = evaluate(&mut self.agent, self.rollout.env_mut(), episodes);
+        self.rollout.load(&running)?;
+        evaluation
     }
 
     /// Writes everything the rest of the run depends on.
     pub fn save(&self, state: &mut State) -> Result<()> {
         state.put("steps", [self.steps]);
         self.episode_seeds.save("episode_seeds", state);
-        if let Some(episode) = &self.episode {
-            state.put("episode_returns", episode.returns.as_slice());
-            state.put("episode_length", [episode.length]);
-            state.put("obs", self.obs.as_slice());
-            self.env.save(state.child_mut("env"))?;
-        }
+        self.rollout.save(state)?;
         self.agent.save(state.child_mut("agent"))
     }
 
     /// Goes back to what [`Trainer::save`] wrote; the next step is then the same, bit for bit.
     pub fn load(&mut self, state: &State) -> Result<()> {
+        // The agent first: it knows what the state is of.
+        self.agent.load(state.child("agent")?)?;
         self.steps = state.get_one("steps")?;
         self.episode_seeds.load("episode_seeds", state)?;
-        self.episode = None;
-        if let Ok(saved) = state.child("env") {
-            let mut returns = vec![0.0; self.reward.len()];
-            state.read("episode_returns", &mut returns)?;
-            state.read("obs", &mut self.obs)?;
-            let length = state.get_one("episode_length")?;
-            self.env.load(saved)?;
-            self.episode = Some(Episode { returns, length, outcome: Outcome::Running });
-        }
-        self.agent.load(state.child("agent")?)
+        self.rollout.load(state)
     }
-}
-
-/// Deterministic episodes of a policy, with what its critics promised for them.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Evaluation {
-    /// Undiscounted returns, one vector an episode.
-    pub returns: Vec<Vec<f64>>,
-    /// Steps of each episode.
-    pub lengths: Vec<u64>,
-    /// Discounted returns from the first step, averaged over the episodes, one per objective.
-    pub discounted: Vec<f64>,
-    /// The mean critic's Q at the first step, averaged over the episodes: compare with `discounted`, but know that critics
-    /// value the policy they are taught with, not the bare one that is evaluated. With target smoothing (TD3) its noise
-    /// costs what noise costs (on benchmark A's hopper 11.6 of control: 3 components x 0.039, clipped, x 0.99 / (1 - 0.99)); with
-    /// an entropy bonus (SAC) they include the bonus of the steps to come.
-    pub promised: Vec<f64>,
-}
-
-impl Evaluation {
-    /// The mean return of each objective.
-    pub fn mean(&self) -> Vec<f64> {
-        let n = self.returns.len() as f64;
-        (0..self.discounted.len()).map(|i| self.returns.iter().map(|r| r[i]).sum::<f64>() / n).collect()
-    }
-}
-
-/// Runs `episodes` episodes without exploration, on seeds drawn from `seed` alone: the same episodes every time.
-pub fn evaluate(
-    agent: &mut dyn Agent,
-    env: &mut dyn Env,
-    episodes: usize,
-    seed: u64,
-    discount: f64,
-) -> Result<Evaluation> {
-    if episodes == 0 {
-        return Err(Error::invalid("evaluation episodes", "at least 1", 0));
-    }
-    let spec = env.spec().clone();
-    let n = spec.objectives.len();
-    let mut seeds = Rng::new(seed, Stream::Evaluation);
-    let mut result =
-        Evaluation { returns: Vec::new(), lengths: Vec::new(), discounted: vec![0.0; n], promised: vec![0.0; n] };
-    let (mut obs, mut reward) = (vec![0.0; spec.observation], vec![0.0; n]);
-    let (mut unit, mut action, mut q) = (vec![0.0; spec.action()], vec![0.0; spec.action()], vec![0.0; n]);
-    for _ in 0..episodes {
-        env.reset(seeds.next_u64(), &mut obs)?;
-        let (mut returns, mut length, mut weight) = (vec![0.0; n], 0, 1.0 / episodes as f64);
-        loop {
-            agent.act(&obs, Mode::Exploit, &mut unit)?;
-            if length == 0 {
-                agent.value(&obs, &unit, &mut q)?;
-                result.promised.iter_mut().zip(&q).for_each(|(sum, &q)| *sum += weight * f64::from(q));
-            }
-            spec.scale_action(&unit, &mut action);
-            let outcome = env.step(&action, &mut obs, &mut reward)?;
-            length += 1;
-            for i in 0..n {
-                returns[i] += f64::from(reward[i]);
-                result.discounted[i] += weight * f64::from(reward[i]);
-            }
-            weight *= discount;
-            spec.check_length(length, outcome)?;
-            if outcome != Outcome::Running {
-                break;
-            }
-        }
-        result.returns.push(returns);
-        result.lengths.push(length);
-    }
-    Ok(result)
 }

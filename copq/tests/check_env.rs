@@ -85,7 +85,7 @@ fn each_fault_is_named() {
         let error = check_env(&mut Broken { inner: Toy::new(), fault, calls: 0 }).unwrap_err().to_string();
         assert!(error.contains(wanted), "wanted '{wanted}', got '{error}'");
     }
-    let spec = EnvSpec { action_high: vec![-3.0], ..Toy::new().spec };
+    let spec = Toy::new().spec.action_bounds(&[-2.0], &[-3.0]);
     let error = check_env(&mut Toy { spec, ..Toy::new() }).unwrap_err().to_string();
     assert!(error.contains("bounds of action 0: wanted finite, lower < upper, got [-2, -3]"), "{error}");
 }

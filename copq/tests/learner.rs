@@ -20,8 +20,8 @@ fn policy(agent: &mut dyn Agent) -> (f32, f32) {
 fn td3_learns_the_optimum_with_every_projection() {
     for &name in projection::names() {
         let projection = projection::by_name(name).unwrap();
-        let critics = projection.critics(2);
-        let mut trainer = toy::trainer(toy::learner(toy::config(), critics, 1).projection(projection), 1);
+        let critics = toy::critics_of(projection.as_ref());
+        let mut trainer = toy::trainer(toy::learner(Method::new("toy", toy::config(), projection), critics, 1));
         for _ in 0..3_000 {
             trainer.step(&mut Silent).unwrap();
         }
@@ -35,9 +35,9 @@ fn td3_learns_the_optimum_with_every_projection() {
 fn values_converge_to_the_discounted_returns() {
     // Without the bound and without smoothing noise, which would both be paid for in the targets.
     let config = Config { pessimism: 0.0, smoothing: None, ..toy::config() };
-    let mut trainer = toy::trainer(toy::learner(config, 3, 4), 4);
+    let mut trainer = toy::trainer(toy::learner(toy::method(config), 3, 4));
     (0..6_000).for_each(|_| drop(trainer.step(&mut Silent).unwrap()));
-    let evaluation = evaluate(trainer.agent_mut(), &mut Toy::new(), 200, 0, 0.5).unwrap();
+    let evaluation = evaluate(trainer.agent_mut(), Toy::new(), 200).unwrap();
     let Evaluation { promised, discounted, .. } = evaluation;
     for (promised, observed) in promised.iter().zip(&discounted) {
         assert!((promised - observed).abs() < 0.01, "promised {promised}, observed {observed}");
@@ -46,7 +46,7 @@ fn values_converge_to_the_discounted_returns() {
 }
 
 fn run(seed: u64, steps: u64) -> State {
-    let mut trainer = toy::trainer(toy::learner(toy::config(), 3, seed), seed);
+    let mut trainer = toy::trainer(toy::learner(toy::method(toy::config()), 3, seed));
     (0..steps).for_each(|_| drop(trainer.step(&mut Silent).unwrap()));
     let mut state = State::default();
     trainer.save(&mut state).unwrap();
@@ -63,7 +63,8 @@ fn the_same_seed_gives_the_same_bits_and_another_does_not() {
 fn a_resumed_run_is_the_same_bit_for_bit() {
     // 413 is in mid-episode, and after the warm-up; the ring of 5,000 is not full, 5,200 steps later it is.
     for (first, total) in [(113, 500), (413, 800), (5_213, 5_500)] {
-        let mut resumed = toy::trainer(toy::learner(toy::config(), 3, 77), 77);
+        let mut resumed = toy::trainer(toy::learner(toy::method(toy::config()), 3, 3));
+        resumed.run(77, &mut Silent).unwrap();
         resumed.load(&run(3, first)).unwrap();
         (first..total).for_each(|_| drop(resumed.step(&mut Silent).unwrap()));
         let mut state = State::default();
@@ -75,7 +76,7 @@ fn a_resumed_run_is_the_same_bit_for_bit() {
 #[test]
 fn optimistic_exploration_resumes_bit_for_bit() {
     let trained = |first: u64, steps: u64| {
-        let fresh = || toy::trainer(toy::learner(toy::small(Config::cop_td3_oac()), 3, 77), 77);
+        let fresh = || toy::trainer(toy::learner(toy::method(toy::small(Method::cop_td3_oac().config)), 3, 77));
         let mut trainer = fresh();
         let mut state = State::default();
         for step in 0..steps {
@@ -97,7 +98,8 @@ fn optimistic_exploration_resumes_bit_for_bit() {
 fn bad_settings_are_readable_errors() {
     let build = |config: Config| {
         let critic = Box::new(toy::LinearCritics::new(3, 2, 0.02, 0));
-        Learner::new(config, &Toy::new().spec, critic, Box::new(toy::LinearActor::new(0.005)), 0).map(drop)
+        Learner::with_networks(toy::method(config), &Toy::new().spec, critic, Box::new(toy::LinearActor::new(0.005)), 0)
+            .map(drop)
     };
     let cases: Vec<(Config, &str)> = vec![
         (Config { discount: 1.5, ..toy::config() }, "discount: wanted a number from 0 to 1, got 1.5"),
@@ -115,30 +117,41 @@ fn bad_settings_are_readable_errors() {
         assert_eq!(build(config).unwrap_err().to_string(), message);
     }
     let wide = Box::new(toy::LinearCritics::new(3, 4, 0.02, 0));
-    let error = Learner::new(toy::config(), &Toy::new().spec, wide, Box::new(toy::LinearActor::new(0.005)), 0);
+    let actor = || Box::new(toy::LinearActor::new(0.005));
+    let error = Learner::with_networks(toy::method(toy::config()), &Toy::new().spec, wide, actor(), 0);
     assert_eq!(error.unwrap_err().to_string(), "the critic's objectives: wanted 2 values, got 4");
-    let check = |limits: Vec<Option<f32>>| EnvSpec { limits, ..Toy::new().spec }.check().unwrap_err().to_string();
+    let check = |change: &dyn Fn(&mut EnvSpec)| {
+        let mut spec = Toy::new().spec;
+        change(&mut spec);
+        spec.check().unwrap_err().to_string()
+    };
     assert_eq!(
-        check(vec![None]),
-        "toy: cost limits: wanted none, or an entry for every objective, got 2 names, 1 limits"
-    );
-    assert_eq!(
-        check(vec![None, Some(3.0)]),
+        check(&|spec| spec.objectives[1].limit = Some(3.0)),
         "toy: weight of the cost 'rest': wanted at most 0, as costs are positive and unwanted, got 1"
     );
-    assert_eq!(check(vec![Some(f32::NAN), None]), "toy: cost limit: wanted a finite number, got NaN");
-    let check = |spec: EnvSpec| spec.check().unwrap_err().to_string();
-    let twice = EnvSpec { objectives: vec!["track".into(), "track".into()], ..Toy::new().spec };
-    assert_eq!(check(twice), "toy: objectives: wanted names that differ, got 'track' twice");
-    let nan = EnvSpec { weights: vec![1.0, f32::NAN], ..Toy::new().spec };
-    assert_eq!(check(nan), "toy: weight of 'rest': wanted a finite number, got NaN");
+    assert_eq!(
+        check(&|spec| spec.objectives[0].limit = Some(f32::NAN)),
+        "toy: cost limit: wanted a finite number, got NaN"
+    );
+    assert_eq!(
+        check(&|spec| spec.objectives[1].name = "track".into()),
+        "toy: objectives: wanted names that differ, got 'track' twice"
+    );
+    assert_eq!(check(&|spec| spec.objectives.clear()), "toy: objectives: wanted at least one, got none");
+    assert_eq!(
+        check(&|spec| spec.objectives[1].weight = f32::NAN),
+        "toy: weight of 'rest': wanted a finite number, got NaN"
+    );
     for name in ["cost", "rewrd"] {
-        let spec = EnvSpec { entropy: Some(name.into()), ..Toy::constrained().spec };
-        assert_eq!(check(spec), format!("toy: objective of the entropy bonus: wanted one of the rewards, got {name}"));
+        let mut spec = Toy::constrained().spec;
+        spec.entropy = Some(name.into());
+        let error = spec.check().unwrap_err().to_string();
+        assert_eq!(error, format!("toy: objective of the entropy bonus: wanted one of the rewards, got {name}"));
     }
-    let zero = EnvSpec { weights: vec![0.0, 0.0], ..Toy::new().spec };
+    let mut zero = Toy::new().spec;
+    zero.objectives.iter_mut().for_each(|objective| objective.weight = 0.0);
     let critic = Box::new(toy::LinearCritics::new(3, 2, 0.02, 0));
-    let error = Learner::new(toy::config(), &zero, critic, Box::new(toy::LinearActor::new(0.005)), 0).unwrap_err();
+    let error = Learner::with_networks(toy::method(toy::config()), &zero, critic, actor(), 0).unwrap_err();
     assert!(error.to_string().contains("scalarisation weights: wanted finite numbers, not all zero"), "{error}");
 }
 
@@ -146,7 +159,7 @@ fn bad_settings_are_readable_errors() {
 #[test]
 fn the_warm_up_takes_uniform_actions_or_the_policys() {
     let largest = |warm_up| {
-        let mut learner = toy::learner(Config { warm_up, ..toy::config() }, 3, 1);
+        let mut learner = toy::learner(toy::method(Config { warm_up, ..toy::config() }), 3, 1);
         let mut action = [0.0];
         let mut largest = 0.0f32;
         for i in 0..200 {
@@ -171,7 +184,7 @@ fn the_warm_up_takes_uniform_actions_or_the_policys() {
 fn pessimism_is_reported_where_it_acts() {
     let pessimism = |config: Config| {
         let mut seen = std::collections::BTreeMap::new();
-        let mut trainer = toy::trainer(toy::learner(config, 3, 1), 1);
+        let mut trainer = toy::trainer(toy::learner(toy::method(config), 3, 1));
         let mut log = |_: u64, name: &str, value: f64| {
             seen.insert(name.to_owned(), value);
         };
@@ -190,7 +203,7 @@ fn pessimism_is_reported_where_it_acts() {
 #[test]
 fn nan_is_a_named_error() {
     let fails = |env: Toy| {
-        let mut trainer = Trainer::new(Box::new(env), Box::new(toy::learner(toy::config(), 3, 0)), 0).unwrap();
+        let mut trainer = Trainer::new(env, toy::learner(toy::method(toy::config()), 3, 0)).unwrap();
         (0..20).find_map(|_| trainer.step(&mut Silent).err()).expect("a NaN must not pass").to_string()
     };
     let reward = fails(Toy { nan_reward_at: Some(7), ..Toy::new() });
@@ -201,7 +214,7 @@ fn nan_is_a_named_error() {
 
 #[test]
 fn an_observation_that_is_not_finite_is_not_blamed_on_the_actor() {
-    let mut learner = toy::learner(toy::config(), 3, 0);
+    let mut learner = toy::learner(toy::method(toy::config()), 3, 0);
     let error = learner.act(&[f32::NAN], Mode::Exploit, &mut [0.0]).unwrap_err().to_string();
     assert!(error.contains("observation, component 0 is not finite") && error.contains("environment"), "{error}");
 }
@@ -211,17 +224,17 @@ fn an_episode_that_outlives_its_horizon_is_an_error_and_no_endless_loop() {
     let mut endless = Toy::new();
     endless.spec.horizon = 12;
     let wanted = "environment 'toy': still running after 12 steps; wanted Outcome::Truncated at its horizon, 12";
-    let mut learner = toy::learner(toy::config(), 3, 0);
-    assert_eq!(evaluate(&mut learner, &mut endless, 1, 0, 0.5).unwrap_err().to_string(), wanted);
-    let mut trainer = Trainer::new(Box::new(endless), Box::new(learner), 0).unwrap();
+    let mut learner = toy::learner(toy::method(toy::config()), 3, 0);
+    assert_eq!(evaluate(&mut learner, &mut endless, 1).unwrap_err().to_string(), wanted);
+    let mut trainer = Trainer::new(endless, learner).unwrap();
     let error = (0..20).find_map(|_| trainer.step(&mut Silent).err()).unwrap();
-    assert_eq!((error.to_string(), trainer.steps()), (wanted.to_owned(), 12));
+    assert_eq!((error.to_string(), trainer.steps()), (wanted.to_owned(), 11));
 }
 
 #[test]
 fn logs_explain_the_run() {
     let mut seen = std::collections::BTreeMap::new();
-    let mut trainer = toy::trainer(toy::learner(toy::config(), 3, 1), 1);
+    let mut trainer = toy::trainer(toy::learner(toy::method(toy::config()), 3, 1));
     let mut log = |step: u64, name: &str, value: f64| {
         seen.insert(name.to_owned(), (step, value));
     };

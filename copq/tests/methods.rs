@@ -2,7 +2,7 @@
 
 mod toy;
 
-use copq::projection::{Cholesky, Conservative, Extremum, IndependentMin};
+use copq::projection::{Cholesky, Extremum};
 use copq::*;
 use toy::{LinearActor, LinearCritics, SLOPE, Toy};
 
@@ -16,7 +16,7 @@ fn separate(counts: &[usize], seed: u64) -> SeparateCritics {
     SeparateCritics::new(Box::new(networks), counts).unwrap()
 }
 
-fn run(trainer: &mut Trainer, steps: u64) -> State {
+fn run(trainer: &mut Trainer<Learner>, steps: u64) -> State {
     while trainer.steps() < steps {
         trainer.step(&mut Silent).unwrap();
     }
@@ -25,8 +25,8 @@ fn run(trainer: &mut Trainer, steps: u64) -> State {
     state
 }
 
-fn train(env: Toy, learner: Learner, seed: u64, steps: u64) -> (Trainer, State) {
-    let mut trainer = Trainer::new(Box::new(env), Box::new(learner), seed).unwrap();
+fn train(env: Toy, learner: Learner, steps: u64) -> (Trainer<Learner>, State) {
+    let mut trainer = Trainer::new(env, learner).unwrap();
     let state = run(&mut trainer, steps);
     (trainer, state)
 }
@@ -67,14 +67,18 @@ impl Explore for Drift {
 /// Every method by name, in a world that suits it.
 fn methods(seed: u64) -> Vec<(&'static str, Toy, Learner)> {
     let optimistic = Optimistic::default;
-    let redq = || toy::learner(toy::small(Config::cop_td3_paper().redq()), 10, seed);
-    let sac = |config, critic| toy::stochastic(toy::small(config), &Toy::new(), critic, seed);
+    let redq = || toy::learner(toy::method(toy::small(Method::cop_td3_paper().redq().config)), 10, seed);
+    let small = |mut method: Method| {
+        method.config = toy::small(method.config);
+        method
+    };
+    let sac = |config, critic| toy::stochastic(toy::method(toy::small(config)), &Toy::new(), critic, seed);
     let constrained =
-        |config, counts| toy::stochastic(toy::small(config), &Toy::constrained(), separate(counts, seed), seed);
-    let cop_cal = |config| toy::stochastic(toy::small(config), &Toy::constrained(), critics(3, seed), seed);
-    let redq_sac = || sac(Config::sac().redq(), critics(10, seed));
-    let pid = Config { constraint: Some(Constraint::Pid(PidConfig::default())), ..Config::sac() };
-    let cal = Conservative::cal(0.5, 4);
+        |method, counts| toy::stochastic(small(method), &Toy::constrained(), separate(counts, seed), seed);
+    let cop_cal =
+        |config| toy::stochastic(toy::method(toy::small(config)), &Toy::constrained(), critics(3, seed), seed);
+    let redq_sac = || sac(Method::sac().redq().config, critics(10, seed));
+    let pid = Config { constraint: Some(Constraint::Pid(PidConfig::default())), ..Method::sac().config };
     vec![
         ("redq", Toy::new(), redq()),
         ("redq with cop-oac", Toy::new(), redq().explore(optimistic().projection(Cholesky))),
@@ -82,31 +86,27 @@ fn methods(seed: u64) -> Vec<(&'static str, Toy, Learner)> {
         ("redq on sac", Toy::new(), redq_sac()),
         ("redq on sac with cop-oac", Toy::new(), redq_sac().explore(optimistic().projection(Cholesky))),
         ("redq on sac with extremum-oac", Toy::new(), redq_sac().explore(optimistic().projection(Extremum))),
-        ("sac", Toy::new(), sac(Config::sac(), critics(3, seed))),
-        ("oac", Toy::new(), sac(Config::sac(), critics(3, seed)).explore(optimistic().projection(Extremum))),
-        (
-            "sac-lagrangian",
-            Toy::constrained(),
-            constrained(Config::sac_lagrangian(), &[1, 2]).projection(IndependentMin),
-        ),
-        ("saclag-ucb", Toy::constrained(), constrained(Config::sac_lagrangian(), &[2, 2]).projection(IndependentMin)),
-        ("cal", Toy::constrained(), constrained(Config::cal(), &[4, 2]).projection(cal)),
-        ("cal's own", Toy::constrained(), constrained(Config::cal_original(), &[4, 2]).projection(cal)),
-        ("cop-q on cal", Toy::constrained(), cop_cal(Config::cop_cal())),
+        ("sac", Toy::new(), sac(Method::sac().config, critics(3, seed))),
+        ("oac", Toy::new(), sac(Method::sac().config, critics(3, seed)).explore(optimistic().projection(Extremum))),
+        ("sac-lagrangian", Toy::constrained(), constrained(Method::sac_lagrangian(), &[1, 2])),
+        ("saclag-ucb", Toy::constrained(), constrained(Method::saclag_ucb(), &[2, 2])),
+        ("cal", Toy::constrained(), constrained(Method::cal(), &[4, 2])),
+        ("cal's own", Toy::constrained(), constrained(Method::cal_original(), &[4, 2])),
+        ("cop-q on cal", Toy::constrained(), cop_cal(Method::cop_cal().config)),
         ("pid", Toy::constrained(), cop_cal(pid)),
-        ("a rule with a memory", Toy::new(), toy::learner(toy::config(), 3, seed).explore(Drift(0.0))),
+        ("a rule with a memory", Toy::new(), toy::learner(toy::method(toy::config()), 3, seed).explore(Drift(0.0))),
     ]
 }
 
 #[test]
 fn a_resumed_run_of_every_method_is_the_same_bit_for_bit() {
     for ((name, env, whole), (_, _, half)) in methods(7).into_iter().zip(methods(7)) {
-        let (_, wanted) = train(env, whole, 7, 290);
-        let world = |name: &str| methods(8).into_iter().find(|(other, ..)| *other == name).unwrap();
+        let (_, wanted) = train(env, whole, 290);
+        let world = |name: &str| methods(7).into_iter().find(|(other, ..)| *other == name).unwrap();
         let (_, env, other) = world(name);
-        let (_, half) = train(env, half, 7, 245);
+        let (_, half) = train(env, half, 245);
         let (_, env, _) = world(name);
-        let mut resumed = Trainer::new(Box::new(env), Box::new(other), 8).unwrap();
+        let mut resumed = Trainer::new(env, other).unwrap();
         resumed.load(&half).unwrap();
         assert!(run(&mut resumed, 290) == wanted, "{name}");
     }
@@ -114,15 +114,15 @@ fn a_resumed_run_of_every_method_is_the_same_bit_for_bit() {
 
 #[test]
 fn redq_learns_the_optimum() {
-    let learner = toy::learner(toy::small(Config::cop_td3_paper().redq()), 10, 1);
-    let (mut trainer, _) = train(Toy::new(), learner, 1, 700);
+    let learner = toy::learner(toy::method(toy::small(Method::cop_td3_paper().redq().config)), 10, 1);
+    let (mut trainer, _) = train(Toy::new(), learner, 700);
     let (bias, slope) = policy(trainer.agent_mut());
     assert!(bias.abs() < 0.08 && (slope - SLOPE).abs() < 0.08, "a = {bias} + {slope} s");
 }
 
 #[test]
 fn redq_updates_twenty_times_a_step_and_the_actor_once() {
-    let mut learner = toy::learner(toy::small(Config::cop_td3_paper().redq()), 10, 1);
+    let mut learner = toy::learner(toy::method(toy::small(Method::cop_td3_paper().redq().config)), 10, 1);
     let (mut critic_losses, mut objectives) = (0, 0);
     let mut log = |_: u64, name: &str, _: f64| {
         critic_losses += u32::from(name == "critic_loss/track");
@@ -141,9 +141,9 @@ fn redq_updates_twenty_times_a_step_and_the_actor_once() {
 fn sac_learns_the_optimum_and_holds_its_entropy() {
     // A deterministic optimum: the wanted entropy is low, so that the temperature has to fall.
     let entropy = Entropy { lr: 0.01, target: Some(-1.0), ..Default::default() };
-    let config = Config { entropy: Some(entropy), ..toy::small(Config::sac()) };
-    let learner = toy::stochastic(config, &Toy::new(), critics(2, 3), 3);
-    let mut trainer = Trainer::new(Box::new(Toy::new()), Box::new(learner), 3).unwrap();
+    let config = Config { entropy: Some(entropy), ..toy::small(Method::sac().config) };
+    let learner = toy::stochastic(toy::method(config), &Toy::new(), critics(2, 3), 3);
+    let mut trainer = Trainer::new(Toy::new(), learner).unwrap();
     let (mut entropy, mut temperature) = (0.0, 1.0);
     let mut log = |_: u64, name: &str, value: f64| match name {
         "actor/entropy" => entropy = 0.98 * entropy + 0.02 * value,
@@ -162,12 +162,13 @@ fn sac_learns_the_optimum_and_holds_its_entropy() {
 fn the_entropy_bonus_is_weighed_like_its_objective() {
     for (e, objective) in ["track", "rest"].into_iter().enumerate() {
         let mut env = Toy::new();
-        env.spec.weights = vec![1.0, 3.0];
+        env.spec.objectives[1].weight = 3.0;
         let bonus = Entropy { temperature: 0.08, lr: 0.0, objective: Some(objective.into()), ..Default::default() };
-        let config = Config { entropy: Some(bonus), pessimism: 0.0, actor_pessimism: 0.0, ..toy::small(Config::sac()) };
-        let learner = toy::stochastic(config, &env, critics(3, 3), 3);
-        let variance = 0.08 * f64::from(env.spec.weights[e]) / (2.0 * 4.0);
-        let mut trainer = Trainer::new(Box::new(env), Box::new(learner), 3).unwrap();
+        let config =
+            Config { entropy: Some(bonus), pessimism: 0.0, actor_pessimism: 0.0, ..toy::small(Method::sac().config) };
+        let learner = toy::stochastic(toy::method(config), &env, critics(3, 3), 3);
+        let variance = 0.08 * f64::from(env.spec.objectives[e].weight) / (2.0 * 4.0);
+        let mut trainer = Trainer::new(env, learner).unwrap();
         let mut entropy = 0.0;
         let mut log = |_: u64, name: &str, value: f64| {
             if name == "actor/entropy" {
@@ -207,8 +208,9 @@ fn constrained_optimum(constraint: Constraint) {
         ..toy::config()
     };
     let env = Toy::constrained();
-    let learner = Learner::new(config, &env.spec, Box::new(critics(3, 2)), Box::new(LinearActor::new(0.005)), 2);
-    let mut trainer = Trainer::new(Box::new(env), Box::new(learner.unwrap()), 2).unwrap();
+    let actor = Box::new(LinearActor::new(0.005));
+    let learner = Learner::with_networks(toy::method(config), &env.spec, Box::new(critics(3, 2)), actor, 2);
+    let mut trainer = Trainer::new(env, learner.unwrap()).unwrap();
     let (mut multiplier, mut violation) = (0.0, 0.0);
     let mut log = |step: u64, name: &str, value: f64| match name {
         "multiplier/cost" if step > 6_000 => multiplier += value / 1_000.0,
@@ -284,9 +286,10 @@ impl Multiplier for Flipped {
 fn cop_q_on_cal_does_not_depend_on_the_sign_of_its_cost() {
     // A weak augmentation: with CAL's the cost would weigh nothing as long as it is far below its limit.
     let lagrangian = LagrangianConfig { augmentation: 0.1, ..Default::default() };
-    let config = Config { constraint: Some(Constraint::Lagrangian(lagrangian)), ..toy::small(Config::cop_cal()) };
-    let learner = toy::stochastic(config.clone(), &Toy::constrained(), critics(3, 4), 4);
-    let mut trainer = Trainer::new(Box::new(Toy::constrained()), Box::new(learner), 4).unwrap();
+    let config =
+        Config { constraint: Some(Constraint::Lagrangian(lagrangian)), ..toy::small(Method::cop_cal().config) };
+    let learner = toy::stochastic(toy::method(config.clone()), &Toy::constrained(), critics(3, 4), 4);
+    let mut trainer = Trainer::new(Toy::constrained(), learner).unwrap();
     let (mut clips, mut effective) = (0.0f64, 0.0f64);
     let mut log = |_: u64, name: &str, value: f64| match name {
         "clip_rate" => clips = clips.max(value),
@@ -298,8 +301,8 @@ fn cop_q_on_cal_does_not_depend_on_the_sign_of_its_cost() {
     let state = run(&mut trainer, 600);
 
     let plain = Config { constraint: None, ..config.clone() };
-    let learner = toy::stochastic(plain, &Toy::flipped(), critics(3, 4).flipped(0), 4);
-    let (_, flipped) = train(Toy::flipped(), learner.multiplier(Flipped::new(&config)).unwrap(), 4, 600);
+    let learner = toy::stochastic(toy::method(plain), &Toy::flipped(), critics(3, 4).flipped(0), 4);
+    let (_, flipped) = train(Toy::flipped(), learner.multiplier(Flipped::new(&config)).unwrap(), 600);
 
     let [state, flipped] = [state, flipped].map(|state| state.child("agent").unwrap().clone());
     for part in ["actor", "multiplier", "temperature"] {
@@ -353,12 +356,13 @@ fn a_multiplier_has_a_cap() {
 
 #[test]
 fn what_would_go_wrong_in_silence_is_refused() {
-    let sac = || toy::stochastic(toy::small(Config::sac()), &Toy::new(), critics(3, 0), 0);
+    let sac = || toy::stochastic(toy::method(toy::small(Method::sac().config)), &Toy::new(), critics(3, 0), 0);
     let error = |weights: &[f32]| sac().multiplier(FixedWeights::new(weights).unwrap()).unwrap_err().to_string();
     let wanted = "the multiplier's weight of 'rest': wanted more than 0, for it has the entropy bonus, got 0";
     assert_eq!(error(&[1.0, 0.0]), wanted);
     assert_eq!(error(&[1.0]), "the multiplier's weights: wanted 2 values, got 1");
-    let both = Config { entropy: Some(Entropy::default()), ..Config::cop_td3() }.check().unwrap_err().to_string();
+    let both =
+        Config { entropy: Some(Entropy::default()), ..Method::cop_td3().config }.check().unwrap_err().to_string();
     assert!(both.starts_with("smoothing: wanted none with entropy"), "{both}");
 
     // Two of four critics can be the same network of the reward twice.
@@ -380,21 +384,26 @@ fn what_would_go_wrong_in_silence_is_refused() {
 #[test]
 fn a_method_that_does_not_suit_the_task_is_a_readable_error() {
     let build = |config: Config, critic: Box<dyn Critic>, actor: Box<dyn Actor>| {
-        Learner::new(toy::small(config), &Toy::new().spec, critic, actor, 0).map(drop).unwrap_err().to_string()
+        Learner::with_networks(toy::method(toy::small(config)), &Toy::new().spec, critic, actor, 0)
+            .map(drop)
+            .unwrap_err()
+            .to_string()
     };
     let gaussian = || Box::new(toy::GaussianActor::new(0.005, -1.0));
     assert_eq!(
-        build(Config::cop_cal(), Box::new(critics(3, 0)), gaussian()),
+        build(Method::cop_cal().config, Box::new(critics(3, 0)), gaussian()),
         "a constraint on 'toy': wanted a task with a cost under a limit, such as b/hopper, got none"
     );
-    assert!(build(Config::cal(), Box::new(separate(&[4, 2, 2], 0)), gaussian()).starts_with("a constraint on 'toy'"));
+    assert!(
+        build(Method::cal().config, Box::new(separate(&[4, 2, 2], 0)), gaussian()).starts_with("a constraint on 'toy'")
+    );
     assert_eq!(
-        build(Config::sac(), Box::new(critics(3, 0)), Box::new(LinearActor::new(0.005))),
+        build(Method::sac().config, Box::new(critics(3, 0)), Box::new(LinearActor::new(0.005))),
         "the actor: wanted a stochastic policy, for the entropy bonus, got a deterministic one"
     );
     assert_eq!(
         build(
-            Config { subset: Some(11), ..Config::cop_td3() },
+            Config { subset: Some(11), ..Method::cop_td3().config },
             Box::new(critics(10, 0)),
             Box::new(LinearActor::new(0.005))
         ),
@@ -423,11 +432,12 @@ fn shift(learner: impl Fn() -> Learner, std: f32, pre_tanh: bool) -> f32 {
 fn the_shifted_policy_is_as_far_away_as_the_kl_bound_allows() {
     let deterministic = || {
         let config = Config { exploration_std: 0.02, optimism: None, ..toy::config() };
-        toy::learner(config, 3, 5)
+        toy::learner(toy::method(config), 3, 5)
     };
     let gaussian = || {
         let actor = Box::new(toy::GaussianActor::new(0.005, 0.02f32.ln()));
-        Learner::new(toy::small(Config::sac()), &Toy::new().spec, Box::new(critics(3, 5)), actor, 5).unwrap()
+        let sac = toy::method(toy::small(Method::sac().config));
+        Learner::with_networks(sac, &Toy::new().spec, Box::new(critics(3, 5)), actor, 5).unwrap()
     };
     for shift in [shift(deterministic, 0.02, false), shift(gaussian, 0.02, true)] {
         // KL(N(m + D, S) || N(m, S)) = D' S^-1 D / 2
@@ -440,7 +450,8 @@ fn critics_that_say_nothing_shift_nothing() {
     let silent = || {
         let actor = Box::new(LinearActor::new(0.005));
         let config = Config { optimism: None, ..toy::config() };
-        Learner::new(config, &Toy::new().spec, Box::new(critics(3, 5).silent()), actor, 5).unwrap()
+        Learner::with_networks(toy::method(config), &Toy::new().spec, Box::new(critics(3, 5).silent()), actor, 5)
+            .unwrap()
     };
     assert_eq!(shift(silent, 0.1, false), 0.0);
 }
@@ -489,14 +500,11 @@ fn separate_networks_are_an_ensemble() {
 #[test]
 fn another_order_moves_names_weights_limits_and_rewards_together() {
     let mut plain = Toy::constrained();
-    let mut ordered = OrderedEnv::new(Box::new(Toy::constrained()), &["reward", "cost"]).unwrap();
+    let mut ordered = OrderedEnv::new(Toy::constrained(), &["reward", "cost"]).unwrap();
     let spec = ordered.spec().clone();
-    assert_eq!(
-        (spec.objectives, spec.weights, spec.limits),
-        (vec!["reward".to_owned(), "cost".to_owned()], vec![1.0, -1.0], vec![None, Some(20.0)])
-    );
+    assert_eq!(spec.objectives, [Objective::reward("reward", 1.0), Objective::cost("cost", 20.0).weight(-1.0)]);
     assert_eq!(spec.entropy.as_deref(), Some("reward"), "the entropy bonus stays with its objective");
-    let unnamed = OrderedEnv::new(Box::new(Toy::new()), &["rest", "track"]).unwrap();
+    let unnamed = OrderedEnv::new(Toy::new(), &["rest", "track"]).unwrap();
     assert_eq!(unnamed.spec().entropy.as_deref(), Some("rest"), "the last reward of the task, not of the order");
     let (mut obs, mut reward, mut turned) = ([0.0], [0.0; 2], [0.0; 2]);
     plain.reset(1, &mut obs).unwrap();
@@ -505,16 +513,16 @@ fn another_order_moves_names_weights_limits_and_rewards_together() {
     ordered.step(&[0.7], &mut obs, &mut turned).unwrap();
     assert_eq!([turned[1], turned[0]], reward);
     check_env(&mut ordered).unwrap();
-    let error = |names: &[&str]| OrderedEnv::new(Box::new(Toy::constrained()), names).unwrap_err().to_string();
+    let error = |names: &[&str]| OrderedEnv::new(Toy::constrained(), names).unwrap_err().to_string();
     assert_eq!(error(&["cost", "cost"]), "order of objectives: wanted each of cost, reward once, got cost, cost");
     assert!(error(&["reward", "costs"]).starts_with("unknown objective 'costs'; known: cost, "));
 }
 
 #[test]
 fn an_order_is_written_in_letters_or_names() {
-    let parse = |order: &str| OrderedEnv::parse(Box::new(Toy::constrained()), order);
+    let parse = |order: &str| OrderedEnv::parse(Toy::constrained(), order);
     for order in ["rc", "reward,cost", "reward, cost"] {
-        assert_eq!(parse(order).unwrap().spec().objectives, ["reward", "cost"]);
+        assert_eq!(parse(order).unwrap().spec().names(), ["reward", "cost"]);
     }
     let error = |order: &str| parse(order).unwrap_err().to_string();
     assert!(error("rx").ends_with("one objective each, or names with commas between: cost,reward, got 'x'"));

@@ -29,13 +29,13 @@ fn omnisafes_numbers() {
     assert_eq!(pushes.len(), 40);
 }
 
-fn trained(config: Config, steps: u64) -> Trainer {
-    let mut trainer = toy::trainer(toy::learner(config, 3, 5), 5);
+fn trained(config: Config, steps: u64) -> Trainer<Learner> {
+    let mut trainer = toy::trainer(toy::learner(toy::method(config), 3, 5));
     (0..steps).for_each(|_| drop(trainer.step(&mut Silent).unwrap()));
     trainer
 }
 
-fn saved(trainer: &Trainer) -> State {
+fn saved(trainer: &Trainer<Learner>) -> State {
     let mut state = State::default();
     trainer.save(&mut state).unwrap();
     state
@@ -75,9 +75,9 @@ fn a_saved_policy_takes_its_normaliser_along() {
     let mut trainer = trained(normalised(), 600);
     let state = saved(&trainer);
     let load =
-        |normaliser| Policy::load(Box::new(toy::LinearActor::new(0.005)), normaliser, state.child("agent").unwrap());
-    let mut policy = load(Some(Normaliser::new(1))).unwrap();
-    let message = load(None).unwrap_err().to_string();
+        |config| Policy::load(&toy::method(config), &Toy::new().spec, &toy::Linear, state.child("agent").unwrap());
+    let mut policy = load(normalised()).unwrap();
+    let message = load(toy::config()).unwrap_err().to_string();
     assert_eq!(message, "saved agent: wanted one without a normaliser, got one with it");
     for s in [-0.9, 0.1, 0.7] {
         let mut wanted = [0.0];
@@ -143,7 +143,7 @@ fn updates_see_normalised_batches() {
     let spy = Spy { critic: toy::LinearCritics::new(3, 2, 0.02, 0), shown: Arc::clone(&shown) };
     let config = Config { start_steps: 64, actor_delay: 1, ..normalised() };
     let actor = Box::new(toy::LinearActor::new(0.005));
-    let mut learner = Learner::new(config, &Toy::new().spec, Box::new(spy), actor, 0).unwrap();
+    let mut learner = Learner::with_networks(toy::method(config), &Toy::new().spec, Box::new(spy), actor, 0).unwrap();
     for i in 0..64 {
         let obs = [1_000.0 + i as f32];
         let next_obs = [2_000.0 + i as f32];
@@ -167,14 +167,14 @@ fn updates_see_normalised_batches() {
 fn evaluation_moves_nothing() {
     let mut trainer = trained(normalised(), 300);
     let before = saved(&trainer);
-    evaluate(trainer.agent_mut(), &mut Toy::new(), 3, 0, 0.5).unwrap();
+    evaluate(trainer.agent_mut(), Toy::new(), 3).unwrap();
     assert!(saved(&trainer) == before);
 }
 
 #[test]
 fn a_normalised_run_resumes_bit_for_bit_and_differs_from_a_raw_one() {
     let whole = saved(&trained(normalised(), 500));
-    let mut resumed = toy::trainer(toy::learner(normalised(), 3, 5), 5);
+    let mut resumed = toy::trainer(toy::learner(toy::method(normalised()), 3, 5));
     resumed.load(&saved(&trained(normalised(), 313))).unwrap();
     (313..500).for_each(|_| drop(resumed.step(&mut Silent).unwrap()));
     assert!(saved(&resumed) == whole);

@@ -25,17 +25,17 @@ fn sizes(config: &Config) -> ([usize; 3], [u64; 3]) {
 #[test]
 fn sizes_and_rhythms() {
     let rows: [(&str, Config, [usize; 3], [u64; 3]); 11] = [
-        ("cop_td3", Config::cop_td3(), [256, 1_000_000, 1_000], [1, 2, 1]),
-        ("cop_td3_oac", Config::cop_td3_oac(), [256, 1_000_000, 1_000], [1, 2, 1]),
-        ("cop_td3_paper", Config::cop_td3_paper(), [256, 1_000_000, 16_384], [1, 2, 1]),
-        ("td3", Config::td3(), [256, 1_000_000, 25_000], [1, 2, 2]),
-        ("redq", Config::cop_td3_paper().redq(), [256, 100_000, 5_000], [20, 20, 1]),
-        ("redq on sac", Config::sac().redq(), [256, 100_000, 5_000], [20, 20, 1]),
-        ("sac", Config::sac(), [256, 1_000_000, 10_000], [1, 2, 2]),
-        ("sac_lagrangian", Config::sac_lagrangian(), [256, 1_000_000, 10_000], [1, 2, 2]),
-        ("cop_cal", Config::cop_cal(), [256, 1_000_000, 10_000], [1, 2, 2]),
-        ("cal", Config::cal(), [256, 1_000_000, 10_000], [1, 2, 2]),
-        ("cal_original", Config::cal_original(), [12, 1_000_000, 5_000], [10, 1, 2]),
+        ("cop_td3", Method::cop_td3().config, [256, 1_000_000, 1_000], [1, 2, 1]),
+        ("cop_td3_oac", Method::cop_td3_oac().config, [256, 1_000_000, 1_000], [1, 2, 1]),
+        ("cop_td3_paper", Method::cop_td3_paper().config, [256, 1_000_000, 16_384], [1, 2, 1]),
+        ("td3", Method::td3().config, [256, 1_000_000, 25_000], [1, 2, 2]),
+        ("redq", Method::cop_td3_paper().redq().config, [256, 100_000, 5_000], [20, 20, 1]),
+        ("redq on sac", Method::sac().redq().config, [256, 100_000, 5_000], [20, 20, 1]),
+        ("sac", Method::sac().config, [256, 1_000_000, 10_000], [1, 2, 2]),
+        ("sac_lagrangian", Method::sac_lagrangian().config, [256, 1_000_000, 10_000], [1, 2, 2]),
+        ("cop_cal", Method::cop_cal().config, [256, 1_000_000, 10_000], [1, 2, 2]),
+        ("cal", Method::cal().config, [256, 1_000_000, 10_000], [1, 2, 2]),
+        ("cal_original", Method::cal_original().config, [12, 1_000_000, 5_000], [10, 1, 2]),
     ];
     for (name, config, wanted, rhythm) in rows {
         assert_common(name, &config);
@@ -58,11 +58,11 @@ fn sizes_and_rhythms() {
 
 #[test]
 fn balancing_and_optimism() {
-    let paper = Config::cop_td3_paper();
-    let famo = FamoConfig { lr: 0.025, weight_decay: 0.001, decay: FamoDecay::Decoupled };
+    let paper = Method::cop_td3_paper().config;
+    let famo = FamoConfig { lr: 0.025, weight_decay: 0.001, decay: FamoDecay::Decoupled, separate: true };
     assert_eq!((paper.famo, paper.optimism), (Some(famo), None));
-    let config = Config::cop_td3_oac();
-    assert_eq!(config.famo, Some(FamoConfig { lr: 0.025, weight_decay: 0.001, decay: FamoDecay::Decoupled }));
+    let config = Method::cop_td3_oac().config;
+    assert_eq!(config.famo, Some(FamoConfig { separate: false, ..famo }));
     assert_eq!(config.optimism, Some(Optimism { beta: 4.66, shift: 6.86, projection: None }));
     // 6.86 is the root of twice the KL bound 23.53, whose 4.66 is the radius: both to three digits.
     assert!((0.5 * 6.86f64.powi(2) - 23.53).abs() < 0.005);
@@ -75,11 +75,11 @@ fn entropy_and_multipliers() {
         Some(Constraint::Lagrangian(LagrangianConfig { multiplier, lr, augmentation, cap: 1e6 }))
     };
     for (config, wanted_entropy, constraint) in [
-        (Config::sac(), entropy(5e-4), None),
-        (Config::sac_lagrangian(), entropy(5e-4), lagrangian(1.0, 5e-4, 0.0)),
-        (Config::cop_cal(), entropy(5e-4), lagrangian(1.0, 5e-4, 10.0)),
-        (Config::cal(), entropy(5e-4), lagrangian(1.0, 5e-4, 10.0)),
-        (Config::cal_original(), entropy(3e-4), lagrangian(2.0f64.ln(), 3e-4, 10.0)),
+        (Method::sac().config, entropy(5e-4), None),
+        (Method::sac_lagrangian().config, entropy(5e-4), lagrangian(1.0, 5e-4, 0.0)),
+        (Method::cop_cal().config, entropy(5e-4), lagrangian(1.0, 5e-4, 10.0)),
+        (Method::cal().config, entropy(5e-4), lagrangian(1.0, 5e-4, 10.0)),
+        (Method::cal_original().config, entropy(3e-4), lagrangian(2.0f64.ln(), 3e-4, 10.0)),
     ] {
         assert_eq!((config.entropy, config.constraint), (wanted_entropy, constraint));
     }

@@ -381,7 +381,7 @@ fn a_foreign_projection_is_like_the_built_in() {
     let bound = Bound { q: QView::new(&q, 2, 1).unwrap(), weights: &[1.0], step: -1.0 };
     boxed.project(bound, &mut scratch, &mut out).unwrap();
     assert_eq!((out, scratch.clip_rate()), ([1.0, 2.0], 0.5));
-    assert_eq!((boxed.name(), boxed.critics(2)), ("first-critic", 3));
+    assert_eq!((boxed.name(), boxed.ensemble()), ("first-critic", copq::Ensemble::Spanning));
     let taken_by_value = |projection: Box<dyn Projection>| bounds::vjp(&projection, &q, 2, &[1.0], -1.0, &[1.0, 1.0]);
     assert_eq!(taken_by_value(boxed), [1.0, 1.0, 0.0, 0.0]);
 }

@@ -6,9 +6,7 @@ use bounds::{
     Ensemble, assert_close, cholesky, dot, ellipsoids, ensembles, full_ensembles, largest, project, project_rows,
     projections, rotation, shaped, times, transposed_times, vjp_rows, widen,
 };
-use copq::projection::{
-    Cholesky, Conservative, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin, Projection, QView,
-};
+use copq::projection::{Cholesky, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin, MeanStd, Projection, QView};
 use proptest::prelude::*;
 
 /// D' Sigma^-1 D, by forward substitution with the textbook factor.
@@ -358,17 +356,17 @@ fn the_same_input_gives_the_same_bits() {
 #[test]
 fn names_and_ensemble_sizes() {
     let names: Vec<&str> = projections().map(Projection::name).to_vec();
-    assert_eq!(names[..6], *copq::projection::names());
-    assert_eq!(projections().map(|method| method.critics(3)), [4, 4, 4, 4, 2, 2, 4]);
-    let separate: Vec<&str> = projections().into_iter().filter(|p| p.separate()).map(|p| p.name()).collect();
-    assert_eq!(separate, ["independent-min"]);
+    assert_eq!(names, *copq::projection::names());
+    let all = copq::Ensemble::Spanning;
+    let separate = copq::Ensemble::Separate { cost: 2, reward: 2 };
+    assert_eq!(projections().map(Projection::ensemble), [all, all, all, all, copq::Ensemble::Joint(2), separate, all]);
 }
 
 /// A multiplier at rest gives a cost the weight -0: the larger of two cost critics still counts, as it does for -1e-9.
 #[test]
 fn a_cost_without_weight_is_still_a_cost() {
     let q = [1.0, 5.0, 3.0, 9.0];
-    for method in [&IndependentMin as &dyn Projection, &Conservative { cost: 1.0, reward: 1.0 }] {
+    for method in [&IndependentMin as &dyn Projection, &MeanStd { cost: 1.0, reward: 1.0 }] {
         let bound = |weight: f32, step| project(method, &q, 2, &[weight, 1.0], step);
         assert_eq!((bound(-0.0, -1.0), bound(-0.0, 1.0)), (vec![3.0, 5.0], vec![1.0, 9.0]), "{}", method.name());
         assert_eq!(bound(-1e-9, -1.0), bound(-0.0, -1.0), "{}", method.name());

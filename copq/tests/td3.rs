@@ -114,7 +114,7 @@ fn parameters(critic: &State, actor: &State) -> Vec<Vec<f32>> {
 
 #[test]
 fn one_objective_under_every_projection_is_td3_bit_for_bit() {
-    let config = toy::small(Config::td3());
+    let config = toy::small(Method::td3().config);
     let td3 = std::cell::RefCell::new(Td3::new(config.clone()));
     run(
         |step, obs| td3.borrow_mut().act(step, obs),
@@ -136,10 +136,12 @@ fn one_objective_under_every_projection_is_td3_bit_for_bit() {
     let famo = [None, Some(FamoConfig::default())];
     for (&name, famo) in projection::names().iter().flat_map(|name| famo.map(|famo| (name, famo))) {
         let mut spec = Toy::new().spec;
-        (spec.objectives, spec.weights) = (vec!["track".to_owned()], vec![1.0]);
+        spec.objectives.truncate(1);
         let (critic, actor) = (LinearCritics::new(2, 1, 0.02, SEED), LinearActor::new(0.005));
-        let learner = Learner::new(Config { famo, ..config.clone() }, &spec, Box::new(critic), Box::new(actor), SEED);
-        let learner = std::cell::RefCell::new(learner.unwrap().projection(projection::by_name(name).unwrap()));
+        let config = Config { famo, ..config.clone() };
+        let method = Method::new("td3", config, projection::by_name(name).unwrap());
+        let learner = Learner::with_networks(method, &spec, Box::new(critic), Box::new(actor), SEED);
+        let learner = std::cell::RefCell::new(learner.unwrap());
         run(
             |_, obs| {
                 let mut action = [0.0];

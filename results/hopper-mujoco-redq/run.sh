@@ -2,18 +2,18 @@
 # REDQ, and REDQ with optimistic exploration (COP-OAC), on MuJoCo's hopper as in the paper (preset Paper): a second seed, and one with a seventh of
 # the shift, tell what holds COP-OAC back (ours were stopped at 14,829 and 16,202 steps). About five hours on two cores without AVX-512.
 # (config.toml has the commands of their day, when --oac was the default and --gaussian took it away.)
-#   scripts/fetch-mujoco.sh && cargo build --release --features copq-examples/mujoco --example redq
+#   scripts/fetch-mujoco.sh && cargo build --release --features mujoco -p copq-cli
 #   results/hopper-mujoco-redq/run.sh && results/plot.sh results/hopper-mujoco-redq "REDQ on MuJoCo's hopper, preset Paper"
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-redq=${REDQ:-target/release/examples/redq}
+copq=${COPQ:-target/release/copq}
 out=results/hopper-mujoco-redq
 
 runs() {
-    echo "--seed 0 --out $out/redq-s0"
-    echo "--oac --seed 0 --out $out/redq-cop-oac-s0"
-    echo "--oac --seed 1 --out $out/redq-cop-oac-14k-s1"
-    echo "--oac --set optimism.shift=1 --seed 0 --out $out/redq-cop-oac-shift1-s0"
+    echo "redq --seed 0 --out $out/redq-s0"
+    echo "redq-oac --seed 0 --out $out/redq-cop-oac-s0"
+    echo "redq-oac --seed 1 --out $out/redq-cop-oac-14k-s1"
+    echo "redq-oac --set optimism.shift=1 --seed 0 --out $out/redq-cop-oac-shift1-s0"
 }
 
-runs | xargs -P 2 -I {} sh -c "$redq --engine mujoco --preset paper --steps 20000 --eval-every 1000 {} 2>&1 | tail -n 3"
+runs | xargs -P 2 -I {} sh -c "$copq train {} --engine mujoco --preset paper --steps 20000 --eval-every 1000 2>&1 | tail -n 3"

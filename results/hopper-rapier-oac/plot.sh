@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # The README's curves and table from the runs here. The picture is, where the checkpoint still is,
-#   cargo run --release --example rollout -- results/hopper-rapier-oac/cholesky-s2 --steps 250 --out results/hopper-rapier-oac/hopper.gif
+#   cargo run --release -- rollout results/hopper-rapier-oac/cholesky-s2 --steps 250 --out results/hopper-rapier-oac/hopper.gif
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 out=results/hopper-rapier-oac
 runs=()
 for seed in 0 1 2; do runs+=("cholesky=$out/cholesky-s$seed"); done
 for projection in eigen extremum diagonal scalarised-min independent-min; do runs+=("$projection=$out/$projection-s0"); done
-${PLOT:-cargo run -q -p copq-experiments --bin copq-plot --} --title "COP-Q on TD3 with OAC, rapier's hopper" \
+${COPQ:-cargo run -q --release -p copq-cli --} plot --title "COP-Q on TD3 with OAC, rapier's hopper" \
     --out $out/curves.svg --out $out/curves.png --table $out/table.md "${runs[@]}"

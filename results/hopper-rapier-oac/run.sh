@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # COP-Q with optimistic exploration (COP-OAC) and the other projections, each towards its own upper bound, on rapier's
 # hopper, two at a time; about two hours of two cores' work without AVX-512. (config.toml has the commands of their day, when td3 explored so by itself.)
-#   cargo build --release --example td3 && results/hopper-rapier-oac/run.sh && results/hopper-rapier-oac/plot.sh
+#   cargo build --release -p copq-cli && results/hopper-rapier-oac/run.sh && results/hopper-rapier-oac/plot.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-td3=${TD3:-target/release/examples/td3}
+copq=${COPQ:-target/release/copq}
 out=results/hopper-rapier-oac
 
 {
@@ -12,9 +12,9 @@ out=results/hopper-rapier-oac
         echo "--seed $seed --out $out/cholesky-s$seed"
     done
     for projection in eigen extremum diagonal scalarised-min; do
-        echo "--projection $projection --steps 60000 --out $out/$projection-s0"
+        echo "--bound $projection --steps 60000 --out $out/$projection-s0"
     done
     # Made when FAMO was on for separate critics, too.
-    famo="--set famo.lr=0.025 --set famo.weight_decay=0.001"
-    echo "--projection independent-min $famo --steps 60000 --out $out/independent-min-s0"
-} | xargs -P 2 -I {} sh -c "$td3 --method cop-td3-oac {} 2>&1 | tail -n 3"
+    famo="--set famo.separate=true"
+    echo "--bound independent-min $famo --steps 60000 --out $out/independent-min-s0"
+} | xargs -P 2 -I {} sh -c "$copq train cop-td3-oac {} 2>&1 | tail -n 3"

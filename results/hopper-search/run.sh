@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# What makes COP-Q on TD3 leave the hopper's plateau: single runs that chose the settings of Config::cop_td3 (DESIGN.md, "The preset to begin with").
+# What makes COP-Q on TD3 leave the hopper's plateau: single runs that chose the settings of cop-td3 (DESIGN.md, "The preset to begin with").
 # Several of ours were stopped early: evaluations.csv tells where. About three hours on two cores without AVX-512.
-#   scripts/fetch-mujoco.sh && cargo build --release --features copq-examples/mujoco --example td3 && results/hopper-search/run.sh
+#   scripts/fetch-mujoco.sh && cargo build --release --features mujoco -p copq-cli && results/hopper-search/run.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-td3=${TD3:-target/release/examples/td3}
+copq=${COPQ:-target/release/copq}
 out=results/hopper-search
 # Today's preset with yesterday's noise; config.toml has the commands of their day, over another preset.
-old="--method cop-td3 --set exploration_std=0.1"
+old="cop-td3 --set exploration_std=0.1"
 raw="--set normalise=false --set networks.init=torch"
 famo="--set famo.lr=0.025 --set famo.decay=l2"
 
@@ -18,10 +18,10 @@ runs() {
     echo "$old --steps 100000 --seed 0 --out $out/norm-s0"
     echo "$old --set networks.critic_lr=1e-3 --set networks.actor_lr=1e-3 --steps 100000 --seed 0 --out $out/norm-lr3-s0"
     echo "$old --set pessimism=0.5 --set actor_pessimism=0.5 --steps 60000 --seed 10 --out $out/norm-pessimism05-s10"
-    echo "--method cop-td3-oac --set optimism.shift=2 --set normalise=true --set networks.init=lecun --set famo=none --steps 60000 --seed 10 --out $out/norm-oac2-s10"
-    echo "--method cop-td3 --steps 100000 --seed 0 --out $out/norm-noise03-s0"
-    echo "--method cop-td3 --steps 60000 --seed 10 --out $out/norm-noise03-s10"
-    echo "--method cop-td3 --steps 100000 --seed 11 --out $out/norm-noise03-s11"
+    echo "cop-td3-oac --set optimism.shift=2 --set normalise=true --set networks.init=lecun --set famo=none --steps 60000 --seed 10 --out $out/norm-oac2-s10"
+    echo "cop-td3 --steps 100000 --seed 0 --out $out/norm-noise03-s0"
+    echo "cop-td3 --steps 60000 --seed 10 --out $out/norm-noise03-s10"
+    echo "cop-td3 --steps 100000 --seed 11 --out $out/norm-noise03-s11"
 }
 
-runs | xargs -P 2 -I {} sh -c "$td3 {} 2>&1 | tail -n 3"
+runs | xargs -P 2 -I {} sh -c "$copq train {} 2>&1 | tail -n 3"

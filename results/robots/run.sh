@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # COP-Q with optimistic exploration (COP-OAC) for 20,000 steps on every robot and engine but the hopper, which has longer runs; half an hour of two cores' work.
 # (config.toml has the commands of their day, when td3 explored so by itself.)
-#   scripts/fetch-mujoco.sh && cargo build --release --features copq-examples/mujoco --example td3 && results/robots/run.sh
+#   scripts/fetch-mujoco.sh && cargo build --release --features mujoco -p copq-cli && results/robots/run.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-td3=${TD3:-target/release/examples/td3}
+copq=${COPQ:-target/release/copq}
 
 for robot in ant humanoid halfcheetah walker2d; do
     for engine in rapier mujoco; do
         echo "--engine $engine --robot $robot --steps 20000 --out results/robots/$engine-$robot"
     done
-done | xargs -P 2 -I {} sh -c "$td3 --method cop-td3-oac {} 2>&1 | tail -n 3"
+done | xargs -P 2 -I {} sh -c "$copq train cop-td3-oac {} 2>&1 | tail -n 3"

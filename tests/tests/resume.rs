@@ -1,21 +1,22 @@
 //! A robot with real networks: 2,000 steps equal 1,000 + resume + 1,000, bit for bit.
 
-use copq::{Agent, Config, Learner, Result, Rng, Silent, State, Stream, Trainer, projection};
+use copq::projection::{self, Extremum};
+use copq::{Agent, Learner, Method, Mode, Policy, Result, Silent, State, Trainer};
+use copq_candle::Candle;
 use copq_experiments::{Plan, Run, RunFolder, RunSettings};
 
 /// Small networks and a short warm-up, so that a test can train for real.
-fn config() -> Config {
-    let mut config = Config { start_steps: 300, batch: 32, ..Config::cop_td3() };
-    config.networks.hidden = vec![32, 32];
-    config
+fn method() -> Method {
+    let mut method = Method::cop_td3().warm_up(300);
+    method.config.batch = 32;
+    method.config.networks.hidden = vec![32, 32];
+    method
 }
 
 fn trainer(seed: u64, threads: usize) -> Result<Trainer> {
     let env = copq_envs_rapier::make("a/hopper")?;
-    let (spec, config, mut rng) = (env.spec().clone(), config(), Rng::new(seed, Stream::Init));
-    let critic = copq_candle::critic(&spec, 4, &config.networks, &mut rng)?.threads(threads)?;
-    let actor = copq_candle::actor(&spec, &config.networks, &mut rng)?.threads(threads)?;
-    Trainer::new(env, Box::new(Learner::new(config, &spec, Box::new(critic), Box::new(actor), seed)?), seed)
+    let learner = Learner::new(method(), env.spec(), &Candle::threads(threads), seed)?;
+    Trainer::new(env, Box::new(learner))
 }
 
 fn state_after(trainer: &mut Trainer, steps: u64) -> State {
@@ -40,10 +41,57 @@ fn the_same_seed_gives_the_same_bits_with_one_thread_or_two() {
 fn a_resumed_trainer_goes_on_bit_for_bit() {
     let whole = state_after(&mut trainer(0, 1).unwrap(), 2_000);
     let half = state_after(&mut trainer(0, 1).unwrap(), 1_000);
-    // The second half begins in a trainer of another seed: nothing but the saved state may matter.
-    let mut resumed = trainer(9, 1).unwrap();
+    // The second half begins in a trainer that has been elsewhere: nothing but the saved state may matter.
+    let mut resumed = trainer(0, 1).unwrap();
+    resumed.run(1_200, &mut Silent).unwrap();
     resumed.load(&half).unwrap();
     assert!(state_after(&mut resumed, 2_000) == whole);
+}
+
+#[test]
+fn an_evaluation_leaves_the_training_episode_as_it_was() {
+    let whole = state_after(&mut trainer(0, 1).unwrap(), 500);
+    let mut evaluated = trainer(0, 1).unwrap();
+    evaluated.run(317, &mut Silent).unwrap();
+    assert_eq!(evaluated.evaluate(2).unwrap(), evaluated.evaluate(2).unwrap());
+    assert!(state_after(&mut evaluated, 500) == whole);
+}
+
+#[test]
+fn a_checkpoint_says_what_it_is_of_and_anything_else_is_refused() {
+    let state = state_after(&mut trainer(0, 1).unwrap(), 10);
+    let refused = |method: Method, task: &str, seed| {
+        let env = copq_envs_rapier::make(task).unwrap();
+        let learner = Learner::new(method, env.spec(), &Candle::default(), seed).unwrap();
+        Trainer::new(env, learner).unwrap().load(&state).unwrap_err().to_string()
+    };
+    let other = |what: &str, own: &str, saved: &str| format!("{what} of the saved learner: wanted {own}, got {saved}");
+    assert_eq!(refused(method(), "a/hopper", 1), other("seed", "1", "0"));
+    assert_eq!(refused(method().named("mine"), "a/hopper", 0), other("method", "mine", "cop-td3"));
+    assert_eq!(refused(method().bound(Extremum), "a/hopper", 0), other("bound", "extremum", "cholesky"));
+    assert_eq!(refused(method(), "a/walker2d", 0), other("task", "a/walker2d", "a/hopper"));
+    let mut far = method();
+    far.config.discount = 0.995;
+    assert_eq!(refused(far, "a/hopper", 0), other("discount", "0.995", "0.99"));
+}
+
+#[test]
+fn a_policy_comes_back_without_its_run() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("policy.safetensors");
+    for method in [method(), Method::sac().warm_up(20)] {
+        let env = copq_envs_rapier::make("a/hopper").unwrap();
+        let learner = Learner::new(method, env.spec(), &Candle::default(), 0).unwrap();
+        let mut trainer = Trainer::new(env, learner).unwrap();
+        trainer.run(60, &mut Silent).unwrap();
+        trainer.agent().save_policy(&path).unwrap();
+        let mut policy = Policy::read(&path, &Candle::default()).unwrap();
+        let obs: Vec<f32> = (0..11).map(|i| 0.1 * i as f32).collect();
+        let mut acted = [[0.0; 3]; 2];
+        policy.act(&obs, &mut acted[0]).unwrap();
+        trainer.agent_mut().act(&obs, Mode::Exploit, &mut acted[1]).unwrap();
+        assert_eq!(acted[0], acted[1]);
+    }
 }
 
 #[test]
@@ -51,10 +99,10 @@ fn a_resumed_run_leaves_the_same_files() {
     let temporary = tempfile::tempdir().unwrap();
     let run = |name: &str, steps: u64| {
         let settings = RunSettings { steps, eval_every: 500, eval_episodes: 2, log_every: 250, ..Default::default() };
-        let plan = Plan { run: settings, ..Plan::new("resume") };
+        let plan = Plan { run: settings, ..Plan::new(&method()) };
         let path = temporary.path().join(name);
         let open = if path.exists() { RunFolder::resume } else { RunFolder::create };
-        let folder = open(&path, &plan, &config()).unwrap();
+        let folder = open(&path, &plan, &method().config).unwrap();
         let env = copq_envs_rapier::make("a/hopper").unwrap();
         Run::new(trainer(0, 1).unwrap(), env, folder, settings).unwrap().silent().train().unwrap();
         path
@@ -71,15 +119,9 @@ fn a_resumed_run_leaves_the_same_files() {
 #[test]
 fn every_projection_trains_the_hopper() {
     for &name in projection::names() {
-        let projection = projection::by_name(name).unwrap();
         let env = copq_envs_rapier::make("a/hopper").unwrap();
-        let (spec, mut rng) = (env.spec().clone(), Rng::new(0, Stream::Init));
-        let critics = projection.critics(3);
-        let critic = copq_candle::critic(&spec, critics, &config().networks, &mut rng).unwrap();
-        let actor = copq_candle::actor(&spec, &config().networks, &mut rng).unwrap();
-        let learner = Learner::new(config(), &spec, Box::new(critic), Box::new(actor), 0).unwrap();
-        let learner: Box<dyn Agent> = Box::new(learner.projection(projection));
-        let mut trainer = Trainer::new(env, learner, 0).unwrap();
-        (0..500).for_each(|_| drop(trainer.step(&mut Silent).unwrap()));
+        let method = method().bound(projection::by_name(name).unwrap());
+        let learner = Learner::new(method, env.spec(), &Candle::default(), 0).unwrap();
+        Trainer::new(env, learner).unwrap().run(500, &mut Silent).unwrap();
     }
 }

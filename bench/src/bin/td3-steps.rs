@@ -10,9 +10,10 @@ use std::io::{BufRead, Write, stdin, stdout};
 use std::time::Instant;
 
 use anyhow::{Result, bail};
-use copq::projection::{Cholesky, ScalarisedMin};
-use copq::{Config, Learner, Projection, Rng, Silent, Stream, Trainer};
+use copq::projection::ScalarisedMin;
+use copq::{Ensemble, Learner, Method, Silent, Trainer};
 use copq_bench::process_time;
+use copq_candle::Candle;
 use copq_envs::Options;
 use copq_envs::robot::Senses;
 use copq_envs_mujoco::mujoco_rs::make_with;
@@ -40,14 +41,14 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-fn time(trainer: &mut Trainer, steps: u64) -> Result<String> {
+fn time(trainer: &mut Trainer<Learner>, steps: u64) -> Result<String> {
     let (start, cpu) = (Instant::now(), process_time());
     run(trainer, steps)?;
     let scale = 1e-6 / steps as f64;
     Ok(format!("{} {}", start.elapsed().as_nanos() as f64 * scale, (process_time() - cpu) * scale))
 }
 
-fn shares(trainer: &mut Trainer, steps: u64) -> Result<String> {
+fn shares(trainer: &mut Trainer<Learner>, steps: u64) -> Result<String> {
     let (start, before) = (Instant::now(), trainer.timing());
     run(trainer, steps)?;
     let (whole, after) = (start.elapsed(), trainer.timing());
@@ -55,26 +56,21 @@ fn shares(trainer: &mut Trainer, steps: u64) -> Result<String> {
     Ok(parts.map(|part| part.div_duration_f64(whole).to_string()).join(" "))
 }
 
-fn run(trainer: &mut Trainer, steps: u64) -> copq::Result<()> {
-    (0..steps).try_for_each(|_| trainer.step(&mut Silent).map(drop))
+fn run(trainer: &mut Trainer<Learner>, steps: u64) -> copq::Result<()> {
+    trainer.run(steps, &mut Silent)
 }
 
 /// A trainer whose warm-up is over.
-fn trainer(name: &str) -> Result<Trainer> {
+fn trainer(name: &str) -> Result<Trainer<Learner>> {
     let options = Options { senses: Senses::Gymnasium, ..Options::default() };
     let env = make_with("gym/hopper", &options)?;
-    let (config, critics, projection): (_, _, Box<dyn Projection>) = match name {
-        "td3" => (Config::td3(), 2, Box::new(ScalarisedMin)),
-        "cop" => (Config::cop_td3_oac(), 4, Box::new(Cholesky)),
+    let method = match name {
+        "td3" => Method::td3().bound(ScalarisedMin),
+        "cop" => Method::cop_td3_oac().critics(Ensemble::Joint(4)),
         _ => bail!("{name}: wanted td3 or cop"),
     };
-    let config = Config { start_steps: START, ..config };
-    let (spec, networks) = (env.spec().clone(), config.networks.clone());
-    let mut rng = Rng::new(0, Stream::Init);
-    let critic = copq_candle::critic(&spec, critics, &networks, &mut rng)?;
-    let actor = copq_candle::actor(&spec, &networks, &mut rng)?;
-    let learner = Learner::new(config, &spec, Box::new(critic), Box::new(actor), 0)?.projection(projection);
-    let mut trainer = Trainer::new(env, Box::new(learner), 0)?;
+    let learner = Learner::new(method.warm_up(START), env.spec(), &Candle::default(), 0)?;
+    let mut trainer = Trainer::new(env, learner)?;
     run(&mut trainer, START)?;
     Ok(trainer)
 }

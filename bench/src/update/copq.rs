@@ -56,7 +56,7 @@ impl Copq {
             critic,
             actor,
             projection,
-            weights: workload.spec().weights,
+            weights: workload.spec().weights(),
             actor_delay: workload.actor_delay,
             scratch: Scratch::default(),
             next_action: vec![0.0; workload.rows * workload.action],

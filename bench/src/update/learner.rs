@@ -1,7 +1,8 @@
 //! The whole update of copq's learner: replay, FAMO, checks and reports included.
 
 use anyhow::Result;
-use copq::{Agent, Config, Learner, Outcome, Rng, Silent, Stream, Transition};
+use copq::{Agent, Ensemble, Learner, Method, Outcome, Silent, Transition};
+use copq_candle::Candle;
 
 use super::{Losses, Update};
 use crate::workload::{Batch, Workload};
@@ -12,17 +13,11 @@ pub struct Full(Learner);
 impl Full {
     /// COP-Q on TD3 as the paper has it.
     pub fn new(workload: &Workload) -> Result<Self> {
-        let (spec, networks, mut rng) = (workload.spec(), workload.networks(), Rng::new(0, Stream::Init));
-        let critic = copq_candle::critic(&spec, workload.critics, &networks, &mut rng)?.threads(workload.threads)?;
-        let actor = copq_candle::actor(&spec, &networks, &mut rng)?.threads(workload.threads)?;
-        let config = Config {
-            batch: workload.rows,
-            start_steps: 1,
-            actor_delay: workload.actor_delay as u64,
-            networks,
-            ..Config::cop_td3_paper()
-        };
-        let mut learner = Learner::new(config, &spec, Box::new(critic), Box::new(actor), 0)?;
+        let mut method = Method::cop_td3_paper().critics(Ensemble::Joint(workload.critics)).warm_up(1);
+        method.config.batch = workload.rows;
+        method.config.actor_delay = workload.actor_delay as u64;
+        method.config.networks = workload.networks();
+        let mut learner = Learner::new(method, &workload.spec(), &Candle::threads(workload.threads), 0)?;
         for batch in workload.batches() {
             for row in 0..workload.rows {
                 learner.observe(transition(&batch, row, workload))?;

@@ -36,8 +36,8 @@ impl Critics {
         let fresh = |_| Network::new(shape.clone(), networks.activation, &Learned::new(&shape, networks.init, rng));
         Ok(Self {
             networks: (0..critics).map(fresh).collect(),
-            observation: spec.observation,
-            action: spec.action(),
+            observation: spec.obs_len,
+            action: spec.action_len(),
             objectives: spec.objectives.len(),
             lr: networks.critic_lr,
             workers: Workers::new(1)?,

@@ -149,6 +149,14 @@ impl Actor for Gaussian {
         self.policy.save(state)
     }
 
+    fn export(&self, state: &mut State) -> Result<()> {
+        self.policy.export(state)
+    }
+
+    fn import(&mut self, state: &State) -> Result<()> {
+        self.policy.import(state)
+    }
+
     fn load(&mut self, state: &State) -> Result<()> {
         self.policy.load(state)
     }

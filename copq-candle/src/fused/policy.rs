@@ -39,8 +39,8 @@ impl Policy {
             network: Network::new(shape, networks.activation, &learned),
             input: Panels::default(),
             workspace: Workspace::default(),
-            observation: spec.observation,
-            action: spec.action(),
+            observation: spec.obs_len,
+            action: spec.action_len(),
             lr: networks.actor_lr,
         })
     }
@@ -87,6 +87,17 @@ impl Policy {
     pub fn load_safetensors(&mut self, path: &Path) -> Result<()> {
         let online = weights::load(path, &[weights::actor_prefix()], self.network.shape())?;
         online.into_iter().for_each(|online| self.network.set_learned(&Learned::from_online(online)));
+        Ok(())
+    }
+
+    pub fn export(&self, state: &mut State) -> Result<()> {
+        Learned::export(&self.network.learned().online, self.network.shape(), state);
+        Ok(())
+    }
+
+    pub fn import(&mut self, state: &State) -> Result<()> {
+        let online = Learned::import(self.network.shape(), state)?;
+        self.network.set_learned(&Learned::from_online(online));
         Ok(())
     }
 

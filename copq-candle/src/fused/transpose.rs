@@ -82,17 +82,7 @@ mod tests {
 
     #[test]
     fn rows_become_columns_from_any_panel() {
-        let spec = EnvSpec {
-            name: "test".into(),
-            observation: 37,
-            action_low: vec![-1.0; 21],
-            action_high: vec![1.0; 21],
-            objectives: vec!["only".into()],
-            weights: vec![1.0],
-            limits: vec![],
-            entropy: None,
-            horizon: 1,
-        };
+        let spec = EnvSpec::new("test", 37, 21).reward("only", 1.0);
         let shape = Shape::actor(&spec, &Networks { hidden: vec![], ..Networks::default() });
         let flat: Vec<f32> = (0..shape.len()).map(|i| i as f32 + 1.0).collect();
         let layer = &shape.layers()[0];

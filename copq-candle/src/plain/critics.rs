@@ -35,8 +35,8 @@ impl Critics {
         Ok(Self {
             networks: place(&shape, networks.activation, &learned, device)?,
             shape,
-            observation: spec.observation,
-            action: spec.action(),
+            observation: spec.obs_len,
+            action: spec.action_len(),
             objectives: spec.objectives.len(),
             lr: networks.critic_lr,
             activation: networks.activation,

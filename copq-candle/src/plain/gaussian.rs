@@ -131,6 +131,14 @@ impl Actor for Gaussian {
         self.0.save(state)
     }
 
+    fn export(&self, state: &mut State) -> Result<()> {
+        self.0.export(state)
+    }
+
+    fn import(&mut self, state: &State) -> Result<()> {
+        self.0.import(state)
+    }
+
     fn load(&mut self, state: &State) -> Result<()> {
         self.0.load(state)
     }

@@ -40,8 +40,8 @@ impl Policy {
         Ok(Self {
             network: Network::new(&shape, networks.activation, &learned, device).map_err(failed)?,
             shape,
-            observation: spec.observation,
-            action: spec.action(),
+            observation: spec.obs_len,
+            action: spec.action_len(),
             lr: networks.actor_lr,
             activation: networks.activation,
             device: device.clone(),
@@ -76,6 +76,15 @@ impl Policy {
     pub fn load_safetensors(&mut self, path: &Path) -> Result<()> {
         let online = weights::load(path, &[weights::actor_prefix()], &self.shape)?;
         online.into_iter().try_for_each(|online| self.place(&Learned::from_online(online)))
+    }
+
+    pub fn export(&self, state: &mut State) -> Result<()> {
+        Learned::export(&self.network.learned().map_err(failed)?.online, &self.shape, state);
+        Ok(())
+    }
+
+    pub fn import(&mut self, state: &State) -> Result<()> {
+        self.place(&Learned::from_online(Learned::import(&self.shape, state)?))
     }
 
     pub fn save(&self, state: &mut State) -> Result<()> {

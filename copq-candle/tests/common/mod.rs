@@ -48,17 +48,8 @@ impl Case {
     }
 
     pub fn spec(&self) -> EnvSpec {
-        EnvSpec {
-            name: "test".into(),
-            observation: self.observation,
-            action_low: vec![-1.0; self.action],
-            action_high: vec![1.0; self.action],
-            objectives: (0..self.objectives).map(|i| format!("objective {i}")).collect(),
-            weights: vec![1.0; self.objectives],
-            limits: vec![],
-            entropy: None,
-            horizon: 100,
-        }
+        let spec = EnvSpec::new("test", self.observation, self.action);
+        (0..self.objectives).fold(spec, |spec, i| spec.reward(format!("objective {i}"), 1.0))
     }
 
     pub fn networks(&self) -> Networks {

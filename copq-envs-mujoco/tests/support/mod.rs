@@ -162,7 +162,7 @@ impl Replay {
         let physics = make(&task.robot).unwrap();
         let start = Start { physics, qpos: table.vector(row, "qpos"), qvel: table.vector(row, "qvel") };
         let env = Locomotion::new(task.clone(), start).unwrap();
-        let (obs, reward) = (vec![0.0; env.spec().observation], vec![0.0; env.spec().objectives.len()]);
+        let (obs, reward) = (vec![0.0; env.spec().obs_len], vec![0.0; env.spec().objectives.len()]);
         let mut replay = Self { env, obs, reward };
         replay.env.reset(0, &mut replay.obs).unwrap();
         replay

@@ -40,17 +40,13 @@ impl Task {
 
     /// The task as learners see it: actions are in [-1, 1].
     pub fn env_spec(&self) -> EnvSpec {
-        let nu = self.robot.nu();
-        EnvSpec {
-            name: self.name.clone(),
-            observation: self.robot.observation.len(&self.robot),
-            action_low: vec![-1.0; nu],
-            action_high: vec![1.0; nu],
-            objectives: self.objectives.iter().map(|objective| objective.name.clone()).collect(),
-            weights: self.objectives.iter().map(|objective| objective.weight).collect(),
-            limits: self.objectives.iter().map(|objective| objective.limit.map(|limit| limit as f32)).collect(),
-            entropy: None, // the last reward's, in every task here
-            horizon: self.horizon,
-        }
+        let obs_len = self.robot.observation.len(&self.robot);
+        let spec = EnvSpec::new(&self.name, obs_len, self.robot.nu()).horizon(self.horizon);
+        self.objectives.iter().fold(spec, |spec, objective| {
+            spec.objective(match objective.limit {
+                Some(limit) => copq::Objective::cost(&objective.name, limit as f32).weight(objective.weight),
+                None => copq::Objective::reward(&objective.name, objective.weight),
+            })
+        })
     }
 }

@@ -16,8 +16,8 @@ use copq::{Error, Result};
 use tiny_skia::Pixmap;
 
 use crate::figure::{colour, encode_png};
-use crate::files;
 use caption::Caption;
+use copq::files;
 pub use side::SideView;
 
 /// Pixels of a picture from left to right.

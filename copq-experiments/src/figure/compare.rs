@@ -8,11 +8,11 @@ use copq::{Error, Result};
 use super::curves::{Evaluated, Quantity};
 use super::{Figure, LIMIT_NOTE, Panel, Point, Series, canvas};
 use crate::config::{RunConfig, difference};
-use crate::files;
 use crate::folder::read_config;
 use crate::numbers::grouped;
 use crate::plan::Plan;
 use crate::statistics::{max, mean, median, min};
+use copq::files;
 
 /// A run and what it is called in the legend; runs of one label are seeds of one method.
 #[derive(Clone, Debug)]
@@ -242,17 +242,17 @@ mod tests {
             crate::config::write(&path.join("config.toml"), &config).unwrap();
             Labelled { label: "td3".to_owned(), folder: path }
         };
-        let plan = |projection: &str, seed| {
-            let mut plan = Plan { projection: projection.to_owned(), ..Plan::new("td3") };
+        let plan = |bound: &str, seed| {
+            let mut plan = Plan { bound: bound.to_owned(), ..Plan::new(&copq::Method::cop_td3()) };
             plan.run.seed = seed;
             plan
         };
         let first = labelled("first", plan("cholesky", 0), "tau = 0.005");
         let with = |other| comparison_table(&[first.clone(), other]).map_err(|e| e.to_string());
         assert!(with(labelled("seed", plan("cholesky", 1), "tau = 0.005")).is_ok());
-        let wanted = "runs called 'td3': wanted seeds of td3-a-hopper-cholesky-s0";
+        let wanted = "runs called 'td3': wanted seeds of cop-td3-a-hopper-cholesky-s0";
         let error = with(labelled("projection", plan("eigen", 1), "tau = 0.005")).unwrap_err();
-        assert_eq!(error, format!("{wanted} (another label for another method), got td3-a-hopper-eigen-s0"));
+        assert_eq!(error, format!("{wanted} (another label for another method), got cop-td3-a-hopper-eigen-s0"));
         let error = with(labelled("setting", plan("cholesky", 1), "tau = 0.01")).unwrap_err();
         assert_eq!(error, format!("{wanted} with settings.tau 0.005 (another label for another method), got 0.01"));
     }
@@ -260,7 +260,7 @@ mod tests {
     /// A run from before a setting was there, and one of today with the setting's default.
     #[test]
     fn a_setting_that_an_old_run_did_not_know_has_its_default() {
-        let today = toml::Table::try_from(copq::Config::td3()).unwrap();
+        let today = toml::Table::try_from(copq::Method::td3().config).unwrap();
         let mut old = today.clone();
         for key in ["normalise", "warm_up"] {
             assert!(old.remove(key).is_some());

@@ -19,7 +19,7 @@ use curves::{Evaluated, Quantity};
 pub(crate) use font::DEJAVU_SANS;
 pub(crate) use layout::colour;
 
-use crate::files;
+use copq::files;
 
 /// A line with a band around it.
 #[derive(Clone, Debug)]
@@ -62,16 +62,10 @@ const LIMIT_NOTE: &str = " Dashed: the limit.";
 pub(crate) fn draw_run(folder: &Path, spec: &EnvSpec) -> Result<()> {
     let run = Evaluated::read(folder)?;
     let plan = crate::folder::read_plan(folder)?;
-    let title = format!(
-        "{}, {} on {}, {} projection, seed {}",
-        plan.method(),
-        plan.task,
-        plan.engine,
-        plan.projection,
-        plan.run.seed
-    );
+    let title =
+        format!("{}, {} on {}, {} bound, seed {}", plan.method, plan.task, plan.engine, plan.bound, plan.run.seed);
     let limit = |title: &str| {
-        let objective = spec.objectives.iter().position(|name| name == title)?;
+        let objective = spec.names().into_iter().position(|name| name == title)?;
         spec.limit(objective).map(f64::from)
     };
     let panel = |quantity: Quantity| Panel {

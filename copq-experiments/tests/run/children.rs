@@ -66,7 +66,7 @@ fn stop_with(signal: &str) {
     let output = child.wait_with_output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{text}");
-    assert!(text.contains("stopped and saved at step ") && text.contains("go on with --resume "), "{text}");
+    assert!(text.contains("stopped and saved at step ") && text.contains("go on with copq resume "), "{text}");
 
     let plan = copq_experiments::read_plan(&folder).unwrap();
     let resumed = RunFolder::resume(&folder, &plan, &settings()).unwrap();

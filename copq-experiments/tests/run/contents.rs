@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use copq::EnvSpec;
 use copq_experiments::{
     Ending, Metrics, RunConfig, RunFolder, Sheet, comparison_table, read_checkpoint, read_config, tensorboard,
 };
@@ -96,7 +97,7 @@ fn a_run_is_not_overwritten() {
     let folder = temporary.path().join("run");
     finished(&folder);
     let message = RunFolder::create(&folder, &plan(1, 620), &settings()).unwrap_err().to_string();
-    assert!(message.contains(&format!("--resume {}", folder.display())) && message.contains("another --out"));
+    assert!(message.contains(&format!("copq resume {}", folder.display())) && message.contains("another --out"));
     std::fs::create_dir(temporary.path().join("mine")).unwrap();
     std::fs::write(temporary.path().join("mine/notes.txt"), "").unwrap();
     assert!(RunFolder::create(temporary.path().join("mine"), &plan(1, 620), &settings()).is_err());
@@ -131,8 +132,8 @@ fn metrics_are_averages_over_the_interval() {
     let mut metrics = Metrics::open(&temporary.path().join("metrics.csv"), |_| true).unwrap();
     metrics.scalar(1, "q/safety", 1.0);
     metrics.scalar(2, "q/safety", 2.0);
-    let objectives = ["speed", "effort"].map(String::from);
-    metrics.episode(2, &point_mass::episode([4.0, -2.0]), &objectives, &[1.0, 0.5]);
+    let spec = EnvSpec::new("test", 1, 1).reward("speed", 1.0).reward("effort", 0.5);
+    metrics.episode(2, &point_mass::episode([4.0, -2.0]), &spec);
     let row = metrics.row(2).unwrap();
     let number = |name: &str| row.iter().find(|(column, _)| column == name).unwrap().1;
     assert_eq!((number("q/safety"), number("train/weighted_total"), number("train/length")), (1.5, 3.0, 70.0));

@@ -1,6 +1,9 @@
 //! A point mass on a line and an agent that learns to push it, small enough to train a thousand steps in a blink.
 
-use copq::{Agent, Env, EnvSpec, Episode, Mode, Observer, Outcome, Result, Rng, State, Stream, Trainer, Transition};
+use copq::{
+    Agent, Env, EnvSpec, Episode, Method, Mode, Objective, Observer, Outcome, Result, Rng, State, Stream, Trainer,
+    Transition,
+};
 use copq_experiments::{Plan, Run, RunFolder, RunSettings};
 use serde::{Deserialize, Serialize};
 
@@ -23,17 +26,9 @@ pub struct PointMass {
 
 impl PointMass {
     pub fn new() -> Self {
-        let spec = EnvSpec {
-            name: "test/point-mass".to_owned(),
-            observation: 2,
-            action_low: vec![-2.0],
-            action_high: vec![2.0],
-            objectives: vec!["speed".to_owned(), "effort".to_owned()],
-            weights: vec![1.0, -0.5],
-            limits: vec![None, Some(31.5)],
-            entropy: None,
-            horizon: 70,
-        };
+        let effort = Objective::cost("effort", 31.5).weight(-0.5);
+        let spec = EnvSpec::new("test/point-mass", 2, 1).reward("speed", 1.0).objective(effort);
+        let spec = spec.action_bounds(&[-2.0], &[2.0]).horizon(70);
         Self { spec, position: 0.0, velocity: 0.0, steps: 0, wind: Rng::with_stream(0, 99) }
     }
 
@@ -88,6 +83,7 @@ impl Env for PointMass {
 
 /// Pushes as hard as its one weight says, which follows a noisy rule.
 pub struct Pusher {
+    seed: u64,
     weight: f32,
     rate: f32,
     updates: u64,
@@ -95,6 +91,14 @@ pub struct Pusher {
 }
 
 impl Agent for Pusher {
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn discount(&self) -> f64 {
+        0.99
+    }
+
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
         let noise = if mode == Mode::Explore { 0.3 * self.noise.normal() as f32 } else { 0.0 };
         action[0] = (self.weight - 0.1 * obs[1] + noise).clamp(-1.0, 1.0);
@@ -138,16 +142,8 @@ impl Agent for Pusher {
 
 /// A short run's plan.
 pub fn plan(seed: u64, steps: u64) -> Plan {
-    let run = RunSettings {
-        steps,
-        seed,
-        eval_every: 250,
-        eval_episodes: 4,
-        log_every: 100,
-        checkpoint_every: 300,
-        ..RunSettings::default()
-    };
-    Plan { task: "test/point-mass".to_owned(), run, ..Plan::new("point-mass") }
+    let run = RunSettings { steps, seed, eval_every: 250, eval_episodes: 4, log_every: 100, checkpoint_every: 300 };
+    Plan { task: "test/point-mass".to_owned(), run, ..Plan::new(&Method::cop_td3()) }
 }
 
 /// The agent's settings.
@@ -158,8 +154,8 @@ pub fn settings() -> Settings {
 /// A fresh trainer.
 pub fn trainer(seed: u64) -> Trainer {
     let noise = Rng::new(seed, Stream::Explore);
-    let agent = Pusher { weight: 0.0, rate: settings().rate, updates: 0, noise };
-    Trainer::new(Box::new(PointMass::new()), Box::new(agent), seed).unwrap()
+    let agent = Pusher { seed, weight: 0.0, rate: settings().rate, updates: 0, noise };
+    Trainer::new(PointMass::new(), Box::new(agent) as Box<dyn Agent>).unwrap()
 }
 
 /// A run in an opened folder.

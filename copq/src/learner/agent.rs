@@ -3,12 +3,38 @@
 use super::Learner;
 use crate::error::check_len;
 use crate::loss::{finite, finite_row};
-use crate::{Agent, Context, Mode, Net, Normaliser, Observer, Outcome, Result, State, Transition};
+use crate::{Agent, Context, Error, Mode, Net, Normaliser, Observer, Outcome, Result, State, Transition};
 
 /// What to do about an observation that is not finite.
 const OBSERVATION: &str = "the environment returned it; check its physics";
 
 impl Learner {
+    /// An error unless a saved learner was made as this one is. Those from before that was written down are trusted.
+    fn check_maker(&self, state: &State) -> Result<()> {
+        let Ok(made) = state.child("made_by") else { return Ok(()) };
+        let objectives = self.objectives.join(",");
+        for (what, own) in [
+            ("method", self.name.as_str()),
+            ("bound", self.projection.name()),
+            ("task", self.spec.name.as_str()),
+            ("objectives", objectives.as_str()),
+        ] {
+            let saved = made.get_text(what)?;
+            if saved != own {
+                return Err(Error::invalid(format!("{what} of the saved learner"), own, saved));
+            }
+        }
+        let seed = made.get_one::<u64>("seed")?;
+        if seed != self.seed {
+            return Err(Error::invalid("seed of the saved learner", self.seed, seed));
+        }
+        let discount = made.get_one::<f64>("discount")?;
+        if discount != self.config.discount {
+            return Err(Error::invalid("discount of the saved learner", self.config.discount, discount));
+        }
+        Ok(())
+    }
+
     /// Keeps one observation as the networks see it.
     fn take_in(&mut self, obs: &[f32]) -> Result<()> {
         check_len("observation", obs.len(), self.obs.len())?;
@@ -18,6 +44,14 @@ impl Learner {
 }
 
 impl Agent for Learner {
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn discount(&self) -> f64 {
+        self.config.discount
+    }
+
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
         finite_row("observation", obs, self.steps, OBSERVATION)?;
         self.take_in(obs)?;
@@ -77,6 +111,13 @@ impl Agent for Learner {
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
+        let made = state.child_mut("made_by");
+        made.put_text("method", &self.name);
+        made.put_text("bound", self.projection.name());
+        made.put_text("task", &self.spec.name);
+        made.put_text("objectives", &self.objectives.join(","));
+        made.put("seed", [self.seed]);
+        made.put("discount", [self.config.discount]);
         state.put("steps", [self.steps]);
         state.put("updates", [self.updates]);
         self.streams.save(state);
@@ -101,6 +142,7 @@ impl Agent for Learner {
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
+        self.check_maker(state)?;
         self.steps = state.get_one("steps")?;
         self.updates = state.get_one("updates")?;
         self.streams.load(state)?;

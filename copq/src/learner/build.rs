@@ -5,61 +5,79 @@ use super::streams::Streams;
 use super::work::{Names, Work};
 use crate::error::check_len;
 use crate::multiplier::FixedWeights;
-use crate::projection::{Cholesky, ScalarisedMin};
 use crate::temperature::Temperature;
 use crate::{
-    Actor, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, GaussianNoise, Multiplier, Normaliser, Optimistic,
-    PolicySamples, Projection, Replay, Result, UniformActions, WarmUp,
+    Actor, ActorKind, Backend, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, GaussianNoise, Method, Multiplier,
+    Normaliser, Optimistic, PolicySamples, Replay, Result, Rng, Stream, UniformActions, WarmUp,
 };
 
 impl Learner {
-    /// The learner that a configuration describes. It begins with
+    /// A learner by a method, for a task, with networks from a backend; every random number comes from `seed`.
     ///
-    /// * the Cholesky projection, or with [`ScalarisedMin`] if targets draw a subset of the critics: two critics say
-    ///   too little of a covariance;
-    /// * exploration by Gaussian noise or a stochastic policy's own samples, towards an upper bound if [`Config::optimism`]
-    ///   says so;
-    /// * the task's weights, or the multipliers of [`Config::constraint`], which is an error for a task without costs.
-    ///
-    /// Swap any of them with [`Learner::projection`], [`Learner::explore`] and [`Learner::multiplier`].
-    pub fn new(
-        config: Config,
+    /// It explores by Gaussian noise or a stochastic policy's own samples, towards an upper bound if [`Config::optimism`] says
+    /// so; its scalarisation weights are the task's, or the multipliers of [`Config::constraint`], which is an error for a task
+    /// without costs. Swap exploration and multipliers with [`Learner::explore`] and [`Learner::multiplier`].
+    pub fn new(method: Method, spec: &EnvSpec, backend: &dyn Backend, seed: u64) -> Result<Self> {
+        method.config.check()?;
+        spec.check()?;
+        let (networks, kind) = (&method.config.networks, method.actor());
+        let mut rng = Rng::new(seed, Stream::Init);
+        let actor = |rng: &mut Rng| backend.actor(spec, networks, kind, rng);
+        let critics = |rng: &mut Rng| method.critics.build(backend, spec, networks, rng);
+        // Which weights are drawn first is history: runs that are kept began so.
+        let (critic, actor) = if kind == ActorKind::Gaussian && method.config.subset.is_none() {
+            let actor = actor(&mut rng)?;
+            (critics(&mut rng)?, actor)
+        } else {
+            (critics(&mut rng)?, actor(&mut rng)?)
+        };
+        Self::with_networks(method, spec, critic, actor, seed)
+    }
+
+    /// The same with networks of your own, which replace the method's.
+    pub fn with_networks(
+        method: Method,
         spec: &EnvSpec,
         critic: Box<dyn Critic>,
         actor: Box<dyn Actor>,
         seed: u64,
     ) -> Result<Self> {
+        let Method { config, bound, name, .. } = method;
         config.check()?;
         spec.check()?;
         // A task that does not suit the method is worth more words than critics that do not suit the task.
         let multiplier: Box<dyn Multiplier> = match &config.constraint {
             Some(constraint) => constraint.multiplier(spec, config.discount)?,
-            None => Box::new(FixedWeights::new(&spec.weights)?),
+            None => Box::new(FixedWeights::new(&spec.weights())?),
         };
         check_parts(&config, spec, critic.as_ref(), actor.as_ref())?;
         let (n, rows) = (spec.objectives.len(), config.batch);
         let entropy = config.entropy.as_ref();
         let temperature = entropy.map(|entropy| Temperature::new(entropy, spec)).transpose()?;
-        let famo = config.famo.map(|famo| Famo::new(famo, n)).transpose()?;
+        let famo = config.famo.filter(|famo| famo.separate || critic.shared());
+        let famo = famo.map(|famo| Famo::new(famo, n)).transpose()?;
         let mut batch = Batch::default();
-        batch.reserve(rows, spec.observation, spec.action(), n);
+        batch.reserve(rows, spec.obs_len, spec.action_len(), n);
         Ok(Self {
-            replay: Replay::new(config.capacity, spec.observation, spec.action(), n)?,
-            projection: if config.subset.is_some() { Box::new(ScalarisedMin) } else { Box::new(Cholesky) },
+            replay: Replay::new(config.capacity, spec.obs_len, spec.action_len(), n)?,
+            projection: bound,
+            name,
+            spec: spec.clone(),
+            seed,
             explore: exploration(&config, actor.as_ref())?,
             warm_up: match config.warm_up {
                 WarmUp::Uniform => Box::new(UniformActions),
                 WarmUp::Policy => own_noise(&config, actor.as_ref()),
             },
-            normaliser: config.normalise.then(|| Normaliser::new(spec.observation)),
+            normaliser: config.normalise.then(|| Normaliser::new(spec.obs_len)),
             multiplier,
             temperature,
             streams: Streams::new(seed),
-            obs: vec![0.0; spec.observation],
+            obs: vec![0.0; spec.obs_len],
             work: Work::new(&config, actor.as_ref(), critic.as_ref()),
             is_cost: (0..n).map(|i| spec.limit(i).is_some()).collect(),
-            names: Names::new(&spec.objectives),
-            objectives: spec.objectives.clone(),
+            names: Names::new(&spec.names()),
+            objectives: spec.names().into_iter().map(str::to_owned).collect(),
             steps: 0,
             updates: 0,
             config,
@@ -68,12 +86,6 @@ impl Learner {
             famo,
             batch,
         })
-    }
-
-    /// Swaps the projection.
-    pub fn projection(mut self, projection: impl Projection + 'static) -> Self {
-        self.projection = Box::new(projection);
-        self
     }
 
     /// Swaps the exploration rule.
@@ -118,7 +130,7 @@ fn own_noise(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
 /// An error that names the first part that does not fit the others.
 fn check_parts(config: &Config, spec: &EnvSpec, critic: &dyn Critic, actor: &dyn Actor) -> Result<()> {
     check_len("the critic's objectives", critic.objectives(), spec.objectives.len())?;
-    check_len("the actor's action", actor.action(), spec.action())?;
+    check_len("the actor's action", actor.action(), spec.action_len())?;
     if critic.critics() == 0 {
         return Err(Error::invalid("the critic ensemble", "at least 1 critic", 0));
     }

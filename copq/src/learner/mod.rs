@@ -1,10 +1,12 @@
-//! The one learner: every off-policy method of copq is a [`Config`] and a few strategies given to it.
+//! The one learner: every off-policy method of copq is a [`Method`](crate::Method) given to it.
 
 use std::fmt;
 
+use crate::policy::exported;
 use crate::temperature::Temperature;
 use crate::{
-    Actor, Batch, Config, Critic, Explore, Famo, Multiplier, Normaliser, Observer, Projection, Replay, Result,
+    Actor, ActorKind, Batch, Config, Critic, EnvSpec, Explore, Famo, Multiplier, Normaliser, Observer, Projection,
+    Replay, Result,
 };
 use streams::Streams;
 use work::{Names, Work};
@@ -21,6 +23,10 @@ mod work;
 /// sample, next actions, targets, fit the critics, every so often improve the actor; targets follow.
 pub struct Learner {
     config: Config,
+    seed: u64,
+    /// The method's name, and the task.
+    name: String,
+    spec: EnvSpec,
     objectives: Vec<String>,
     /// Whether each objective is a cost.
     is_cost: Vec<bool>,
@@ -85,6 +91,13 @@ impl Learner {
             self.actor.track(tau)?;
         }
         Ok(())
+    }
+
+    /// Writes the policy to a small file, without the replay: [`Policy::read`](crate::Policy::read) reads it back.
+    pub fn save_policy(&self, path: impl AsRef<std::path::Path>) -> Result<()> {
+        let kind = if self.config.entropy.is_some() { ActorKind::Gaussian } else { ActorKind::Deterministic };
+        let networks = &self.config.networks;
+        exported(self.actor.as_ref(), self.normaliser.as_ref(), &self.spec, networks, kind)?.write_file(path)
     }
 
     /// Updates done so far.

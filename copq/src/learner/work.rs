@@ -66,7 +66,7 @@ impl Work {
 }
 
 impl Names {
-    pub(super) fn new(objectives: &[String]) -> Self {
+    pub(super) fn new(objectives: &[&str]) -> Self {
         let named = |kind: &str| objectives.iter().map(|objective| format!("{kind}/{objective}")).collect();
         Self {
             loss: named("critic_loss"),

@@ -47,7 +47,7 @@ impl Costs {
         let cost = |objective: usize| {
             let limit = discounted_limit(f64::from(spec.limit(objective)?), discount, spec.horizon);
             let per_episode = 1.0 / discounted_limit(1.0, discount, spec.horizon);
-            let name = &spec.objectives[objective];
+            let name = &spec.objectives[objective].name;
             let names = ["multiplier", "multiplier_effective", "cost_estimate", "cost_violation"];
             Some(Cost {
                 objective,
@@ -62,7 +62,7 @@ impl Costs {
             let what = format!("a constraint on '{}'", spec.name);
             return Err(Error::invalid(what, "a task with a cost under a limit, such as b/hopper", "none"));
         }
-        let (weights, actor_weights) = (spec.weights.clone(), spec.weights.iter().map(|&w| w.into()).collect());
+        let (weights, actor_weights) = (spec.weights(), spec.weights().iter().map(|&w| w.into()).collect());
         Ok(Self { costs, weights, actor_weights })
     }
 

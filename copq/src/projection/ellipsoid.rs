@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use super::batch::Batch;
 use super::{Bound, Deviations, Projection, Scratch, Work};
-use crate::Result;
+use crate::{Ensemble, Result};
 
 /// A projection of the form `mean + step * C R u` (paper App. B), told apart by its offset alone.
 ///
@@ -53,9 +53,9 @@ pub trait Ellipsoid: Debug + Send + Sync {
     /// See [`Projection::name`].
     fn name(&self) -> &'static str;
 
-    /// See [`Projection::critics`].
-    fn critics(&self, objectives: usize) -> usize {
-        objectives + 1
+    /// See [`Projection::ensemble`].
+    fn ensemble(&self) -> Ensemble {
+        Ensemble::Spanning
     }
 
     /// Writes C R u (N) for the unit direction `u`; `out` holds anything before. Zero disagreement gives exactly zero.
@@ -83,8 +83,8 @@ impl<E: Ellipsoid> Projection for E {
         Ellipsoid::name(self)
     }
 
-    fn critics(&self, objectives: usize) -> usize {
-        Ellipsoid::critics(self, objectives)
+    fn ensemble(&self) -> Ensemble {
+        Ellipsoid::ensemble(self)
     }
 
     fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {

@@ -2,7 +2,7 @@
 
 use super::selection::{blend, blend_vjp, worst};
 use super::{Bound, Projection, QView, Scratch};
-use crate::Result;
+use crate::{Ensemble, Result};
 
 /// Every objective's least value over the critics for a negative step, or its greatest for a positive one; the other
 /// way round where the objective's weight is negative or -0 (a cost).
@@ -18,12 +18,8 @@ impl Projection for IndependentMin {
         "independent-min"
     }
 
-    fn critics(&self, _objectives: usize) -> usize {
-        2
-    }
-
-    fn separate(&self) -> bool {
-        true
+    fn ensemble(&self) -> Ensemble {
+        Ensemble::Separate { cost: 2, reward: 2 }
     }
 
     fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {

@@ -5,7 +5,6 @@ mod bound;
 mod cholesky;
 mod clip;
 mod confidence;
-mod conservative;
 mod deviations;
 mod diagonal;
 mod directions;
@@ -17,6 +16,7 @@ mod gram_schmidt;
 mod independent_min;
 mod jacobi;
 mod lanes;
+mod mean_std;
 mod number;
 mod registry;
 mod row;
@@ -31,7 +31,6 @@ use std::fmt::Debug;
 pub use bound::Bound;
 pub use cholesky::Cholesky;
 pub use confidence::{confidence, step_length};
-pub use conservative::Conservative;
 pub use deviations::Deviations;
 pub use diagonal::Diagonal;
 pub use directions::Directions;
@@ -39,12 +38,13 @@ pub use eigen::Eigen;
 pub use ellipsoid::Ellipsoid;
 pub use extremum::Extremum;
 pub use independent_min::IndependentMin;
+pub use mean_std::MeanStd;
 pub use registry::{by_name, names};
 pub use scalarised_min::ScalarisedMin;
 pub use scratch::{Scratch, Work};
 pub use view::QView;
 
-use crate::Result;
+use crate::{Ensemble, Result};
 
 /// A rule that turns the critics' disagreement into one vector a row: `mean + step * offset` for ellipsoid methods.
 ///
@@ -77,14 +77,9 @@ pub trait Projection: Debug + Send + Sync {
     /// The name by which command lines and logs know the method.
     fn name(&self) -> &'static str;
 
-    /// Critics that the method is meant to be used with, for N objectives; N + 1 unless it says otherwise.
-    fn critics(&self, objectives: usize) -> usize {
-        objectives + 1
-    }
-
-    /// Whether the method wants separate scalar critics, [`Projection::critics`] of them for each objective.
-    fn separate(&self) -> bool {
-        false
+    /// The critics that the method is meant to be used with; N + 1 of all N values unless it says otherwise.
+    fn ensemble(&self) -> Ensemble {
+        Ensemble::Spanning
     }
 
     /// Writes the bound, `rows x objectives`, into `out`.
@@ -100,12 +95,8 @@ impl Projection for Box<dyn Projection> {
         self.as_ref().name()
     }
 
-    fn critics(&self, objectives: usize) -> usize {
-        self.as_ref().critics(objectives)
-    }
-
-    fn separate(&self) -> bool {
-        self.as_ref().separate()
+    fn ensemble(&self) -> Ensemble {
+        self.as_ref().ensemble()
     }
 
     fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {

@@ -1,9 +1,9 @@
 //! Projections by name, for command lines and configuration files.
 
-use super::{Cholesky, Diagonal, Eigen, Extremum, IndependentMin, Projection, ScalarisedMin};
+use super::{Cholesky, Diagonal, Eigen, Extremum, IndependentMin, MeanStd, Projection, ScalarisedMin};
 use crate::{Error, Result};
 
-const NAMES: [&str; 6] = ["cholesky", "eigen", "extremum", "diagonal", "scalarised-min", "independent-min"];
+const NAMES: [&str; 7] = ["cholesky", "eigen", "extremum", "diagonal", "scalarised-min", "independent-min", "mean-std"];
 
 /// The names that [`by_name`] knows.
 pub fn names() -> &'static [&'static str] {
@@ -26,6 +26,7 @@ pub fn by_name(name: &str) -> Result<Box<dyn Projection>> {
         "eigen" => Box::new(Eigen),
         "extremum" => Box::new(Extremum),
         "diagonal" => Box::new(Diagonal),
+        "mean-std" => Box::new(MeanStd::default()),
         "scalarised-min" => Box::new(ScalarisedMin),
         "independent-min" => Box::new(IndependentMin),
         _ => return Err(Error::unknown("projection", name, names())),

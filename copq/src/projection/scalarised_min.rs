@@ -2,7 +2,7 @@
 
 use super::selection::{blend, blend_vjp, worst};
 use super::{Bound, Projection, QView, Scratch};
-use crate::Result;
+use crate::{Ensemble, Result};
 
 /// The values of the critic with the least `u . Q_k` for a negative step, or the greatest for a positive one.
 ///
@@ -17,8 +17,8 @@ impl Projection for ScalarisedMin {
         "scalarised-min"
     }
 
-    fn critics(&self, _objectives: usize) -> usize {
-        2
+    fn ensemble(&self) -> Ensemble {
+        Ensemble::Joint(2)
     }
 
     fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {

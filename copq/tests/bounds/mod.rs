@@ -3,7 +3,7 @@
 #![allow(dead_code)]
 
 use copq::projection::{
-    Bound, Cholesky, Conservative, Deviations, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin, Projection, QView,
+    Bound, Cholesky, Deviations, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin, MeanStd, Projection, QView,
     ScalarisedMin, Scratch, Work,
 };
 use proptest::prelude::*;
@@ -176,10 +176,10 @@ pub fn ellipsoids() -> [&'static dyn Ellipsoid; 4] {
 
 /// The six that have a name in the registry, and CAL's.
 pub fn projections() -> [&'static dyn Projection; 7] {
-    [&Cholesky, &Eigen, &Extremum, &Diagonal, &ScalarisedMin, &IndependentMin, &CONSERVATIVE]
+    [&Cholesky, &Eigen, &Extremum, &Diagonal, &ScalarisedMin, &IndependentMin, &MEAN_STD]
 }
 
-const CONSERVATIVE: Conservative = Conservative { cost: 1.0, reward: 1.0 };
+const MEAN_STD: MeanStd = MeanStd { cost: 1.0, reward: 1.0 };
 
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()

@@ -1,6 +1,7 @@
 //! A hand-written world with a known optimum and the smallest networks that can represent it; no tensor crate.
 #![allow(dead_code, missing_docs)]
 
+use copq::projection::{Cholesky, ScalarisedMin};
 use copq::*;
 
 /// s is uniform on [-1, 1] and drawn anew at every step; the rewards are -(a - s/2)^2 and -a^2.
@@ -21,17 +22,8 @@ pub const SLOPE: f32 = 0.25;
 
 impl Toy {
     pub fn new() -> Self {
-        let spec = EnvSpec {
-            name: "toy".into(),
-            observation: 1,
-            action_low: vec![-2.0],
-            action_high: vec![2.0],
-            objectives: vec!["track".into(), "rest".into()],
-            weights: vec![1.0, 1.0],
-            limits: vec![],
-            entropy: None,
-            horizon: 20,
-        };
+        let spec = EnvSpec::new("toy", 1, 1).reward("track", 1.0).reward("rest", 1.0);
+        let spec = spec.action_bounds(&[-2.0], &[2.0]).horizon(20);
         let rewards = |s: f32, a: f32| [-(a - 0.5 * s).powi(2), -a * a];
         let rng = Rng::with_stream(0, 0);
         Self { spec, rng, s: 0.0, steps: 0, nan_reward_at: None, nan_obs_at: None, rewards }
@@ -41,9 +33,7 @@ impl Toy {
     /// multiplier that makes it so is 1, since -(a - 1/2)^2 - lambda a is largest at (1 - lambda) / 2.
     pub fn constrained() -> Self {
         let mut toy = Self::new();
-        toy.spec.objectives = vec!["cost".into(), "reward".into()];
-        toy.spec.weights = vec![-1.0, 1.0];
-        toy.spec.limits = vec![Some(20.0), None];
+        toy.spec.objectives = vec![Objective::cost("cost", 20.0).weight(-1.0), Objective::reward("reward", 1.0)];
         toy.rewards = |_, a| [1.0 + a, -(a - 0.5).powi(2)];
         toy
     }
@@ -51,8 +41,7 @@ impl Toy {
     /// The same world told the other way round: minus the cost, as a reward.
     pub fn flipped() -> Self {
         let mut toy = Self::constrained();
-        toy.spec.weights = vec![1.0, 1.0];
-        toy.spec.limits = vec![];
+        toy.spec.objectives = vec![Objective::reward("cost", 1.0), Objective::reward("reward", 1.0)];
         toy.rewards = |_, a| [-(1.0 + a), -(a - 0.5).powi(2)];
         toy
     }
@@ -445,7 +434,7 @@ impl Actor for GaussianActor {
 
 /// Settings with every part, FAMO's too, small enough for the toy: a batch of 64, 200 uniform steps.
 pub fn config() -> Config {
-    small(Config { warm_up: WarmUp::Uniform, ..Config::cop_td3_paper() })
+    small(Method::cop_td3_paper().warm_up(200).config)
 }
 
 /// Any settings made small enough for the toy.
@@ -453,17 +442,51 @@ pub fn small(config: Config) -> Config {
     Config { discount: 0.5, batch: 64, capacity: 5_000, start_steps: 200, ..config }
 }
 
+/// A method with these settings: the Cholesky bound, or ScalarisedMin's where targets draw a subset of the critics.
+pub fn method(config: Config) -> Method {
+    match config.subset {
+        Some(_) => Method::new("toy", config, ScalarisedMin),
+        None => Method::new("toy", config, Cholesky),
+    }
+}
+
 /// A learner with a squashed Gaussian policy and the given critics, in any toy world.
-pub fn stochastic(config: Config, env: &Toy, critic: impl Critic + 'static, seed: u64) -> Learner {
+pub fn stochastic(method: Method, env: &Toy, critic: impl Critic + 'static, seed: u64) -> Learner {
     let actor = Box::new(GaussianActor::new(0.005, -1.0));
-    Learner::new(config, &env.spec, Box::new(critic), actor, seed).unwrap()
+    Learner::with_networks(method, &env.spec, Box::new(critic), actor, seed).unwrap()
 }
 
-pub fn learner(config: Config, critics: usize, seed: u64) -> Learner {
+/// Builds these networks.
+#[derive(Debug)]
+pub struct Linear;
+
+impl Backend for Linear {
+    fn critics(&self, spec: &EnvSpec, _: &Networks, count: usize, rng: &mut Rng) -> Result<Box<dyn Critic>> {
+        Ok(Box::new(LinearCritics::new(count, spec.objectives.len(), 0.02, rng.next_u64())))
+    }
+
+    fn actor(&self, _: &EnvSpec, _: &Networks, kind: ActorKind, _: &mut Rng) -> Result<Box<dyn Actor>> {
+        Ok(match kind {
+            ActorKind::Deterministic => Box::new(LinearActor::new(0.005)),
+            ActorKind::Gaussian => Box::new(GaussianActor::new(0.005, -1.0)),
+        })
+    }
+}
+
+/// How many critics of both objectives stand for a projection's ensemble here.
+pub fn critics_of(projection: &dyn Projection) -> usize {
+    match projection.ensemble() {
+        Ensemble::Joint(count) => count,
+        Ensemble::Separate { .. } => 2,
+        _ => 3,
+    }
+}
+
+pub fn learner(method: Method, critics: usize, seed: u64) -> Learner {
     let critic = Box::new(LinearCritics::new(critics, 2, 0.02, seed));
-    Learner::new(config, &Toy::new().spec, critic, Box::new(LinearActor::new(0.005)), seed).unwrap()
+    Learner::with_networks(method, &Toy::new().spec, critic, Box::new(LinearActor::new(0.005)), seed).unwrap()
 }
 
-pub fn trainer(learner: Learner, seed: u64) -> Trainer {
-    Trainer::new(Box::new(Toy::new()), Box::new(learner), seed).unwrap()
+pub fn trainer(learner: Learner) -> Trainer<Learner> {
+    Trainer::new(Toy::new(), learner).unwrap()
 }

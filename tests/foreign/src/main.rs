@@ -1,7 +1,8 @@
-//! A projection of one's own, and a learner that trains with it.
+//! A projection of your own, and a learner that trains with it.
 
 use copq::projection::{Deviations, Ellipsoid, Work};
-use copq::{Config, Learner, Result, Rng, Silent, Stream, Trainer};
+use copq::{Learner, Method, Result, Silent, Trainer};
+use copq_candle::Candle;
 
 /// Cautious about the first objective alone: one standard deviation for safety, none for the rest.
 #[derive(Debug)]
@@ -24,16 +25,12 @@ impl Ellipsoid for SafetyOnly {
 }
 
 fn main() -> Result<()> {
-    let (env, seed) = (copq_envs_rapier::make("a/hopper")?, 0);
-    let config = Config { start_steps: 100, batch: 16, ..Config::cop_td3() };
-    let mut rng = Rng::new(seed, Stream::Init);
-    let critic = copq_candle::critic(env.spec(), 4, &config.networks, &mut rng)?;
-    let actor = copq_candle::actor(env.spec(), &config.networks, &mut rng)?;
-    let learner = Learner::new(config, env.spec(), Box::new(critic), Box::new(actor), seed)?.projection(SafetyOnly);
-    let mut trainer = Trainer::new(env, Box::new(learner), seed)?;
-    while trainer.steps() < 200 {
-        trainer.step(&mut Silent)?;
-    }
-    println!("{trainer:?}");
+    let env = copq_envs_rapier::make("a/hopper")?;
+    let mut method = Method::cop_td3().bound(SafetyOnly).warm_up(100);
+    method.config.batch = 16;
+    let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;
+    let mut trainer = Trainer::new(env, learner)?;
+    trainer.run(200, &mut Silent)?;
+    println!("{}", trainer.evaluate(2)?);
     Ok(())
 }

@@ -1,7 +1,16 @@
-//! Says which MuJoCo this build has, whether it fits, and the one thing to do next. Fails if there is something to do.
+//! Which MuJoCo this build has, whether it fits, and the one thing to do next.
 
 use std::path::Path;
-use std::process::ExitCode;
+
+/// What [`doctor`] found.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Report {
+    /// A line for each feature, and for each MuJoCo library that is open or lies where they usually do.
+    pub lines: Vec<String>,
+    /// The one thing to do next, if there is any.
+    pub next: Option<String>,
+}
 
 /// What is known of one feature: whether it is compiled in, a line, and what to do if it does not work.
 struct Finding {
@@ -10,24 +19,23 @@ struct Finding {
     next: Option<String>,
 }
 
-fn main() -> ExitCode {
+/// Tries every engine of this build with one step of a robot, and one small picture.
+pub fn doctor() -> Report {
     let mut findings = vec![linked(), installed()];
     #[cfg(feature = "render")]
     findings.push(drawn());
-    findings.iter().for_each(|finding| println!("{}", finding.line));
-    files().iter().for_each(|file| println!("file: {file}"));
+    let mut lines: Vec<_> = findings.iter().map(|finding| finding.line.clone()).collect();
+    lines.extend(files().iter().map(|file| format!("file: {file}")));
     // An engine that is off is no trouble while there is another.
     if findings.iter().any(|finding| finding.on) {
         findings.retain(|finding| finding.on);
     }
-    let next = findings.into_iter().find_map(|finding| finding.next);
-    println!("next: {}", next.as_deref().unwrap_or("nothing, it works"));
-    if next.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+    Report { lines, next: findings.into_iter().find_map(|finding| finding.next) }
 }
 
 #[cfg(feature = "mujoco-rs")]
 fn linked() -> Finding {
-    use copq_envs_mujoco::mujoco_rs;
+    use crate::mujoco_rs;
     examine("mujoco-rs", mujoco_rs::make("a/hopper"), mujoco_rs::version())
 }
 
@@ -40,7 +48,7 @@ fn linked() -> Finding {
 
 #[cfg(feature = "system")]
 fn installed() -> Finding {
-    use copq_envs_mujoco::system;
+    use crate::system;
     examine("system", system::make("a/hopper"), system::version())
 }
 
@@ -53,7 +61,7 @@ fn installed() -> Finding {
 #[cfg(feature = "render")]
 fn drawn() -> Finding {
     let robot = copq_envs::robot::hopper(copq_envs::robot::Preset::GymV5);
-    let renderer = copq_envs_mujoco::Renderer::new(&robot, [8, 8], |_| [0; 3]);
+    let renderer = crate::Renderer::new(&robot, [8, 8], |_| [0; 3]);
     let next = renderer.and_then(|mut renderer| renderer.draw(&robot.initial_qpos).map(drop)).err();
     let line = if next.is_none() { "draws without a window" } else { "does not work" };
     Finding { on: true, line: format!("feature render: {line}"), next: next.map(|error| error.to_string()) }
@@ -63,12 +71,12 @@ fn drawn() -> Finding {
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 fn examine(feature: &str, env: copq::Result<Box<dyn copq::Env>>, version: copq::Result<i32>) -> Finding {
     let tried = env.and_then(|mut env| {
-        let (mut obs, mut reward) = (vec![0.0; env.spec().observation], vec![0.0; env.spec().objectives.len()]);
+        let (mut obs, mut reward) = (vec![0.0; env.spec().obs_len], vec![0.0; env.spec().objectives.len()]);
         env.reset(0, &mut obs)?;
         env.step(&[0.0; 3], &mut obs, &mut reward)
     });
     let (line, next) = match tried.and(version) {
-        Ok(version) => (format!("MuJoCo {}, library and headers agree", copq_envs_mujoco::dotted(version)), None),
+        Ok(version) => (format!("MuJoCo {}, library and headers agree", crate::dotted(version)), None),
         Err(error) => ("does not work".into(), Some(error.to_string())),
     };
     Finding { on: true, line: format!("feature {feature}: {line}"), next }

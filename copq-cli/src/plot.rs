@@ -1,16 +1,14 @@
-//! Draws the evaluation curves of several runs in one figure and prints a table of how they ended.
+//! `copq plot`: the evaluation curves of several runs in one figure, and a table of how they ended.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
-use clap::Parser;
 use copq_experiments::{Labelled, compare, comparison_table};
 
-/// Compares runs: one colour a label, runs of one label are its seeds.
+/// Draws and compares runs: one colour a label, runs of one label are its seeds.
 ///
-/// Example: copq-plot --out results/hopper.svg cholesky=runs/a-s0 cholesky=runs/a-s1 minimum=runs/b-s0
-#[derive(Parser)]
-struct Cli {
+/// Example: copq plot --out results/hopper.svg cholesky=runs/a-s0 cholesky=runs/a-s1 minimum=runs/b-s0
+#[derive(clap::Args)]
+pub struct Plot {
     /// Figure to write; its ending, .svg or .png, decides the format. May be given several times.
     #[arg(long, required = true, value_name = "FILE")]
     out: Vec<PathBuf>,
@@ -42,24 +40,17 @@ fn limit(text: &str) -> Result<(String, f64), String> {
     Ok((objective.to_owned(), value.parse().map_err(|_| format!("wanted a number after the =, got {value}"))?))
 }
 
-fn main() -> ExitCode {
-    match plot(&Cli::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
+impl Plot {
+    pub fn run(self) -> anyhow::Result<()> {
+        for out in &self.out {
+            compare(&self.title, &self.runs, &self.limit, out)?;
         }
+        let table = comparison_table(&self.runs)?;
+        print!("{table}");
+        if let Some(path) = &self.table {
+            let failed = |e| copq::Error::other(format!("writing '{}'", path.display()), e);
+            std::fs::write(path, table).map_err(failed)?;
+        }
+        Ok(())
     }
-}
-
-fn plot(cli: &Cli) -> copq::Result<()> {
-    for out in &cli.out {
-        compare(&cli.title, &cli.runs, &cli.limit, out)?;
-    }
-    let table = comparison_table(&cli.runs)?;
-    print!("{table}");
-    if let Some(path) = &cli.table {
-        std::fs::write(path, table).map_err(|e| copq::Error::other(format!("writing '{}'", path.display()), e))?;
-    }
-    Ok(())
 }

@@ -20,8 +20,7 @@ pub fn make_view(name: &str, robot: &RobotSpec) -> Result<Box<Draw<'static>>> {
         }
         #[cfg(not(feature = "render"))]
         "mujoco" => {
-            let wanted =
-                "a build with it: cargo run --release --features copq-examples/render --example rollout -- ...";
+            let wanted = "a build with it: cargo run --release --features render -- rollout ...";
             Err(Error::invalid("view mujoco", wanted, "one without"))
         }
         _ => Err(Error::unknown("view", name, &VIEWS)),

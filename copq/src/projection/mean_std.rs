@@ -8,14 +8,21 @@ use super::{Deviations, Ellipsoid, Work};
 ///
 /// An objective on which all critics agree has the kink of |x| at zero; its gradient is the mean's.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conservative {
+pub struct MeanStd {
     /// Standard deviations (over K, not K - 1) for a cost.
     pub cost: f64,
     /// Standard deviations for a reward; 1 makes it the smaller of two critics.
     pub reward: f64,
 }
 
-impl Conservative {
+impl Default for MeanStd {
+    /// CAL's as the paper has it: 0.5 unbiased deviations of four cost critics, and one of each reward.
+    fn default() -> Self {
+        Self::cal(0.5, 4)
+    }
+}
+
+impl MeanStd {
     /// CAL's bounds (Wu et al. 2024): `mean + k std` of `critics` cost critics, with their unbiased standard deviation
     /// (over K - 1), and the smaller of two reward critics. The paper's k is 0.5, with 4 cost critics.
     pub fn cal(k: f64, critics: usize) -> Self {
@@ -29,9 +36,9 @@ impl Conservative {
     }
 }
 
-impl Ellipsoid for Conservative {
+impl Ellipsoid for MeanStd {
     fn name(&self) -> &'static str {
-        "conservative"
+        "mean-std"
     }
 
     fn offset(&self, x: &Deviations<'_>, u: &[f64], _work: &mut Work, out: &mut [f64]) {

@@ -4,28 +4,28 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use copq::{Error, Result};
+use crate::{Error, Result};
 
 /// Turns an I/O error into one that says what was being done to which file.
-pub(crate) fn failed(doing: &str, path: &Path) -> impl FnOnce(io::Error) -> Error {
+pub fn failed(doing: &str, path: &Path) -> impl FnOnce(io::Error) -> Error {
     let what = format!("{doing} '{}'", path.display());
     move |source| Error::other(what, source)
 }
 
 /// The text of a file.
-pub(crate) fn read_text(path: &Path) -> Result<String> {
+pub fn read_text(path: &Path) -> Result<String> {
     fs::read_to_string(path).map_err(failed("reading", path))
 }
 
 /// Replaces a file's content by `bytes`, atomically.
-pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     replace_with(path, |part| {
         File::create(part).and_then(|mut file| file.write_all(bytes)).map_err(failed("writing", part))
     })
 }
 
 /// Lets `write` make a file under a temporary name, then gives it its real one: written, synced, renamed, folder synced.
-pub(crate) fn replace_with(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+pub fn replace_with(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let part = part_of(path);
     write(&part)?;
     // Windows syncs only handles that may write.
@@ -42,7 +42,7 @@ fn part_of(path: &Path) -> PathBuf {
 }
 
 /// Makes a rename in the folder of `path` survive a power failure.
-pub(crate) fn sync_folder_of(path: &Path) -> Result<()> {
+pub fn sync_folder_of(path: &Path) -> Result<()> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),

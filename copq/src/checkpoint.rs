@@ -1,4 +1,4 @@
-//! Checkpoints: a tree of named arrays in one safetensors file.
+//! A [`State`] as one safetensors file: a tree of named arrays.
 //!
 //! An array's name is its path in the tree, `trainer/agent/critic/weight`; a name that ends in `/` marks a subtree
 //! without content. A `/` or `%` inside a name is written `%2F` or `%25`.
@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use copq::{Error, Result, State, Value};
+use crate::{Error, Result, State, Value};
 use safetensors::tensor::{Metadata, TensorInfo};
 use safetensors::{Dtype, SafeTensorError, SafeTensors};
 
@@ -16,12 +16,12 @@ use crate::files;
 
 const FORMAT: &str = "copq checkpoint 1";
 
-/// Writes a state to a file that any safetensors reader opens; the file that was there stays until the new one is whole.
+/// Writes a state to a file that any safetensors reader opens, matrices as matrices; the file that was there stays until the new one is whole.
 pub fn write(path: &Path, state: &State) -> Result<()> {
     let mut arrays = Vec::new();
     flatten(state, "", &mut arrays);
     // As the format recommends: wide numbers first, so that every array is aligned.
-    arrays.sort_by_key(|(_, value)| std::cmp::Reverse(dtype(value).bitsize()));
+    arrays.sort_by_key(|array| std::cmp::Reverse(dtype(array.value).bitsize()));
     let header = header(&arrays).map_err(|e| Error::other("describing the checkpoint", e))?;
     files::replace_with(path, |part| stream(part, &header, &arrays).map_err(files::failed("writing", part)))
 }
@@ -35,27 +35,37 @@ pub fn read(path: &Path) -> Result<State> {
     let arrays = SafeTensors::deserialize(&bytes).map_err(broken)?;
     let mut state = State::default();
     for (name, array) in arrays.iter() {
-        insert(&mut state, name, decode(path, array.dtype(), array.data())?);
+        insert(&mut state, name, array.shape(), decode(path, array.dtype(), array.data())?);
     }
     Ok(state)
 }
 
-fn flatten<'a>(state: &'a State, prefix: &str, arrays: &mut Vec<(String, &'a Value)>) {
+/// An array with its path and its dimensions.
+struct Array<'a> {
+    path: String,
+    shape: Vec<usize>,
+    value: &'a Value,
+}
+
+fn flatten<'a>(state: &'a State, prefix: &str, arrays: &mut Vec<Array<'a>>) {
     const NOTHING: &Value = &Value::U8(Vec::new());
     if !prefix.is_empty() && state.values().next().is_none() && state.children().next().is_none() {
-        arrays.push((prefix.to_owned(), NOTHING));
+        arrays.push(Array { path: prefix.to_owned(), shape: vec![0], value: NOTHING });
     }
-    arrays.extend(state.values().map(|(name, value)| (format!("{prefix}{}", escape(name)), value)));
+    for (name, value) in state.values() {
+        let shape = state.shape(name).map_or_else(|| vec![length(value)], <[_]>::to_vec);
+        arrays.push(Array { path: format!("{prefix}{}", escape(name)), shape, value });
+    }
     for (name, child) in state.children() {
         flatten(child, &format!("{prefix}{}/", escape(name)), arrays);
     }
 }
 
-fn insert(state: &mut State, path: &str, value: Value) {
+fn insert(state: &mut State, path: &str, shape: &[usize], value: Value) {
     match path.split_once('/') {
         Some((child, "")) => drop(state.child_mut(&unescape(child))),
-        Some((child, rest)) => insert(state.child_mut(&unescape(child)), rest, value),
-        None => state.put_value(&unescape(path), value),
+        Some((child, rest)) => insert(state.child_mut(&unescape(child)), rest, shape, value),
+        None => state.put_value(&unescape(path), shape, value),
     }
 }
 
@@ -67,14 +77,14 @@ fn unescape(name: &str) -> String {
     name.replace("%2F", "/").replace("%25", "%")
 }
 
-fn header(arrays: &[(String, &Value)]) -> Result<Vec<u8>, Box<dyn std::error::Error + Send + Sync>> {
+fn header(arrays: &[Array<'_>]) -> Result<Vec<u8>, Box<dyn std::error::Error + Send + Sync>> {
     let mut end = 0;
     let mut infos = Vec::with_capacity(arrays.len());
-    for (name, value) in arrays {
+    for Array { path, shape, value } in arrays {
         let start = end;
         end += length(value) * dtype(value).bitsize() / 8;
-        let info = TensorInfo { dtype: dtype(value), shape: vec![length(value)], data_offsets: (start, end) };
-        infos.push((name.clone(), info));
+        let info = TensorInfo { dtype: dtype(value), shape: shape.clone(), data_offsets: (start, end) };
+        infos.push((path.clone(), info));
     }
     // One entry only: the order of several would change from run to run.
     let metadata = HashMap::from([("format".to_owned(), FORMAT.to_owned())]);
@@ -83,12 +93,12 @@ fn header(arrays: &[(String, &Value)]) -> Result<Vec<u8>, Box<dyn std::error::Er
     Ok(json)
 }
 
-fn stream(path: &Path, header: &[u8], arrays: &[(String, &Value)]) -> io::Result<()> {
+fn stream(path: &Path, header: &[u8], arrays: &[Array<'_>]) -> io::Result<()> {
     let mut out = BufWriter::with_capacity(1 << 20, File::create(path)?);
     out.write_all(&(header.len() as u64).to_le_bytes())?;
     out.write_all(header)?;
-    for (_, value) in arrays {
-        match value {
+    for array in arrays {
+        match array.value {
             Value::F32(values) => values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?,
             Value::F64(values) => values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?,
             Value::U64(values) => values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?,
@@ -149,6 +159,7 @@ mod tests {
         let agent = state.child_mut("agent");
         agent.put("weight", [1.5f32, -0.0, f32::NAN, f32::MIN_POSITIVE]);
         agent.put("empty", Vec::<f64>::new());
+        agent.put_shaped("matrix", &[2, 3], [1.0f32, 2.0, 3.0, 4.0, 5.0, 6.0]);
         agent.child_mut("q/safety").put("moments", [std::f64::consts::PI]);
         state.child_mut("env").child_mut("stateless");
         state

@@ -1,0 +1,127 @@
+//! `copq evaluate`: what a run's policy is worth, in a table or as JSON.
+
+use std::path::PathBuf;
+
+use copq::{Env, Outcome, Rng, Stream};
+use copq_experiments::{RunConfig, statistics};
+use serde::Serialize;
+
+use crate::options::{count, whole};
+use crate::saved;
+use crate::world::make_env;
+
+/// Plays episodes of a run's policy without exploration and says what they returned.
+///
+/// The folder is only read: the run may go on meanwhile.
+#[derive(clap::Args)]
+pub struct Evaluate {
+    /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
+    run: PathBuf,
+
+    /// Episodes to play.
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = count, allow_negative_numbers = true)]
+    episodes: usize,
+
+    /// Seed of the episodes; the run's own begins with those of its evaluations. [default: the run's own]
+    #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
+    seed: Option<u64>,
+
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is printed.
+#[derive(Serialize)]
+struct Report {
+    method: String,
+    task: String,
+    engine: String,
+    seed: u64,
+    episodes: usize,
+    /// Steps of an episode, the weighted total, and each objective's return, over the episodes.
+    quantities: Vec<Quantity>,
+}
+
+#[derive(Serialize)]
+struct Quantity {
+    name: String,
+    mean: f64,
+    std: f64,
+    min: f64,
+    max: f64,
+}
+
+impl Quantity {
+    fn new(name: &str, values: &[f64]) -> Self {
+        Self {
+            name: name.to_owned(),
+            mean: statistics::mean(values),
+            std: statistics::std(values),
+            min: statistics::min(values),
+            max: statistics::max(values),
+        }
+    }
+}
+
+impl Evaluate {
+    pub fn run(self) -> anyhow::Result<()> {
+        let RunConfig { plan, settings, .. } = saved::config(&self.run)?;
+        let env = make_env(&plan)?;
+        let spec = env.spec().clone();
+        let mut policy = saved::policy(&self.run, &plan, settings, &spec)?;
+        let seed = self.seed.unwrap_or(plan.run.seed);
+        let mut seeds = Rng::new(seed, Stream::Evaluation);
+        let mut action = vec![0.0; spec.action_len()];
+        let mut rollout = copq::Rollout::new(env)?;
+        let mut episodes = Vec::new();
+        for _ in 0..self.episodes {
+            rollout.reset(seeds.next_u64())?;
+            while rollout.is_running() {
+                policy.act(rollout.obs(), &mut action)?;
+                rollout.step(&action)?;
+            }
+            episodes.push(rollout.episode().clone());
+        }
+        let weights = spec.weights();
+        let of = |value: &dyn Fn(&copq::Episode) -> f64| episodes.iter().map(value).collect::<Vec<_>>();
+        let total = |episode: &copq::Episode| {
+            episode.returns.iter().zip(&weights).map(|(value, &weight)| value * f64::from(weight)).sum()
+        };
+        let mut quantities = vec![
+            Quantity::new("steps", &of(&|episode| episode.length as f64)),
+            Quantity::new("weighted total", &of(&total)),
+        ];
+        for (i, name) in spec.names().into_iter().enumerate() {
+            quantities.push(Quantity::new(name, &of(&|episode| episode.returns[i])));
+        }
+        let terminated = of(&|episode| f64::from(episode.outcome == Outcome::Terminated));
+        quantities.push(Quantity::new("terminated", &terminated));
+        let report = Report {
+            method: plan.method,
+            task: plan.task,
+            engine: plan.engine,
+            seed,
+            episodes: self.episodes,
+            quantities,
+        };
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(&report)?);
+        } else {
+            print!("{}", report.table());
+        }
+        Ok(())
+    }
+}
+
+impl Report {
+    fn table(&self) -> String {
+        let Self { method, task, engine, episodes, seed, .. } = self;
+        let mut table = format!("{method} on {task} ({engine}), {episodes} episodes of seed {seed}\n\n");
+        table += "| | mean | std | min | max |\n|---|--:|--:|--:|--:|\n";
+        for Quantity { name, mean, std, min, max } in &self.quantities {
+            table += &format!("| {name} | {mean:.1} | {std:.1} | {min:.1} | {max:.1} |\n");
+        }
+        table
+    }
+}

@@ -1,0 +1,33 @@
+//! `copq export`: a policy without its run.
+
+use std::path::PathBuf;
+
+use copq_experiments::RunConfig;
+
+use crate::saved;
+use crate::world::make_env;
+
+/// Writes what a run has learned to one small safetensors file, without the replay: network, normaliser, action bounds.
+///
+/// copq::Policy reads it back; so does Python.
+#[derive(clap::Args)]
+pub struct Export {
+    /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
+    run: PathBuf,
+
+    /// The file to write. [default: policy.safetensors in the run's folder]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+impl Export {
+    pub fn run(self) -> anyhow::Result<()> {
+        let RunConfig { plan, settings, .. } = saved::config(&self.run)?;
+        let env = make_env(&plan)?;
+        let policy = saved::policy(&self.run, &plan, settings, env.spec())?;
+        let out = self.out.unwrap_or_else(|| self.run.join("policy.safetensors"));
+        policy.write(&out)?;
+        println!("the policy is in {}", out.display());
+        Ok(())
+    }
+}

@@ -1,0 +1,75 @@
+//! `copq`, the program: trains, resumes, evaluates, draws and compares. `copq --help` teaches.
+
+mod doctor;
+mod evaluate;
+mod export;
+mod lists;
+mod options;
+mod plot;
+mod resume;
+mod rollout;
+mod saved;
+mod train;
+mod view;
+mod world;
+
+use clap::{CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
+
+/// Deep Q-learning with a vector of values: safe first, fast second (COP-Q).
+///
+/// A first hour: copq train; copq rollout runs/FOLDER; copq train --bound extremum; copq plot.
+#[derive(Parser)]
+#[command(name = "copq", version, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Train(train::Train),
+    Resume(resume::Resume),
+    Evaluate(evaluate::Evaluate),
+    Rollout(rollout::Rollout),
+    Plot(plot::Plot),
+    Export(export::Export),
+    Tasks(lists::Tasks),
+    Methods(lists::Methods),
+    Doctor(doctor::Doctor),
+    /// Prints a script that completes copq's options in your shell.
+    ///
+    /// For bash: copq completions bash > ~/.local/share/bash-completion/completions/copq
+    Completions {
+        /// The shell that you use.
+        shell: Shell,
+    },
+}
+
+fn main() -> anyhow::Result<()> {
+    match Cli::parse().command {
+        Command::Train(train) => train.run(),
+        Command::Resume(resume) => resume.run(),
+        Command::Evaluate(evaluate) => evaluate.run(),
+        Command::Rollout(rollout) => rollout.run(),
+        Command::Plot(plot) => plot.run(),
+        Command::Export(export) => export.run(),
+        Command::Tasks(tasks) => tasks.run(),
+        Command::Methods(methods) => methods.run(),
+        Command::Doctor(doctor) => doctor.run(),
+        Command::Completions { shell } => {
+            clap_complete::generate(shell, &mut Cli::command(), "copq", &mut std::io::stdout());
+            Ok(())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

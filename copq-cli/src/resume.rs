@@ -1,0 +1,36 @@
+//! `copq resume`: on from the last checkpoint.
+
+use std::path::PathBuf;
+
+use copq_experiments::{RunConfig, RunFolder};
+
+use crate::options::{count, positive};
+use crate::saved;
+use crate::train::train;
+
+/// Goes on with a run from its last checkpoint, as if it had never stopped.
+///
+/// Method, task, seed and settings are the run's own.
+#[derive(clap::Args)]
+pub struct Resume {
+    /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
+    run: PathBuf,
+
+    /// Environment steps to train for in all, not fewer than the run has. [default: the run's own]
+    #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
+    steps: Option<u64>,
+
+    /// Threads inside this run; they change no bit of the result. [default: the run's own]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    threads: Option<usize>,
+}
+
+impl Resume {
+    pub fn run(self) -> anyhow::Result<()> {
+        let RunConfig { mut plan, settings, .. } = saved::config(&self.run)?;
+        let method = saved::method(&plan, settings)?;
+        plan.run.steps = self.steps.unwrap_or(plan.run.steps);
+        plan.threads = self.threads.unwrap_or(plan.threads);
+        train(method, plan, |plan, config| Ok(RunFolder::resume(self.run, plan, config)?))
+    }
+}

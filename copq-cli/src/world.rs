@@ -1,0 +1,43 @@
+//! A world by the names of its task, engine and preset.
+
+use copq::{Env, Error, OrderedEnv, Result};
+use copq_envs::{Locomotion, Options, Physics, RobotSpec};
+use copq_experiments::Plan;
+
+/// The engines that [`make_env`] knows.
+pub const ENGINES: [&str; 3] = ["rapier", "mujoco", "system"];
+
+/// A robot and its task, on an engine chosen at run time.
+pub type World = Locomotion<Box<dyn Physics>>;
+
+/// A plan's task on its engine, its objectives in the plan's order.
+pub fn make_env(plan: &Plan) -> Result<Box<dyn Env>> {
+    let world = make_world(plan)?;
+    Ok(match &plan.order {
+        Some(order) => Box::new(OrderedEnv::parse(world, order)?),
+        None => Box::new(world),
+    })
+}
+
+/// A plan's task on its engine, whose robot can be looked at.
+pub fn make_world(plan: &Plan) -> Result<World> {
+    let options = Options { preset: plan.preset.parse()?, ..Options::default() };
+    let task = copq_envs::task_with(&plan.task, &options)?;
+    let physics = make_physics(&plan.engine, &task.robot)?;
+    Locomotion::new(task, physics)
+}
+
+fn make_physics(engine: &str, robot: &RobotSpec) -> Result<Box<dyn Physics>> {
+    match engine {
+        "rapier" => Ok(Box::new(copq_envs_rapier::Rapier::new(robot)?)),
+        #[cfg(feature = "mujoco")]
+        "mujoco" => Ok(Box::new(copq_envs_mujoco::mujoco_rs::physics(robot)?)),
+        #[cfg(feature = "system")]
+        "system" => Ok(Box::new(copq_envs_mujoco::system::physics(robot)?)),
+        known if ENGINES.contains(&known) => {
+            let wanted = format!("a build with it: cargo run --release --features {engine} -- ...");
+            Err(Error::invalid(format!("engine {engine}"), wanted, "one without"))
+        }
+        _ => Err(Error::unknown("engine", engine, &ENGINES)),
+    }
+}

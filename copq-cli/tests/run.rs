@@ -1,0 +1,166 @@
+//! The program as people call it: every method trains, resumes, evaluates, shows and exports what it has learned.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn copq(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_copq")).args(arguments).env("RUST_BACKTRACE", "0").output().unwrap()
+}
+
+/// What it prints when all goes well.
+fn run(arguments: &[&str]) -> String {
+    let output = copq(arguments);
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    assert!(output.status.success(), "copq {arguments:?}: {}", text(output.stderr));
+    text(output.stdout)
+}
+
+/// What it says when it fails.
+fn complaint(line: &str) -> String {
+    let output = copq(&line.split(' ').collect::<Vec<_>>());
+    assert!(!output.status.success(), "copq {line}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+/// Trains twice, the second time as a resumed run, and looks at the policy; returns the metrics' names.
+fn train(line: &str, start: u64, halves: [u64; 2]) -> String {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("run");
+    let out = path.to_str().unwrap();
+    let [half, whole] = halves.map(|steps| steps.to_string());
+    let start = format!("start_steps={start}");
+    let cadence = ["--eval-every", &half, "--eval-episodes", "1", "--log-every", "20"];
+    let fresh = ["--out", out, "--steps", &half, "--set", &start];
+    let words: Vec<&str> = ["train"].into_iter().chain(line.split(' ').filter(|word| !word.is_empty())).collect();
+    run(&[&words, &cadence[..], &fresh].concat());
+    run(&["resume", out, "--steps", &whole]);
+    let film = temporary.path().join("rollout.gif");
+    run(&["rollout", out, "--steps", "3", "--out", film.to_str().unwrap()]);
+    let metrics = std::fs::read_to_string(path.join("metrics.csv")).unwrap();
+    metrics.lines().next().unwrap().to_owned()
+}
+
+#[test]
+fn methods_on_td3() {
+    for line in [
+        "",
+        "--bound independent-min",
+        "cop-td3-oac --order vsc",
+        "cop-td3-paper --projection independent-min",
+        "--set normalise=false --set networks.activation=silu",
+    ] {
+        let metrics = train(line, 150, [180, 200]);
+        assert!(metrics.contains("critic_loss/safety"));
+        let famo = ["cop-td3-paper", "cop-td3-oac"].iter().any(|method| line.contains(method));
+        assert_eq!(metrics.contains("famo/"), famo, "{line}: {metrics}");
+    }
+    let plain = train("td3", 150, [180, 200]);
+    assert!(plain.contains("critic_loss/reward") && !plain.contains("famo/"), "{plain}");
+}
+
+#[test]
+fn redq() {
+    assert!(train("redq", 280, [283, 285]).contains("q_spread/safety"));
+    train("redq-oac", 280, [281, 282]);
+    for line in ["redq-sac", "redq-sac-oac", "redq-sac-oac --set optimism.projection=extremum"] {
+        assert!(train(line, 280, [281, 282]).contains("actor/temperature"));
+    }
+}
+
+#[test]
+fn methods_under_a_limit() {
+    for line in ["cop-cal", "cal", "cal-original", "saclag-ucb", "sac-lagrangian", "sac-pid", "cal --order rc"] {
+        let metrics = train(line, 150, [200, 240]);
+        let multiplier = ["multiplier/cost", "multiplier_effective/cost", "cost_estimate/cost", "cost_violation/cost"];
+        for name in multiplier.into_iter().chain(["actor/temperature"]) {
+            assert!(metrics.contains(name), "{line}: {metrics}");
+        }
+    }
+}
+
+#[test]
+fn sac_without_a_limit_and_without_an_entropy_bonus() {
+    assert!(!train("sac", 150, [180, 200]).contains("multiplier"));
+    let metrics = train("cop-cal --set entropy=none", 150, [180, 200]);
+    assert!(metrics.contains("multiplier/cost") && !metrics.contains("actor/entropy"), "{metrics}");
+}
+
+#[test]
+fn a_run_is_evaluated_exported_and_compared() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = |name: &str| temporary.path().join(name).to_str().unwrap().to_owned();
+    let short = ["--steps", "200", "--set", "start_steps=150", "--eval-every", "100", "--eval-episodes", "2"];
+    for seed in ["0", "1"] {
+        run(&[&["train", "--seed", seed, "--out", &path(seed)], &short[..]].concat());
+    }
+    let table = run(&["evaluate", &path("0"), "--episodes", "2"]);
+    for words in ["cop-td3 on a/hopper (rapier), 2 episodes of seed 0", "| steps |", "| safety |", "| weighted total |"]
+    {
+        assert!(table.contains(words), "{table}");
+    }
+    // The run's own seed begins with the episodes of its evaluations.
+    let json: serde_json::Value =
+        serde_json::from_str(&run(&["evaluate", &path("0"), "--episodes", "2", "--json"])).unwrap();
+    let evaluations = std::fs::read_to_string(temporary.path().join("0/evaluations.csv")).unwrap();
+    let last = evaluations.lines().last().unwrap().split(',').nth(2).unwrap().parse::<f64>().unwrap();
+    let total = json["quantities"].as_array().unwrap().iter().find(|q| q["name"] == "weighted total").unwrap();
+    assert!((total["mean"].as_f64().unwrap() - last).abs() < 1e-9, "{json}");
+
+    let said = run(&["export", &path("0")]);
+    assert!(said.contains("policy.safetensors") && temporary.path().join("0/policy.safetensors").exists(), "{said}");
+
+    let label = |seed: &str| format!("cop={}", path(seed));
+    let table = run(&["plot", "--out", &path("curves.svg"), &label("0"), &label("1")]);
+    assert!(table.contains("| cop | 2 | 200 |") && Path::new(&path("curves.svg")).exists(), "{table}");
+}
+
+#[test]
+fn lists() {
+    let methods = run(&["methods"]);
+    for name in copq::Method::names() {
+        assert!(methods.contains(&format!("| {name} |")), "{methods}");
+    }
+    assert!(methods.contains("| cal | 4 a cost, 2 a reward | mean-std |"), "{methods}");
+    assert!(run(&["tasks"]).contains("a/hopper") && run(&["tasks", "--preset", "paper"]).contains("a/hopper"));
+    assert!(run(&["completions", "bash"]).contains("complete"));
+    assert!(run(&["--help"]).contains("copq train"));
+}
+
+#[test]
+fn wrong_words_are_readable_errors() {
+    for (line, wanted) in [
+        ("train cop-cal --task a/hopper", "Error: a constraint on 'a/hopper': wanted a task with a cost under a limit"),
+        ("train redq --bound cholesky", "Error: --bound cholesky: wanted none, for redq has its own, scalarised-min"),
+        (
+            "train --set optimism.shift=1",
+            "--set optimism: wanted a method that explores so beside it, such as cop-td3-oac",
+        ),
+        ("train redq-oac --set optimism=none", "with that no optimism=none"),
+        ("train redq-oac --set optimism.projection=choleski", "unknown projection 'choleski'; known: cholesky"),
+        (
+            "train td3 --task a/hopper",
+            "Error: td3: wanted a task with one objective, such as --task gym/hopper, got a/hopper",
+        ),
+        ("train --set bach=3", "unknown field `bach`, expected one of `discount`"),
+        ("train --seed -1", "invalid value '-1' for '--seed <N>': wanted a whole number from 0 on"),
+        ("train --steps 0", "invalid value '0' for '--steps <N>': wanted a whole number from 1 on"),
+        ("train cop-tdr", "invalid value 'cop-tdr' for '[METHOD]'"),
+        ("train --bound eigne", "Error: unknown projection 'eigne'; known: eigen"),
+        ("resume nowhere", "run folder 'nowhere': wanted the folder of a run, got nothing of that name"),
+    ] {
+        let error = complaint(line);
+        assert!(error.contains(wanted), "copq {line}: {error}");
+    }
+}
+
+#[test]
+fn resume_lets_only_the_steps_grow() {
+    let temporary = tempfile::tempdir().unwrap();
+    let out = temporary.path().join("run").to_str().unwrap().to_owned();
+    let short = ["--steps", "60", "--eval-every", "60", "--eval-episodes", "1"];
+    run(&[&["train", "--out", &out], &short[..]].concat());
+    let error = complaint(&format!("resume {out} --steps 40"));
+    assert!(error.contains("wanted at least its 60, got 40"), "{error}");
+    let error = complaint(&format!("train --out {out}"));
+    assert!(error.contains(&format!("go on with this run by copq resume {out}")), "{error}");
+}

@@ -1,0 +1,236 @@
+//! Settings of a learner, grouped like the tables of the paper.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::check_not_negative;
+use crate::{Constraint, Entropy, Error, FamoConfig, Result};
+
+/// Network shapes and step sizes, for the backend that builds the networks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Networks {
+    /// Widths of the hidden layers.
+    pub hidden: Vec<usize>,
+    /// Adam's step size for the critics.
+    pub critic_lr: f64,
+    /// Adam's step size for the actor.
+    pub actor_lr: f64,
+    /// How weights and biases are drawn.
+    #[serde(default)]
+    pub init: Init,
+    /// The function after each hidden layer.
+    #[serde(default)]
+    pub activation: Activation,
+}
+
+/// The function between two layers of a network.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Activation {
+    /// max(0, x): every off-policy method of the paper.
+    #[default]
+    Relu,
+    /// tanh(x): on-policy methods.
+    Tanh,
+    /// x / (1 + exp(-x)): CAL's authors have it in their cost critics; here it is all networks'.
+    Silu,
+}
+
+/// The distribution of a network's initial weights; every layer has the same rule.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Init {
+    /// Weights and biases uniform within 1/sqrt(inputs): `torch.nn.Linear`'s, and so TD3's.
+    #[default]
+    Torch,
+    /// Weights uniform within sqrt(3/inputs), which keeps the inputs' variance, and no biases: Brax's.
+    Lecun,
+}
+
+impl Default for Networks {
+    /// Two hidden layers of 256 with ReLU, step sizes 3e-4 (paper Table D.3).
+    fn default() -> Self {
+        Self {
+            hidden: vec![256, 256],
+            critic_lr: 3e-4,
+            actor_lr: 3e-4,
+            init: Init::Torch,
+            activation: Activation::Relu,
+        }
+    }
+}
+
+impl Networks {
+    /// An error for a setting no network can have.
+    pub fn check(&self) -> Result<()> {
+        if self.hidden.is_empty() || self.hidden.contains(&0) {
+            return Err(Error::invalid("networks.hidden", "one or more positive widths", format!("{:?}", self.hidden)));
+        }
+        for (name, lr) in [("networks.critic_lr", self.critic_lr), ("networks.actor_lr", self.actor_lr)] {
+            if !(lr.is_finite() && lr > 0.0) {
+                return Err(Error::invalid(name, "a positive number", lr));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whose actions fill the replay before the first update.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WarmUp {
+    /// Uniform actions (TD3's and SAC's authors' code).
+    #[default]
+    Uniform,
+    /// The untrained policy's, with its Gaussian noise or its own samples (paper Alg. 1, which has but one rule).
+    Policy,
+}
+
+/// Clipped Gaussian noise on the target policy's actions (TD3).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Smoothing {
+    /// Standard deviation, in units of half the action range.
+    pub std: f64,
+    /// Bound on the noise's size, in the same units.
+    pub clip: f64,
+}
+
+/// Exploration towards what the critics may promise: the policy's mean moves up the gradient of their upper bound
+/// (OAC, paper eq. 15 and App. D.1).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Optimism {
+    /// Length of the upper bound's step, the root of chi2_N(p).
+    pub beta: f64,
+    /// How far the mean moves, in standard deviations of the policy: sqrt(2 delta), delta the KL bound.
+    pub shift: f64,
+    /// The projection whose upper bound it is, by its name in [`by_name`](crate::projection::by_name); the method's own unless named.
+    pub projection: Option<String>,
+}
+
+impl Default for Optimism {
+    /// 4.66, and 6.86 for a KL bound of 23.53 (paper Table D.2).
+    fn default() -> Self {
+        Self { beta: 4.66, shift: 6.86, projection: None }
+    }
+}
+
+impl Optimism {
+    /// The defaults, with the upper bound of a projection by its name.
+    pub fn by(projection: &str) -> Self {
+        Self { projection: Some(projection.to_owned()), ..Self::default() }
+    }
+
+    /// An error unless both lengths are finite and not negative.
+    pub fn check(&self) -> Result<()> {
+        check_not_negative("optimism.beta", self.beta)?;
+        check_not_negative("optimism.shift", self.shift)
+    }
+}
+
+/// The numbers of a [`Method`](crate::Method): what a [`Learner`](crate::Learner) does in an update, how it explores, and the
+/// shape of its networks. A run's `config.toml` lists them all.
+///
+/// ```
+/// use copq::{Config, Method};
+///
+/// let mut method = Method::cop_td3();
+/// method.config.batch = 512;
+/// method.config.networks.hidden = vec![128, 128];
+/// method.config.check()?;
+/// # Ok::<(), copq::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// gamma, the discount.
+    pub discount: f64,
+    /// tau, the share of the online network in a Polyak step.
+    pub tau: f64,
+    /// Transitions in a batch.
+    pub batch: usize,
+    /// Transitions that the replay buffer holds.
+    pub capacity: usize,
+    /// Environment steps before the first update.
+    pub start_steps: u64,
+    /// Whose actions those steps take.
+    #[serde(default)]
+    pub warm_up: WarmUp,
+    /// Whether networks see observations in units of their running deviation ([`Normaliser`](crate::Normaliser)); the replay
+    /// holds raw ones. An observation counts when it is stored, after the action that it led to.
+    #[serde(default)]
+    pub normalise: bool,
+    /// Updates for each environment step (the update-to-data ratio).
+    pub updates_per_step: usize,
+    /// Critic updates for each actor update.
+    pub actor_delay: u64,
+    /// Critic updates for each Polyak step of the targets.
+    pub target_period: u64,
+    /// kappa, the length of the pessimistic step in targets and cost estimates: the bound is mean - kappa C R u.
+    pub pessimism: f64,
+    /// kappa of the actor's objective; 0 makes it the critics' mean.
+    pub actor_pessimism: f64,
+    /// Critics that make a target, drawn anew for every update (REDQ); all unless given.
+    pub subset: Option<usize>,
+    /// Whether every critic of a cost learns from its own target network (CAL), not from the bound that all share.
+    pub own_cost_targets: bool,
+    /// Noise on target actions, if any.
+    pub smoothing: Option<Smoothing>,
+    /// The entropy bonus of a stochastic policy, if any.
+    pub entropy: Option<Entropy>,
+    /// How the limits of costs are held, if they are.
+    pub constraint: Option<Constraint>,
+    /// Balancing of the losses of objectives that share networks, if any; see [`FamoConfig::separate`] for those that do not.
+    pub famo: Option<FamoConfig>,
+    /// Standard deviation of the default Gaussian exploration, in units of half the action range.
+    pub exploration_std: f64,
+    /// Exploration towards an upper bound of the critics; the policy and its noise alone without.
+    pub optimism: Option<Optimism>,
+    /// Network shapes and step sizes.
+    pub networks: Networks,
+}
+
+impl Config {
+    /// An error that names the first setting that cannot be used.
+    pub fn check(&self) -> Result<()> {
+        fraction("discount", self.discount)?;
+        fraction("tau", self.tau)?;
+        for (name, count) in [
+            ("batch", self.batch as u64),
+            ("updates_per_step", self.updates_per_step as u64),
+            ("actor_delay", self.actor_delay),
+            ("target_period", self.target_period),
+            ("start_steps", self.start_steps),
+        ] {
+            if count == 0 {
+                return Err(Error::invalid(name, "at least 1", 0));
+            }
+        }
+        if self.subset == Some(0) {
+            return Err(Error::invalid("subset", "at least 1 critic", 0));
+        }
+        if self.subset.is_some() && self.own_cost_targets {
+            return Err(Error::invalid("subset", "none with own_cost_targets, which needs every critic", "both"));
+        }
+        check_not_negative("pessimism", self.pessimism)?;
+        check_not_negative("actor_pessimism", self.actor_pessimism)?;
+        check_not_negative("exploration_std", self.exploration_std)?;
+        if let Some(optimism) = &self.optimism {
+            optimism.check()?;
+        }
+        if self.smoothing.is_some() && self.entropy.is_some() {
+            let wanted = "none with entropy, whose log-probability is that of the action without it";
+            return Err(Error::invalid("smoothing", wanted, "both"));
+        }
+        if let Some(smoothing) = self.smoothing {
+            check_not_negative("smoothing.std", smoothing.std)?;
+            check_not_negative("smoothing.clip", smoothing.clip)?;
+        }
+        self.networks.check()
+    }
+}
+
+fn fraction(name: &str, value: f64) -> Result<()> {
+    if (0.0..=1.0).contains(&value) { Ok(()) } else { Err(Error::invalid(name, "a number from 0 to 1", value)) }
+}

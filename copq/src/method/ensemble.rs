@@ -1,0 +1,62 @@
+//! Which critics a method learns with.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Backend, Critic, EnvSpec, Networks, Objective, Result, Rng, SeparateCritics};
+
+/// The critics that a method is meant for. N objectives have N values, in priority order.
+///
+/// ```
+/// use copq::projection::{Extremum, IndependentMin};
+/// use copq::{Ensemble, Method};
+///
+/// // Critics follow the bound ...
+/// assert_eq!(Method::cop_td3().bound(Extremum).critics, Ensemble::Spanning);
+/// assert_eq!(Method::cop_td3().bound(IndependentMin).critics, Ensemble::Separate { cost: 2, reward: 2 });
+/// // ... unless one says otherwise.
+/// assert_eq!(Method::cop_td3().critics(Ensemble::Joint(5)).critics, Ensemble::Joint(5));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Ensemble {
+    /// N + 1 critics of all N values: the fewest that can disagree in N directions.
+    Spanning,
+    /// So many critics of all N values.
+    Joint(usize),
+    /// Scalar critics: so many for each cost, and so many for each reward.
+    Separate {
+        /// Critics of each cost.
+        cost: usize,
+        /// Critics of each reward.
+        reward: usize,
+    },
+}
+
+impl Ensemble {
+    /// The networks, made by a backend for a task, with fresh weights from `rng`.
+    pub fn build(
+        self,
+        backend: &dyn Backend,
+        spec: &EnvSpec,
+        networks: &Networks,
+        rng: &mut Rng,
+    ) -> Result<Box<dyn Critic>> {
+        let objectives = spec.objectives.len();
+        match self {
+            Self::Spanning => backend.critics(spec, networks, objectives + 1, rng),
+            Self::Joint(count) => backend.critics(spec, networks, count, rng),
+            Self::Separate { cost, reward } => {
+                let count = |i| if spec.limit(i).is_some() { cost } else { reward };
+                let counts: Vec<usize> = (0..objectives).map(count).collect();
+                let scalars = backend.critics(&scalar(spec), networks, counts.iter().sum(), rng)?;
+                Ok(Box::new(SeparateCritics::new(scalars, &counts)?))
+            }
+        }
+    }
+}
+
+/// The same world with one value to learn.
+fn scalar(spec: &EnvSpec) -> EnvSpec {
+    EnvSpec { objectives: vec![Objective::reward("value", 1.0)], entropy: None, ..spec.clone() }
+}

@@ -1,0 +1,131 @@
+//! A method is a value: its numbers, the bound of its targets, and the critics that go with it.
+
+mod config;
+mod ensemble;
+mod presets;
+
+pub use config::{Activation, Config, Init, Networks, Optimism, Smoothing, WarmUp};
+pub use ensemble::Ensemble;
+
+use crate::projection::ScalarisedMin;
+use crate::{ActorKind, Constraint, FamoConfig, Projection};
+
+/// What a [`Learner`](crate::Learner) learns by. Every off-policy method of copq is one of these values, and a method of
+/// your own is another: take the nearest preset and say what is different.
+///
+/// ```
+/// use copq::projection::{Cholesky, Extremum};
+/// use copq::{FamoConfig, Method, Optimism};
+///
+/// // Swap the projection: its critics come with it.
+/// let swapped = Method::cop_td3().bound(Extremum);
+///
+/// // COP-OAC, part by part: TD3 with a vector of values, their Cholesky bound, balanced losses and an optimistic explorer.
+/// let mut method = Method::td3().bound(Cholesky).balance(FamoConfig::default()).explore(Optimism::default());
+/// method.config.batch = 512;
+/// # let _ = swapped;
+/// ```
+///
+/// With N objectives, in priority order:
+///
+/// | method | preset | critics | bound | actor |
+/// |---|---|---|---|---|
+/// | COP-Q on TD3 | [`Method::cop_td3`] | N + 1 | [`Cholesky`](crate::projection::Cholesky) | deterministic |
+/// | COP-Q on TD3 + COP-OAC | [`Method::cop_td3_oac`] | N + 1 | [`Cholesky`](crate::projection::Cholesky) | deterministic |
+/// | the paper's main comparison | [`Method::cop_td3_paper`] | the bound's | any | deterministic |
+/// | TD3 | [`Method::td3`] | 2 | any, for N = 1 | deterministic |
+/// | REDQ | [`Method::cop_td3_paper`]`.redq()` | 10 | [`ScalarisedMin`] | deterministic |
+/// | SAC | [`Method::sac`] | N + 1 | any | stochastic |
+/// | SAC-Lagrangian | [`Method::sac_lagrangian`] | 1 of each cost, 2 of each reward | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
+/// | SAC-PID | [`Method::sac_pid`] | 1 and 2 | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
+/// | SACLag-UCB | [`Method::saclag_ucb`] | 2 and 2 | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
+/// | CAL | [`Method::cal`], [`Method::cal_original`] | 4 and 2 | [`MeanStd::cal`](crate::projection::MeanStd::cal) | stochastic |
+/// | COP-Q on CAL | [`Method::cop_cal`] | N + 1 | [`Cholesky`](crate::projection::Cholesky) | stochastic |
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Method {
+    /// The name by which command lines, run folders and checkpoints know it.
+    pub name: String,
+    /// Its numbers.
+    pub config: Config,
+    /// The bound of the critics' values that targets and the actor use: the lower one.
+    pub bound: Box<dyn Projection>,
+    /// The critics to learn with.
+    pub critics: Ensemble,
+    /// Where it is from.
+    pub source: String,
+}
+
+impl Method {
+    /// A method of your own, with the critics that its bound is meant for.
+    pub fn new(name: impl Into<String>, config: Config, bound: impl Projection + 'static) -> Self {
+        let critics = bound.ensemble();
+        Self { name: name.into(), config, critics, bound: Box::new(bound), source: String::new() }
+    }
+
+    /// Swaps the bound, and with it the critics: those that the new bound is meant for.
+    pub fn bound(self, bound: impl Projection + 'static) -> Self {
+        Self { critics: bound.ensemble(), bound: Box::new(bound), ..self }
+    }
+
+    /// Other critics than the bound is meant for.
+    pub fn critics(self, critics: Ensemble) -> Self {
+        Self { critics, ..self }
+    }
+
+    /// Another name, for command lines, run folders and checkpoints.
+    pub fn named(self, name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..self }
+    }
+
+    /// Where it is from, such as a paper and its section.
+    pub fn from_source(self, source: impl Into<String>) -> Self {
+        Self { source: source.into(), ..self }
+    }
+
+    /// Balances the objectives' losses (FAMO).
+    pub fn balance(mut self, famo: FamoConfig) -> Self {
+        self.config.famo = Some(famo);
+        self
+    }
+
+    /// Explores towards an upper bound of the critics (OAC).
+    pub fn explore(mut self, optimism: Optimism) -> Self {
+        self.config.optimism = Some(optimism);
+        self
+    }
+
+    /// Holds the limits of the task's costs.
+    pub fn constrain(mut self, constraint: Constraint) -> Self {
+        self.config.constraint = Some(constraint);
+        self
+    }
+
+    /// Begins with so many uniform actions, before the first update.
+    pub fn warm_up(mut self, steps: u64) -> Self {
+        self.config.start_steps = steps;
+        self.config.warm_up = WarmUp::Uniform;
+        self
+    }
+
+    /// Randomised ensembled double-Q (REDQ, Chen et al. 2021; paper sec. 5.1 and App. D): 10 critics and 20 updates an
+    /// environment step, the 20th with the actor's; each target from 2 critics drawn at random by [`ScalarisedMin`],
+    /// the actor on the mean of all; a warm-up of 5,000 steps.
+    pub fn redq(mut self) -> Self {
+        self.config = Config {
+            capacity: 100_000,
+            updates_per_step: 20,
+            actor_delay: 20,
+            target_period: 1,
+            actor_pessimism: 0.0,
+            subset: Some(2),
+            ..self.config
+        };
+        self.bound(ScalarisedMin).critics(Ensemble::Joint(10)).warm_up(5_000)
+    }
+
+    /// The kind of policy that it learns: a stochastic one if it has an entropy bonus.
+    pub fn actor(&self) -> ActorKind {
+        if self.config.entropy.is_some() { ActorKind::Gaussian } else { ActorKind::Deterministic }
+    }
+}

@@ -1,0 +1,153 @@
+//! The one episode loop: scale an action, step the world, add up what came.
+
+use crate::{Env, Outcome, Result, State};
+
+/// A finished or running episode.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Episode {
+    /// Undiscounted return of each objective.
+    pub returns: Vec<f64>,
+    /// Environment steps it took.
+    pub length: u64,
+    /// Terminated or truncated; running until then.
+    pub outcome: Outcome,
+}
+
+/// An environment with an episode in it, driven by actions in [-1, 1].
+///
+/// ```
+/// # use copq::{Env, EnvSpec, Outcome, Result, Rollout};
+/// # struct Count(EnvSpec, u8);
+/// # impl Env for Count {
+/// #     fn spec(&self) -> &EnvSpec { &self.0 }
+/// #     fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> { self.1 = 0; obs[0] = 0.0; Ok(()) }
+/// #     fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+/// #         self.1 += 1; obs[0] = self.1 as f32; reward[0] = 0.5;
+/// #         Ok(if self.1 < 3 { Outcome::Running } else { Outcome::Truncated })
+/// #     }
+/// # }
+/// # let env = Count(EnvSpec::new("count", 1, 1).reward("time", 1.0).horizon(3), 0);
+/// let mut rollout = Rollout::new(env)?;
+/// rollout.reset(7)?; // the episode of seed 7
+/// while rollout.step(&[0.5])? == Outcome::Running {}
+/// assert_eq!((rollout.episode().length, rollout.episode().returns[0]), (3, 1.5));
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub struct Rollout<E> {
+    env: E,
+    /// What is seen now, and what was seen before the last step.
+    obs: Vec<f32>,
+    previous_obs: Vec<f32>,
+    /// In the environment's own units.
+    action: Vec<f32>,
+    reward: Vec<f32>,
+    episode: Episode,
+}
+
+impl<E: Env> std::fmt::Debug for Rollout<E> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Rollout")
+            .field("env", &self.env.spec().name)
+            .field("episode", &self.episode)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<E: Env> Rollout<E> {
+    /// Takes an environment, whose description is checked; there is no episode before [`Rollout::reset`].
+    pub fn new(env: E) -> Result<Self> {
+        let spec = env.spec();
+        spec.check()?;
+        let objectives = spec.objectives.len();
+        Ok(Self {
+            obs: vec![0.0; spec.obs_len],
+            previous_obs: vec![0.0; spec.obs_len],
+            action: vec![0.0; spec.action_len()],
+            reward: vec![0.0; objectives],
+            episode: Episode { returns: vec![0.0; objectives], length: 0, outcome: Outcome::Truncated },
+            env,
+        })
+    }
+
+    /// Begins the episode of a seed.
+    pub fn reset(&mut self, seed: u64) -> Result<()> {
+        self.env.reset(seed, &mut self.obs)?;
+        self.episode.returns.fill(0.0);
+        self.episode.length = 0;
+        self.episode.outcome = Outcome::Running;
+        Ok(())
+    }
+
+    /// One step with an action in [-1, 1]. An episode that runs on past the horizon is an error: whoever waits for its
+    /// end would wait for ever.
+    pub fn step(&mut self, unit_action: &[f32]) -> Result<Outcome> {
+        self.env.spec().scale_action(unit_action, &mut self.action);
+        std::mem::swap(&mut self.obs, &mut self.previous_obs);
+        let outcome = self.env.step(&self.action, &mut self.obs, &mut self.reward)?;
+        self.episode.length += 1;
+        self.episode.outcome = outcome;
+        for (sum, &reward) in self.episode.returns.iter_mut().zip(&self.reward) {
+            *sum += f64::from(reward);
+        }
+        self.env.spec().check_length(self.episode.length, outcome)?;
+        Ok(outcome)
+    }
+
+    /// Whether there is an episode that has not ended.
+    pub fn is_running(&self) -> bool {
+        self.episode.outcome == Outcome::Running
+    }
+
+    /// What is seen now.
+    pub fn obs(&self) -> &[f32] {
+        &self.obs
+    }
+
+    /// What was seen before the last step.
+    pub fn previous_obs(&self) -> &[f32] {
+        &self.previous_obs
+    }
+
+    /// The last step's reward, one number per objective.
+    pub fn reward(&self) -> &[f32] {
+        &self.reward
+    }
+
+    /// The episode so far.
+    pub fn episode(&self) -> &Episode {
+        &self.episode
+    }
+
+    /// The environment.
+    pub fn env(&self) -> &E {
+        &self.env
+    }
+
+    /// The environment, which must not be reset or stepped behind the rollout's back.
+    pub fn env_mut(&mut self) -> &mut E {
+        &mut self.env
+    }
+
+    /// Writes the running episode, if there is one.
+    pub(crate) fn save(&self, state: &mut State) -> Result<()> {
+        if !self.is_running() {
+            return Ok(());
+        }
+        state.put("episode_returns", self.episode.returns.as_slice());
+        state.put("episode_length", [self.episode.length]);
+        state.put("obs", self.obs.as_slice());
+        self.env.save(state.child_mut("env"))
+    }
+
+    /// Goes back to what [`Rollout::save`] wrote.
+    pub(crate) fn load(&mut self, state: &State) -> Result<()> {
+        self.episode.outcome = Outcome::Truncated;
+        let Ok(env) = state.child("env") else { return Ok(()) };
+        state.read("episode_returns", &mut self.episode.returns)?;
+        state.read("obs", &mut self.obs)?;
+        self.episode.length = state.get_one("episode_length")?;
+        self.env.load(env)?;
+        self.episode.outcome = Outcome::Running;
+        Ok(())
+    }
+}

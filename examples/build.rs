@@ -1,8 +1,0 @@
-//! Lets the examples find the linked MuJoCo when they are started without cargo.
-
-fn main() {
-    println!("cargo::rerun-if-changed=build.rs");
-    if let Ok(folder) = std::env::var("DEP_COPQ_MUJOCO_LIB_DIR") {
-        println!("cargo::rustc-link-arg-examples=-Wl,-rpath,{folder}");
-    }
-}
