@@ -29,6 +29,8 @@
 //! There are two implementations of each network, with the same initial weights and the same saved state:
 //! [`fused`], hand-written passes around matrix products for CPUs, which [`critic`] and [`actor`] return; and [`plain`],
 //! candle's tensors and autograd on any [`Device`], which is easy to read and is what the fused one must equal.
+//!
+//! Architectures of your own, as candle-nn modules, are [`Modules`].
 
 #![deny(unsafe_code)]
 
@@ -37,6 +39,7 @@ mod check;
 pub mod fused;
 mod init;
 mod learned;
+pub mod modules;
 pub mod plain;
 mod shape;
 mod squash;
@@ -44,6 +47,7 @@ mod weights;
 
 pub use candle_core::Device;
 use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Networks, Result, Rng};
+pub use modules::Modules;
 
 /// K critics for an environment, in the fast implementation, with fresh weights from `rng` ([`copq::Stream::Init`]).
 pub fn critic(spec: &EnvSpec, critics: usize, networks: &Networks, rng: &mut Rng) -> Result<fused::Critics> {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use copq::{Env, Outcome, Policy, Rng, Stream};
 use copq_experiments::RunConfig;
-use copq_experiments::animation::{Animation, Scene};
+use copq_render::animation::{Animation, Scene};
 
 use crate::options::{count, whole};
 use crate::saved;

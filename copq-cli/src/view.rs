@@ -3,7 +3,7 @@
 use copq::{Error, Result};
 use copq_envs::RobotSpec;
 use copq_envs::robot::Segment;
-use copq_experiments::animation::{Capsule, Draw, SideView, limb_colour};
+use copq_render::animation::{Capsule, Draw, SideView, limb_colour};
 
 /// The views that [`make_view`] knows.
 pub const VIEWS: [&str; 2] = ["side", "mujoco"];
@@ -14,7 +14,7 @@ pub fn make_view(name: &str, robot: &RobotSpec) -> Result<Box<Draw<'static>>> {
         "side" => from_the_side(robot.clone()),
         #[cfg(feature = "render")]
         "mujoco" => {
-            use copq_experiments::animation::{HEIGHT, WIDTH};
+            use copq_render::animation::{HEIGHT, WIDTH};
             let mut renderer = copq_envs_mujoco::Renderer::new(robot, [WIDTH, HEIGHT], limb_colour)?;
             Ok(Box::new(move |qpos| Ok(renderer.draw(qpos)?.to_vec())))
         }

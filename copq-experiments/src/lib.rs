@@ -19,9 +19,8 @@
 //! ```
 //!
 //! The files are described at [`RunFolder`]. [`compare`] draws several runs in one picture, [`Sheet`] reads the CSV
-//! files, [`read_checkpoint`] the checkpoints, and [`animation`] shows what has been learned.
+//! files, and [`read_checkpoint`] the checkpoints.
 
-pub mod animation;
 mod config;
 mod evaluations;
 mod figure;

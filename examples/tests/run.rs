@@ -40,6 +40,7 @@ fn swap_projection() {
 fn your_own() {
     assert!(run("custom_env", "400").contains("progress"));
     assert!(run("custom_projection", "200").contains("velocity"));
+    assert!(run("custom_network", "120").contains("with layer normalisation: 10 episodes"));
 }
 
 #[test]

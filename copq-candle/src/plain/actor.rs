@@ -5,9 +5,9 @@ use std::path::Path;
 use candle_core::{Device, Tensor};
 use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, SampleGrad, State};
 
-use super::failed;
 use super::network::values;
 use super::policy::Policy;
+use super::{failed, loss_of};
 use crate::check;
 use crate::shape::Shape;
 
@@ -60,13 +60,10 @@ impl Actor for Deterministic {
         let rows = self.0.rows(obs)?;
         check::deterministic(noise, &[])?;
         let output = self.forward(Net::Online, obs, rows).map_err(failed)?;
-        let action = values(&output).map_err(failed)?;
-        let mut dl = vec![0.0; action.len()];
-        grad(Sample { action: &action, log_prob: &[] }, SampleGrad { action: &mut dl, log_prob: &mut [] })?;
-        // A loss whose gradient to the actions is `dl`: sum(action * dl), with dl a constant.
-        let dl = Tensor::from_vec(dl, output.dims(), &self.0.device).map_err(failed)?;
-        let loss = (output * dl).and_then(|product| product.sum_all()).map_err(failed)?;
-        let grads = loss.backward().map_err(failed)?;
+        let filled = &mut |action: &[f32], dl: &mut [f32]| {
+            grad(Sample { action, log_prob: &[] }, SampleGrad { action: dl, log_prob: &mut [] })
+        };
+        let grads = loss_of(&output, filled)?.backward().map_err(failed)?;
         self.0.step(&grads).map_err(failed)
     }
 

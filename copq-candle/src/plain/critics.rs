@@ -6,8 +6,8 @@ use candle_core::{Device, Tensor, Var};
 use copq::error::check_len;
 use copq::{Activation, Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
 
-use super::failed;
 use super::network::{Network, values};
+use super::{failed, loss_of};
 use crate::learned::{Learned, load_critics, save_critics};
 use crate::shape::Shape;
 use crate::{check, weights};
@@ -80,13 +80,9 @@ impl Critics {
         Tensor::stack(&q, 0)
     }
 
-    /// A loss whose gradient to q is what `grad` fills: sum(q * dL/dq), with dL/dq a constant.
+    /// A loss whose gradient to q is what `grad` fills.
     fn loss(&self, q: &Tensor, grad: QGrad<'_>) -> Result<Tensor> {
-        let q_values = values(q).map_err(failed)?;
-        let mut dq = vec![0.0; q_values.len()];
-        grad(QView::new(&q_values, self.networks.len(), self.objectives)?, &mut dq)?;
-        let dq = Tensor::from_vec(dq, q.dims(), &self.device).map_err(failed)?;
-        (q * dq).and_then(|product| product.sum_all()).map_err(failed)
+        loss_of(q, &mut |q, dq| grad(QView::new(q, self.networks.len(), self.objectives)?, dq))
     }
 }
 

@@ -96,7 +96,7 @@ fn relu(x: &Tensor) -> Result<Tensor> {
 }
 
 /// A tensor's values in row-major order.
-pub(super) fn values(tensor: &Tensor) -> Result<Vec<f32>> {
+pub(crate) fn values(tensor: &Tensor) -> Result<Vec<f32>> {
     tensor.flatten_all()?.to_vec1()
 }
 

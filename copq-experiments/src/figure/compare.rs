@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use copq::{Error, Result};
+use copq_render::{Figure, Panel, Point, Series};
 
+use super::LIMIT_NOTE;
 use super::curves::{Evaluated, Quantity};
-use super::{Figure, LIMIT_NOTE, Panel, Point, Series, canvas};
 use crate::config::{RunConfig, difference};
 use crate::folder::read_config;
 use crate::numbers::grouped;
 use crate::plan::Plan;
 use crate::statistics::{max, mean, median, min};
-use copq::files;
 
 /// A run and what it is called in the legend; runs of one label are seeds of one method.
 #[derive(Clone, Debug)]
@@ -47,18 +47,13 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[(String, f64)], out: &P
         return Err(Error::invalid("objective of a limit", objectives.join(" or "), unknown));
     }
     let limit = |title: &str| limits.iter().find(|(name, _)| name == title).map(|&(_, limit)| limit);
-    let panel = |quantity: &Quantity| Panel {
-        title: quantity.title(),
-        limit: limit(&quantity.title()),
-        series: groups.iter().map(|group| group.series(quantity)).collect(),
-    };
     let note = note(&groups).to_owned() + if limits.is_empty() { "" } else { LIMIT_NOTE };
-    let figure = Figure { title: title.to_owned(), note, panels: quantities.iter().map(panel).collect() };
-    match out.extension().and_then(|ending| ending.to_str()) {
-        Some("svg") => files::replace(out, canvas::svg(&figure)?.as_bytes()),
-        Some("png") => files::replace(out, &canvas::png(&figure)?),
-        _ => Err(Error::invalid("figure's file", "a name that ends in .svg or .png", out.display())),
+    let mut figure = Figure::new(title, note);
+    for quantity in &quantities {
+        let panel = Panel::new(quantity.title()).limit(limit(&quantity.title()));
+        figure = figure.panel(groups.iter().fold(panel, |panel, group| panel.series(group.series(quantity))));
     }
+    figure.write(out)
 }
 
 /// A markdown table of the same runs: the mean of the last three evaluations up to the last step that all of a label's
@@ -145,7 +140,7 @@ impl Group {
             [seed] => seed.over_episodes(quantity),
             seeds => over_seeds(seeds, quantity),
         };
-        Series { label: self.label.clone(), points }
+        Series::new(self.label.clone(), points)
     }
 
     /// The last step that all seeds reached.

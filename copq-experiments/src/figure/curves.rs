@@ -4,7 +4,8 @@ use std::path::Path;
 
 use copq::{Error, Result};
 
-use super::Point;
+use copq_render::Point;
+
 use crate::sheet::Sheet;
 
 /// A run's evaluations.

@@ -1,59 +1,15 @@
 //! Figures: evaluation curves of one run or of several.
 
-mod canvas;
 mod compare;
 mod curves;
-mod font;
-mod layout;
-mod panel;
-mod pen;
-mod ticks;
 
 use std::path::Path;
 
 use copq::{EnvSpec, Result};
+use copq_render::{Figure, Panel, Series};
 
-pub(crate) use canvas::encode_png;
 pub use compare::{Labelled, compare, comparison_table};
-use curves::{Evaluated, Quantity};
-pub(crate) use font::DEJAVU_SANS;
-pub(crate) use layout::colour;
-
-use copq::files;
-
-/// A line with a band around it.
-#[derive(Clone, Debug)]
-pub(crate) struct Series {
-    label: String,
-    points: Vec<Point>,
-}
-
-/// One evaluation, or the same evaluation of several seeds.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Point {
-    step: f64,
-    middle: f64,
-    low: f64,
-    high: f64,
-}
-
-/// One pair of axes.
-#[derive(Clone, Debug)]
-pub(crate) struct Panel {
-    title: String,
-    /// Where a dashed line goes across.
-    limit: Option<f64>,
-    series: Vec<Series>,
-}
-
-/// Panels that share their axes' names, their colours and one legend.
-#[derive(Clone, Debug)]
-pub(crate) struct Figure {
-    title: String,
-    /// What line and band mean, in small print under the title.
-    note: String,
-    panels: Vec<Panel>,
-}
+use curves::Evaluated;
 
 /// What a dashed line means.
 const LIMIT_NOTE: &str = " Dashed: the limit.";
@@ -68,15 +24,14 @@ pub(crate) fn draw_run(folder: &Path, spec: &EnvSpec) -> Result<()> {
         let objective = spec.names().into_iter().position(|name| name == title)?;
         spec.limit(objective).map(f64::from)
     };
-    let panel = |quantity: Quantity| Panel {
-        title: quantity.title(),
-        limit: limit(&quantity.title()),
-        series: vec![Series { label: String::new(), points: run.over_episodes(&quantity) }],
-    };
-    let panels: Vec<_> = run.quantities().into_iter().map(panel).collect();
-    let dashed = if panels.iter().any(|panel| panel.limit.is_some()) { LIMIT_NOTE } else { "" };
+    let limits: Vec<_> = run.quantities().iter().map(|quantity| limit(&quantity.title())).collect();
+    let dashed = if limits.iter().any(Option::is_some) { LIMIT_NOTE } else { "" };
     let note = format!("Line: mean of the evaluation episodes. Band: lowest to highest episode.{dashed}");
-    let figure = Figure { title, note, panels };
-    files::replace(&folder.join("curve.svg"), canvas::svg(&figure)?.as_bytes())?;
-    files::replace(&folder.join("curve.png"), &canvas::png(&figure)?)
+    let mut figure = Figure::new(title, note);
+    for (quantity, limit) in run.quantities().iter().zip(limits) {
+        let series = Series::new("", run.over_episodes(quantity));
+        figure = figure.panel(Panel::new(quantity.title()).limit(limit).series(series));
+    }
+    figure.write(folder.join("curve.svg"))?;
+    figure.write(folder.join("curve.png"))
 }

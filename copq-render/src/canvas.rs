@@ -3,8 +3,8 @@
 use copq::{Error, Result};
 use plotters::prelude::{BitMapBackend, IntoDrawingArea, SVGBackend};
 
-use super::pen::Pen;
-use super::{Figure, font, layout};
+use crate::pen::Pen;
+use crate::{Figure, font, layout};
 
 /// Device units to a unit of the layout: fine enough that whole numbers of them make smooth lines.
 const FINE: u32 = 4;

@@ -15,7 +15,7 @@ use std::path::Path;
 use copq::{Error, Result};
 use tiny_skia::Pixmap;
 
-use crate::figure::{colour, encode_png};
+use crate::{colour, encode_png};
 use caption::Caption;
 use copq::files;
 pub use side::SideView;

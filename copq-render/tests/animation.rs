@@ -3,7 +3,7 @@
 use std::fs::File;
 
 use copq::Result;
-use copq_experiments::animation::{Animation, Capsule, Draw, Scene, SideView, limb_colour};
+use copq_render::animation::{Animation, Capsule, Draw, Scene, SideView, limb_colour};
 use gif::{ColorOutput, DecodeOptions};
 
 const STEP: f64 = 0.008;

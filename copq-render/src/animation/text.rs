@@ -4,7 +4,7 @@ use ab_glyph::{Font, FontRef, OutlinedGlyph, ScaleFont, point};
 use copq::{Error, Result};
 use tiny_skia::Pixmap;
 
-use crate::figure::DEJAVU_SANS;
+use crate::DEJAVU_SANS;
 
 /// Writes in the font of the figures.
 pub(super) struct Pen {

@@ -3,10 +3,10 @@
 use plotters::prelude::DrawingBackend;
 use plotters::style::RGBColor;
 
-use super::layout::colour;
-use super::pen::{Anchor, At, Drawn, GRID, INK, Pen};
-use super::ticks::{label, ticks};
-use super::{Panel, Point};
+use crate::layout::colour;
+use crate::pen::{Anchor, At, Drawn, GRID, INK, Pen};
+use crate::ticks::{label, ticks};
+use crate::{Panel, Point};
 
 /// Opacity of a band.
 pub(crate) const BAND: f64 = 0.18;

@@ -7,7 +7,7 @@ use plotters::style::{FontStyle, register_font};
 /// The name that figures use; viewers of SVG put their own sans-serif in its place.
 pub(crate) const FAMILY: &str = "sans-serif";
 
-pub(crate) static DEJAVU_SANS: &[u8] = include_bytes!("../../fonts/DejaVuSans-subset.ttf");
+pub(crate) static DEJAVU_SANS: &[u8] = include_bytes!("../fonts/DejaVuSans-subset.ttf");
 
 /// Makes the font known to plotters, once.
 pub(crate) fn register() {

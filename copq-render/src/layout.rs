@@ -3,9 +3,9 @@
 use plotters::prelude::DrawingBackend;
 use plotters::style::{RGBColor, WHITE};
 
-use super::panel::{self, Frame};
-use super::pen::{Anchor, Drawn, Pen};
-use super::{Figure, Series};
+use crate::panel::{self, Frame};
+use crate::pen::{Anchor, Drawn, Pen};
+use crate::{Figure, Series};
 
 const PANEL: (f64, f64) = (390.0, 270.0);
 const HEADER: f64 = 66.0;

@@ -1,0 +1,99 @@
+//! Networks of your own architecture: any candle-nn module as critic or policy, by autograd.
+
+mod actor;
+mod critics;
+mod network;
+mod seeded;
+
+use std::fmt;
+use std::sync::Arc;
+
+pub use actor::ModuleActor;
+use candle_core::{Device, Module};
+use candle_nn::VarBuilder;
+use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Error, Networks, Result, Rng};
+pub use critics::ModuleCritics;
+
+use crate::Candle;
+
+/// Builds a module: variables from a `VarBuilder`, numbers in, numbers out.
+pub type Make = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>> + Send + Sync;
+
+/// A backend whose critics, and if you like whose deterministic policy, are modules of yours; the rest is [`Candle`]'s.
+///
+/// Variables are drawn by candle's rules from copq's random numbers, saved by their paths, and stepped by the same Adam as all
+/// other networks; only [`Networks`]' step sizes count, its layers and activation are yours to heed. Mind that candle's fused
+/// `LayerNorm` with a bias has no gradient: `layer_norm_no_bias` has.
+///
+/// ```
+/// use candle_core::Module;
+/// use candle_nn::{VarBuilder, layer_norm_no_bias, linear};
+/// use copq::{EnvSpec, Learner, Method};
+/// use copq_candle::Modules;
+///
+/// let backend = Modules::critics(|vars: VarBuilder<'_>, input, output| {
+///     let hidden = linear(input, 64, vars.pp("hidden"))?;
+///     let norm = layer_norm_no_bias(64, 1e-5, vars.pp("norm"))?;
+///     let last = linear(64, output, vars.pp("last"))?;
+///     Ok(Box::new(move |x: &_| last.forward(&norm.forward(&hidden.forward(x)?)?.relu()?)))
+/// });
+/// let spec = EnvSpec::new("example", 11, 3).reward("safety", 1.0).reward("velocity", 1.0);
+/// let learner = Learner::new(Method::cop_td3(), &spec, &backend, 0)?;
+/// # let _ = learner;
+/// # Ok::<(), copq::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct Modules {
+    critic: Arc<Make>,
+    actor: Option<Arc<Make>>,
+    device: Device,
+}
+
+impl fmt::Debug for Modules {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Modules").field("device", &self.device).finish_non_exhaustive()
+    }
+}
+
+impl Modules {
+    /// Critics that map observation and action, side by side, to one value per objective.
+    pub fn critics<F>(make: F) -> Self
+    where
+        F: Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>> + Send + Sync + 'static,
+    {
+        Self { critic: Arc::new(make), actor: None, device: Device::Cpu }
+    }
+
+    /// A deterministic policy that maps an observation to one number per action component, which tanh brings to [-1, 1].
+    pub fn actor<F>(self, make: F) -> Self
+    where
+        F: Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>> + Send + Sync + 'static,
+    {
+        Self { actor: Some(Arc::new(make)), ..self }
+    }
+
+    /// The modules' device; a policy that is not yours stays on the CPU.
+    pub fn device(self, device: Device) -> Self {
+        Self { device, ..self }
+    }
+}
+
+impl Backend for Modules {
+    fn critics(&self, spec: &EnvSpec, networks: &Networks, count: usize, rng: &mut Rng) -> Result<Box<dyn Critic>> {
+        Ok(Box::new(ModuleCritics::new(self.critic.as_ref(), spec, networks, count, rng, &self.device)?))
+    }
+
+    fn actor(&self, spec: &EnvSpec, networks: &Networks, kind: ActorKind, rng: &mut Rng) -> Result<Box<dyn Actor>> {
+        match (&self.actor, kind) {
+            (None, _) => Candle::default().actor(spec, networks, kind, rng),
+            (Some(make), ActorKind::Deterministic) => {
+                Ok(Box::new(ModuleActor::new(make.as_ref(), spec, networks, rng, &self.device)?))
+            }
+            (Some(_), ActorKind::Gaussian) => Err(Error::invalid(
+                "a policy made of a module",
+                "a deterministic method, such as TD3",
+                "a stochastic one",
+            )),
+        }
+    }
+}

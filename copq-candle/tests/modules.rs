@@ -1,0 +1,143 @@
+//! Networks of a user's own architecture: the same as the plain ones where the architecture is, and whole runs where not.
+
+use candle_core::{Module, Tensor};
+use candle_nn::{VarBuilder, layer_norm_no_bias, linear};
+use copq::projection::Cholesky;
+use copq::{
+    ActorKind, Backend, Critic, EnvSpec, Learner, Method, Net, Networks, Policy, QView, Result, Rng, Silent, State,
+    Stream,
+};
+use copq::{Agent, Mode, Outcome, Transition};
+use copq_candle::{Candle, Device, Modules, plain};
+
+fn spec() -> EnvSpec {
+    EnvSpec::new("test", 3, 2).reward("safety", 1.0).reward("velocity", 1.0)
+}
+
+/// The multilayer perceptron of all other backends, written with candle-nn.
+fn perceptron(vars: VarBuilder<'_>, input: usize, output: usize) -> candle_core::Result<Box<dyn Module + Send>> {
+    let first = linear(input, 8, vars.pp("layer.0"))?;
+    let last = linear(8, output, vars.pp("layer.1"))?;
+    Ok(Box::new(move |x: &Tensor| last.forward(&first.forward(x)?.relu()?)))
+}
+
+fn normed(vars: VarBuilder<'_>, input: usize, output: usize) -> candle_core::Result<Box<dyn Module + Send>> {
+    let first = linear(input, 8, vars.pp("first"))?;
+    let norm = layer_norm_no_bias(8, 1e-5, vars.pp("norm"))?;
+    let last = linear(8, output, vars.pp("last"))?;
+    Ok(Box::new(move |x: &Tensor| last.forward(&norm.forward(&first.forward(x)?)?.relu()?)))
+}
+
+fn saved(critic: &dyn Critic) -> State {
+    let mut state = State::default();
+    critic.save(&mut state).unwrap();
+    state
+}
+
+#[test]
+fn a_module_of_the_same_layers_learns_as_the_plain_networks_do() {
+    let networks = Networks { hidden: vec![8], critic_lr: 0.01, ..Networks::default() };
+    let mut rng = Rng::new(1, Stream::Init);
+    let mut plain = plain::Critics::new(&spec(), 3, &networks, &mut rng, &Device::Cpu).unwrap();
+    let mut module = Modules::critics(perceptron).critics(&spec(), &networks, 3, &mut rng).unwrap();
+    module.load(&saved(&plain)).unwrap();
+    let (obs, act) = ([0.1, -0.4, 0.8, 0.3, 0.2, -0.9], [0.5, -0.5, 0.7, 0.1]);
+    let mut to_target = |q: QView<'_>, grad: &mut [f32]| -> Result<()> {
+        grad.iter_mut().zip(q.values()).for_each(|(grad, q)| *grad = q - 2.0);
+        Ok(())
+    };
+    for _ in 0..5 {
+        plain.fit(&obs, &act, &mut to_target, 0.1).unwrap();
+        module.fit(&obs, &act, &mut to_target, 0.1).unwrap();
+    }
+    for net in [Net::Online, Net::Target] {
+        let (mut a, mut b) = ([0.0; 12], [0.0; 12]);
+        plain.values(net, &obs, &act, &mut a).unwrap();
+        module.values(net, &obs, &act, &mut b).unwrap();
+        assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-6), "{a:?}, {b:?}");
+    }
+    let (mut a, mut b) = ([0.0; 4], [0.0; 4]);
+    plain.action_grad(&obs, &act, &mut to_target, &mut a).unwrap();
+    module.action_grad(&obs, &act, &mut to_target, &mut b).unwrap();
+    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-6), "{a:?}, {b:?}");
+}
+
+fn learner(seed: u64) -> Learner {
+    let mut config = Method::cop_td3().warm_up(10).config;
+    config.batch = 16;
+    config.networks.actor_lr = 0.01;
+    let method = Method::new("modules", config, Cholesky);
+    Learner::new(method, &spec(), &Modules::critics(normed).actor(normed), seed).unwrap()
+}
+
+fn experience(learner: &mut Learner, steps: std::ops::Range<u32>) {
+    for i in steps {
+        let (obs, next_obs) = ([0.01 * i as f32; 3], [0.01 * (i + 1) as f32; 3]);
+        let mut action = [0.0; 2];
+        learner.act(&obs, Mode::Explore, &mut action).unwrap();
+        let outcome = Outcome::Running;
+        let reward = [1.0 - action[0], -action[1]];
+        learner
+            .observe(Transition { obs: &obs, action: &action, reward: &reward, next_obs: &next_obs, outcome })
+            .unwrap();
+        learner.update(&mut Silent).unwrap();
+    }
+}
+
+fn state(learner: &Learner) -> State {
+    let mut state = State::default();
+    learner.save(&mut state).unwrap();
+    state
+}
+
+#[test]
+fn a_learner_of_modules_repeats_resumes_and_leaves_its_policy() {
+    let whole = |seed| {
+        let mut learner = learner(seed);
+        experience(&mut learner, 0..40);
+        learner
+    };
+    let one = whole(3);
+    assert!(state(&one) == state(&whole(3)), "the same seed");
+    assert!(state(&one) != state(&whole(4)), "another seed");
+
+    let mut half = learner(3);
+    experience(&mut half, 0..25);
+    let mut resumed = learner(3);
+    experience(&mut resumed, 0..13);
+    resumed.load(&state(&half)).unwrap();
+    experience(&mut resumed, 25..40);
+    assert!(state(&resumed) == state(&one), "resumed");
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("policy.safetensors");
+    one.save_policy(&path).unwrap();
+    let mut policy = Policy::read(&path, &Modules::critics(normed).actor(normed)).unwrap();
+    let mut acted = [[0.0; 2]; 2];
+    policy.act(&[0.3; 3], &mut acted[0]).unwrap();
+    let mut one = one;
+    one.act(&[0.3; 3], Mode::Exploit, &mut acted[1]).unwrap();
+    assert_eq!(acted[0], acted[1]);
+    let error = Policy::read(&path, &Candle::default()).unwrap_err().to_string();
+    assert!(error.contains("layer.0.weight"), "{error}");
+}
+
+#[test]
+fn what_a_module_cannot_be_is_a_readable_error() {
+    let mut rng = Rng::new(0, Stream::Init);
+    let networks = Networks::default();
+    let wide = Modules::critics(|vars, input, output| Ok(Box::new(linear(input, output + 1, vars)?) as _));
+    let mut critic = wide.critics(&spec(), &networks, 2, &mut rng).unwrap();
+    let error = critic.values(Net::Online, &[0.0; 3], &[0.0; 2], &mut [0.0; 4]).unwrap_err().to_string();
+    assert_eq!(error, "a critic module's values: wanted 4 values, got 6");
+    let twice = Modules::critics(|vars, input, output| {
+        linear(input, output, vars.clone())?;
+        Ok(Box::new(linear(input, output, vars)?) as _)
+    });
+    let error = twice.critics(&spec(), &networks, 2, &mut rng).err().unwrap().to_string();
+    assert!(error.contains("candle"), "{error}");
+    let stochastic = Modules::critics(normed).actor(normed);
+    let error = Backend::actor(&stochastic, &spec(), &networks, ActorKind::Gaussian, &mut rng).err().unwrap();
+    let wanted = "a policy made of a module: wanted a deterministic method, such as TD3, got a stochastic one";
+    assert_eq!(error.to_string(), wanted);
+}

@@ -1,0 +1,108 @@
+//! What a figure shows.
+
+use std::path::Path;
+
+use copq::{Error, Result, files};
+
+use crate::canvas;
+
+/// A line with a band around it.
+#[derive(Clone, Debug)]
+pub struct Series {
+    pub(crate) label: String,
+    pub(crate) points: Vec<Point>,
+}
+
+impl Series {
+    /// A curve with its name in the legend.
+    pub fn new(label: impl Into<String>, points: Vec<Point>) -> Self {
+        Self { label: label.into(), points }
+    }
+}
+
+/// One evaluation, or the same evaluation of several seeds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Where it stands on the axis of steps.
+    pub step: f64,
+    /// Where the line goes.
+    pub middle: f64,
+    /// The band's lower edge.
+    pub low: f64,
+    /// The band's upper edge.
+    pub high: f64,
+}
+
+impl Point {
+    /// A point with a band of half-width `margin`.
+    pub fn within(step: f64, middle: f64, margin: f64) -> Self {
+        Self { step, middle, low: middle - margin, high: middle + margin }
+    }
+}
+
+/// One pair of axes.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    pub(crate) title: String,
+    pub(crate) limit: Option<f64>,
+    pub(crate) series: Vec<Series>,
+}
+
+impl Panel {
+    /// Empty axes with a title.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), limit: None, series: Vec::new() }
+    }
+
+    /// A dashed line that goes across.
+    pub fn limit(self, limit: Option<f64>) -> Self {
+        Self { limit, ..self }
+    }
+
+    /// Adds a curve; the n-th one of every panel has the same colour.
+    pub fn series(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+}
+
+/// Panels that share their axes' names, their colours and one legend.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    pub(crate) title: String,
+    pub(crate) note: String,
+    pub(crate) panels: Vec<Panel>,
+}
+
+impl Figure {
+    /// An empty figure; the note, in small print under the title, says what line and band mean.
+    pub fn new(title: impl Into<String>, note: impl Into<String>) -> Self {
+        Self { title: title.into(), note: note.into(), panels: Vec::new() }
+    }
+
+    /// Adds a panel.
+    pub fn panel(mut self, panel: Panel) -> Self {
+        self.panels.push(panel);
+        self
+    }
+
+    /// The figure as SVG.
+    pub fn svg(&self) -> Result<String> {
+        canvas::svg(self)
+    }
+
+    /// The figure as the bytes of a PNG file, two pixels to a unit of the layout.
+    pub fn png(&self) -> Result<Vec<u8>> {
+        canvas::png(self)
+    }
+
+    /// Writes the figure to a file, whose ending decides the format: `.svg` or `.png`.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
+        let path = path.as_ref();
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("svg") => files::replace(path, self.svg()?.as_bytes()),
+            Some("png") => files::replace(path, &self.png()?),
+            _ => Err(Error::invalid("figure's file", "a name that ends in .svg or .png", path.display())),
+        }
+    }
+}
