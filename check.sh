@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Everything that must hold before a change lands, cheapest first. Needs Rust, a C compiler, python3 with pip, crates.io and PyPI.
+# `./check.sh quick` is for between two edits: no MuJoCo, no documentation, and of the tests those that train little.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -9,6 +10,11 @@ mujoco=copq-envs-mujoco/render,copq-tests/mujoco-rs,copq-cli/render,copq-bench/m
 
 run cargo fmt --all --check
 run cargo clippy --workspace --all-targets --locked -- -D warnings
+if test "${1:-}" = quick; then
+    run cargo test -p copq -p copq-candle -p copq-envs -p copq-experiments -p copq-render --lib --tests --locked
+    printf '\nquick checks passed\n'
+    exit
+fi
 RUSTDOCFLAGS="-D warnings" run cargo doc --workspace --no-deps --locked
 run scripts/fetch-mujoco.sh
 run cargo clippy --workspace --all-targets --features "$mujoco",copq-envs-mujoco/system --locked -- -D warnings

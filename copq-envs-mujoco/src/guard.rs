@@ -2,7 +2,7 @@
 
 use std::ffi::{c_char, c_int, c_void};
 
-use crate::words::words;
+use crate::c_text::words;
 
 /// A MuJoCo function of a model and its data, such as `mj_step`.
 pub(crate) type Function = unsafe extern "C" fn(model: *const c_void, data: *mut c_void);

@@ -27,6 +27,8 @@ assert!(reward[0] > 0.9);
 
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod advance;
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+mod c_text;
 mod doctor;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod engine;
@@ -40,8 +42,6 @@ mod identity;
 mod simulation;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod version;
-#[cfg(any(feature = "mujoco-rs", feature = "system"))]
-mod words;
 
 #[cfg(feature = "mujoco-rs")]
 pub mod mujoco_rs;

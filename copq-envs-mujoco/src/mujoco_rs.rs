@@ -11,10 +11,10 @@ use copq::{Env, Error, Result};
 use copq_envs::{Locomotion, Options, RobotSpec};
 
 use crate::Mujoco;
+use crate::c_text::words;
 use crate::guard::{self, Function, copq_error, copq_warning};
 use crate::simulation::{Array, Call, Simulation};
 use crate::version::check_version;
-use crate::words::words;
 
 /// The environment of this name (see [`copq_envs::tasks`]); an unknown name is answered with the nearest ones.
 pub fn make(name: &str) -> Result<Box<dyn Env>> {

@@ -6,7 +6,7 @@ use rapier3d_f64::prelude::{
     ColliderHandle, ContactModificationContext, Multibody, PhysicsHooks, RigidBodySet, Vector,
 };
 
-use crate::cone::{gain, stuck_share};
+use crate::friction::{gain, stuck_share};
 use crate::twist::Twists;
 
 /// What a contact needs to know of a geom.

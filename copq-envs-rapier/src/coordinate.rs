@@ -5,9 +5,9 @@ use std::ops::Range;
 use copq_envs::RobotSpec;
 use rapier3d_f64::prelude::{Multibody, MultibodyLink};
 
-use crate::axis::Axis;
-use crate::free::Free;
+use crate::free_joint::Free;
 use crate::link::Moves;
+use crate::scalar_joint::Axis;
 
 /// The place of one joint on both sides.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@ use rapier3d_f64::prelude::{
 };
 
 use crate::contact::Contacts;
-use crate::law::spring;
+use crate::soft_constraint::spring;
 use crate::world::World;
 
 /// What steps a [`World`]: settings, buffers, and the kinds of thing that robots have none of.

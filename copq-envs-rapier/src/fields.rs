@@ -4,7 +4,7 @@ use copq_envs::RobotSpec;
 use copq_envs::robot::Inertial;
 use rapier3d_f64::prelude::{MultibodyIndex, MultibodyLink, Pose, Vector};
 
-use crate::touch::touches;
+use crate::contact_forces::touches;
 use crate::weld::{Weld, inertia};
 use crate::world::World;
 

@@ -18,21 +18,21 @@
 //! belongs to one environment and one thread.
 
 mod assemble;
-mod axis;
 mod collider;
-mod cone;
 mod contact;
+mod contact_forces;
 mod coordinate;
 mod engine;
 mod fields;
 mod frame;
-mod free;
-mod law;
+mod free_joint;
+mod friction;
 mod limits;
 mod link;
 mod motors;
 mod rapier;
-mod touch;
+mod scalar_joint;
+mod soft_constraint;
 mod twist;
 mod weld;
 mod world;

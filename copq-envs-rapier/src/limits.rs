@@ -4,9 +4,9 @@ use copq_envs::RobotSpec;
 use copq_envs::robot::Softness;
 use rapier3d_f64::prelude::{JointAxesMask, Multibody, MultibodyJoint};
 
-use crate::axis::Axis;
 use crate::coordinate::{Coordinate, Place};
-use crate::law::{relaxed, spring};
+use crate::scalar_joint::Axis;
+use crate::soft_constraint::{relaxed, spring};
 
 /// The smallest gap that rapier's solver sees as a violation (rad or m).
 const GAP: f64 = 1e-12;

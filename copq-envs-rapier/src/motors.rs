@@ -5,8 +5,8 @@ use copq_envs::RobotSpec;
 use copq_envs::robot::Actuator;
 use rapier3d_f64::prelude::Multibody;
 
-use crate::axis::Axis;
 use crate::coordinate::{Coordinate, Place};
+use crate::scalar_joint::Axis;
 
 /// The motors and springs of a robot.
 pub(crate) struct Motors {

@@ -95,7 +95,7 @@ impl<P: Physics> Locomotion<P> {
 
     /// Where the robot is, as its task counts.
     fn place(&self) -> [f64; 2] {
-        self.task.robot.track.place(&self.task.robot, &self.qpos, &self.readings)
+        self.task.robot.velocity_point.place(&self.task.robot, &self.qpos, &self.readings)
     }
 
     fn observe(&self, obs: &mut [f32]) {

@@ -209,4 +209,50 @@ mod tests {
         let message = check_same(path, &saved, &changed).unwrap_err().to_string();
         assert!(message.starts_with("settings.limit ") && message.contains("got 25"), "{message}");
     }
+
+    #[test]
+    fn a_setting_is_set_by_its_name_in_the_configuration() {
+        let method = copq::Method::cop_td3_oac();
+        let set = |changes: &str| {
+            let changes: Vec<String> = changes.split(' ').map(str::to_owned).collect();
+            with_changes(&method.config, &changes)
+        };
+        let config = set("batch=64 networks.hidden=[8,8] optimism.projection=extremum tau=1").unwrap();
+        assert_eq!((config.batch, config.networks.hidden, config.tau), (64, vec![8, 8], 1.0));
+        assert_eq!(config.optimism.unwrap().projection.as_deref(), Some("extremum"));
+        let config = set("famo=none optimism.beta=2").unwrap();
+        assert_eq!((config.famo, config.optimism.map(|optimism| optimism.beta)), (None, Some(2.0)));
+        let message = |changes: &str| set(changes).unwrap_err().to_string();
+        assert!(message("bath=64").contains("--set: unknown field `bath`, expected one of `discount`"));
+        assert!(message("networks.hiden=3").contains("unknown field `hiden`"));
+        assert!(message("batch=many").contains("invalid type: string \"many\", expected usize"));
+        let wanted = "--set batch.size=1: wanted a setting that has parts, got 256 at batch";
+        assert_eq!(message("batch.size=1"), wanted);
+        assert_eq!(message("batch"), "--set batch: wanted KEY=VALUE, got no =");
+        assert_eq!(message("batch=none"), "--set batch=none: wanted one of its values, such as 256, got none");
+        let wanted = "--set networks.activation=none: wanted one of its values, such as \"relu\", got none";
+        assert_eq!(message("networks.activation=none"), wanted);
+        for (key, known) in [
+            ("networks.activation", "`relu`, `tanh`, `silu`"),
+            ("networks.init", "`torch` or `lecun`"),
+            ("warm_up", "`uniform` or `policy`"),
+            ("famo.decay", "`decoupled` or `l2`"),
+        ] {
+            let message = message(&format!("{key}=other"));
+            assert!(message.contains("unknown variant `other`") && message.contains(known), "{message}");
+        }
+        assert_eq!(message("fmo=none"), "--set fmo=none: wanted a setting that there is, got none at fmo");
+    }
+
+    #[test]
+    fn a_setting_that_was_not_there_yet_reads_with_its_default() {
+        let config: copq::Config = toml::from_str("batch = 64\n[famo]\nlr = 0.1").unwrap();
+        assert_eq!((config.batch, config.smoothing, config.normalise), (64, None, false));
+        assert_eq!(config.famo.map(|famo| famo.lr), Some(0.1));
+        for name in copq::Method::names() {
+            let settings = copq::Method::by_name(name).unwrap().config;
+            let text = toml::to_string(&settings).unwrap();
+            assert_eq!(toml::from_str::<copq::Config>(&text).unwrap(), settings, "{name}");
+        }
+    }
 }

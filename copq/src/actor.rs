@@ -27,24 +27,24 @@ pub type ActionGrad<'a> = &'a mut dyn FnMut(Sample<'_>, SampleGrad<'_>) -> Resul
 /// the noise comes from outside, as standard normals.
 pub trait Actor: Send {
     /// Length of an action.
-    fn action(&self) -> usize;
+    fn action_len(&self) -> usize;
 
     /// Standard normals that one row needs: 0 for a deterministic policy.
-    fn noise(&self) -> usize;
+    fn noise_len(&self) -> usize;
 
     /// Writes actions for a batch of observations. With empty `noise` the action is the policy's mode, and `log_prob`
-    /// must be empty; otherwise `noise` is `rows x noise()` and `log_prob` has one entry a row.
+    /// must be empty; otherwise `noise` is `rows x noise_len()` and `log_prob` has one entry a row.
     fn sample(&mut self, net: Net, obs: &[f32], noise: &[f32], action: &mut [f32], log_prob: &mut [f32]) -> Result<()>;
 
     /// One optimiser step that lowers L: forward, `grad` fills dL/daction and dL/dlog_prob, backward, step.
     fn improve(&mut self, obs: &[f32], noise: &[f32], grad: ActionGrad<'_>) -> Result<()>;
 
-    /// Writes d(grad_action . action)/dnoise of the online policy, `rows x noise()`: which way of the noise moves the
+    /// Writes d(grad_action . action)/dnoise of the online policy, `rows x noise_len()`: which way of the noise moves the
     /// actions along `grad_action`. There is nothing to write for a deterministic policy.
     fn noise_grad(&mut self, obs: &[f32], noise: &[f32], grad_action: &[f32], out: &mut [f32]) -> Result<()>;
 
     /// Polyak averaging: target <- (1 - tau) target + tau online.
-    fn track(&mut self, tau: f32) -> Result<()>;
+    fn update_target(&mut self, tau: f32) -> Result<()>;
 
     /// Writes the online parameters alone, as a policy's file has them: `layer.0.weight` (output x input) and so on.
     fn export(&self, _state: &mut State) -> Result<()> {

@@ -85,7 +85,7 @@ impl Policy {
 
     /// Length of an action.
     pub fn action_len(&self) -> usize {
-        self.actor.action()
+        self.actor.action_len()
     }
 
     /// Writes the policy's best guess for one observation, or for each of a batch, in [-1, 1].

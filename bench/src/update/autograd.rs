@@ -75,9 +75,9 @@ impl Update for Autograd {
         let critic = self.fit_critics(&batch)?;
         let actor = number.is_multiple_of(self.actor_delay).then(|| self.improve_actor(&batch)).transpose()?;
         for (target, online) in self.target_critics.iter().zip(&self.critics) {
-            target.track(online)?;
+            target.update_target(online)?;
         }
-        self.target_actor.track(&self.actor)?;
+        self.target_actor.update_target(&self.actor)?;
         Ok(Losses { critic, actor })
     }
 }
@@ -137,7 +137,7 @@ impl Mlp {
         Ok(last.forward(&x)?)
     }
 
-    fn track(&self, online: &Self) -> Result<()> {
+    fn update_target(&self, online: &Self) -> Result<()> {
         for (target, online) in self.vars.iter().zip(&online.vars) {
             let moved = (target.as_tensor() * f64::from(1.0 - TAU))? + (online.as_tensor() * f64::from(TAU))?;
             target.set(&moved?.detach())?;

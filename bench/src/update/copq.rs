@@ -120,7 +120,7 @@ impl Update for Copq {
         self.targets(batch)?;
         let critic = self.fit_critics(batch)?;
         let actor = number.is_multiple_of(self.actor_delay).then(|| self.improve_actor(batch)).transpose()?;
-        self.actor.track(TAU)?;
+        self.actor.update_target(TAU)?;
         Ok(Losses { critic, actor })
     }
 }

@@ -43,11 +43,11 @@ impl Deterministic {
 }
 
 impl Actor for Deterministic {
-    fn action(&self) -> usize {
+    fn action_len(&self) -> usize {
         self.policy.action
     }
 
-    fn noise(&self) -> usize {
+    fn noise_len(&self) -> usize {
         0
     }
 
@@ -77,8 +77,8 @@ impl Actor for Deterministic {
         check::deterministic(noise, out)
     }
 
-    fn track(&mut self, tau: f32) -> Result<()> {
-        self.policy.track(tau)
+    fn update_target(&mut self, tau: f32) -> Result<()> {
+        self.policy.update_target(tau)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {

@@ -84,11 +84,11 @@ fn squash(output: &[f32], noise: &[f32], action: &mut [f32], log_prob: &mut [f32
 }
 
 impl Actor for Gaussian {
-    fn action(&self) -> usize {
+    fn action_len(&self) -> usize {
         self.policy.action
     }
 
-    fn noise(&self) -> usize {
+    fn noise_len(&self) -> usize {
         self.policy.action
     }
 
@@ -141,8 +141,8 @@ impl Actor for Gaussian {
         Ok(())
     }
 
-    fn track(&mut self, tau: f32) -> Result<()> {
-        self.policy.track(tau)
+    fn update_target(&mut self, tau: f32) -> Result<()> {
+        self.policy.update_target(tau)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {

@@ -100,7 +100,7 @@ impl Network {
     }
 
     /// Polyak averaging of the target.
-    pub fn track(&mut self, tau: f32) {
+    pub fn update_target(&mut self, tau: f32) {
         passes::polyak(&mut self.learned.target, &self.learned.online, tau);
     }
 

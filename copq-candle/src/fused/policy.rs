@@ -73,9 +73,9 @@ impl Policy {
         self.network.learn(&self.input, grad_out, self.lr, 0.0, &mut self.workspace);
     }
 
-    pub fn track(&mut self, tau: f32) -> Result<()> {
+    pub fn update_target(&mut self, tau: f32) -> Result<()> {
         check::tau(tau)?;
-        self.network.track(tau);
+        self.network.update_target(tau);
         Ok(())
     }
 

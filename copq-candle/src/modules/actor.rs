@@ -47,11 +47,11 @@ impl ModuleActor {
 }
 
 impl Actor for ModuleActor {
-    fn action(&self) -> usize {
+    fn action_len(&self) -> usize {
         self.action
     }
 
-    fn noise(&self) -> usize {
+    fn noise_len(&self) -> usize {
         0
     }
 
@@ -78,9 +78,9 @@ impl Actor for ModuleActor {
         check::deterministic(noise, out)
     }
 
-    fn track(&mut self, tau: f32) -> Result<()> {
+    fn update_target(&mut self, tau: f32) -> Result<()> {
         check::tau(tau)?;
-        self.network.track(tau).map_err(failed)
+        self.network.update_target(tau).map_err(failed)
     }
 
     fn export(&self, state: &mut State) -> Result<()> {

@@ -95,7 +95,7 @@ impl Critic for ModuleCritics {
         let filled = &mut |q: &[f32], dq: &mut [f32]| grad(QView::new(q, self.networks.len(), self.objectives)?, dq);
         let grads = loss_of(&q, filled)?.backward().map_err(failed)?;
         for network in &mut self.networks {
-            network.step(&grads, self.lr).and_then(|()| network.track(tau)).map_err(failed)?;
+            network.step(&grads, self.lr).and_then(|()| network.update_target(tau)).map_err(failed)?;
         }
         Ok(())
     }

@@ -71,7 +71,7 @@ impl Network {
     }
 
     /// Polyak averaging: target <- (1 - tau) target + tau online.
-    pub fn track(&mut self, tau: f32) -> Result<()> {
+    pub fn update_target(&mut self, tau: f32) -> Result<()> {
         for Variable { online, target, .. } in &self.variables {
             let kept = (target.as_detached_tensor() * f64::from(1.0 - tau))?;
             target.set(&(kept + (online.as_detached_tensor() * f64::from(tau))?)?)?;

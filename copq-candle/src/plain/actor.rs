@@ -40,11 +40,11 @@ impl Deterministic {
 }
 
 impl Actor for Deterministic {
-    fn action(&self) -> usize {
+    fn action_len(&self) -> usize {
         self.0.action
     }
 
-    fn noise(&self) -> usize {
+    fn noise_len(&self) -> usize {
         0
     }
 
@@ -71,8 +71,8 @@ impl Actor for Deterministic {
         check::deterministic(noise, out)
     }
 
-    fn track(&mut self, tau: f32) -> Result<()> {
-        self.0.track(tau)
+    fn update_target(&mut self, tau: f32) -> Result<()> {
+        self.0.update_target(tau)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {

@@ -108,7 +108,9 @@ impl Critic for Critics {
         let q = self.forward(Net::Online, &obs, &act).map_err(failed)?;
         let grads = self.loss(&q, grad)?.backward().map_err(failed)?;
         let mut networks = self.networks.iter_mut();
-        networks.try_for_each(|network| network.step(&grads, self.lr).and_then(|()| network.track(tau))).map_err(failed)
+        networks
+            .try_for_each(|network| network.step(&grads, self.lr).and_then(|()| network.update_target(tau)))
+            .map_err(failed)
     }
 
     fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()> {

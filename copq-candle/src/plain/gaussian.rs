@@ -64,11 +64,11 @@ fn softplus(y: &Tensor) -> candle_core::Result<Tensor> {
 }
 
 impl Actor for Gaussian {
-    fn action(&self) -> usize {
+    fn action_len(&self) -> usize {
         self.0.action
     }
 
-    fn noise(&self) -> usize {
+    fn noise_len(&self) -> usize {
         self.0.action
     }
 
@@ -123,8 +123,8 @@ impl Actor for Gaussian {
         Ok(())
     }
 
-    fn track(&mut self, tau: f32) -> Result<()> {
-        self.0.track(tau)
+    fn update_target(&mut self, tau: f32) -> Result<()> {
+        self.0.update_target(tau)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {

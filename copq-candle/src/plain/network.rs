@@ -82,7 +82,7 @@ impl Network {
     }
 
     /// Polyak averaging: target <- (1 - tau) target + tau online.
-    pub fn track(&mut self, tau: f32) -> Result<()> {
+    pub fn update_target(&mut self, tau: f32) -> Result<()> {
         for (target, online) in self.target.iter_mut().zip(&self.online) {
             *target = ((&*target * f64::from(1.0 - tau))? + (online.as_detached_tensor() * f64::from(tau))?)?;
         }

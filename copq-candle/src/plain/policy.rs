@@ -63,9 +63,9 @@ impl Policy {
         self.network.step(grads, self.lr)
     }
 
-    pub fn track(&mut self, tau: f32) -> Result<()> {
+    pub fn update_target(&mut self, tau: f32) -> Result<()> {
         check::tau(tau)?;
-        self.network.track(tau).map_err(failed)
+        self.network.update_target(tau).map_err(failed)
     }
 
     pub fn save_safetensors(&self, path: &Path) -> Result<()> {

@@ -8,8 +8,8 @@ use std::sync::OnceLock;
 use copq::{Error, Result};
 
 use super::shim::{Shim, copq_mujoco};
+use crate::c_text::words;
 use crate::version::{check_version, dotted};
-use crate::words::words;
 
 /// Names the library's file, at run time.
 const FILE: &str = "COPQ_MUJOCO_LIBRARY";

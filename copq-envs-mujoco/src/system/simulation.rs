@@ -9,8 +9,8 @@ use copq::{Error, Result};
 
 use super::library::library;
 use super::shim::{Data, Model, Shim};
+use crate::c_text::words;
 use crate::simulation::{Array, Call, Simulation};
-use crate::words::words;
 
 /// Compiles a model; one at a time, for old versions keep the last one in a global.
 pub(super) fn open(mjcf: &str) -> Result<Box<dyn Simulation>> {

@@ -1,7 +1,7 @@
 //! Golden data against an engine: recorded runs replayed, at the level of the engine and of the environment.
 #![allow(dead_code)]
 
-#[path = "../../../copq-envs/tests/support/table.rs"]
+#[path = "../../../copq-envs/tests/all/support/table.rs"]
 mod table;
 
 mod engines;

@@ -7,7 +7,7 @@ use crate::Field;
 use super::capsule::{solid_ball, unit};
 use super::{
     Actuator, Body, Capsule, Geom, Health, Inertial, Integrator, Joint, Noise, Observation, Part, Preset, RobotSpec,
-    Shape, Solver, Track,
+    Shape, Solver, VelocityPoint,
 };
 
 /// Density of everything (kg/m^3).
@@ -54,7 +54,7 @@ fn gym() -> RobotSpec {
         initial_qpos: [&[0.0, 0.0, 0.75, 1.0][..], &[0.0; 11]].concat(),
         reset_noise: [Noise::Uniform(0.1), Noise::Gaussian(0.1)],
         health: Health::Height { range: [0.2, 1.0], open: false },
-        track: Track::Body(0),
+        velocity_point: VelocityPoint::Body(0),
         observation: Observation {
             optional: vec![Part::Field { field: Field::ContactForce, skip: 0, clip: 1.0 }],
             ..Observation::free()
@@ -91,7 +91,7 @@ fn paper() -> RobotSpec {
     RobotSpec {
         initial_qpos: [0.0, 0.0, 0.55, 1.0, 0.0, 0.0, 0.0].into_iter().chain(bent).collect(),
         reset_noise: [Noise::Uniform(0.005), Noise::Gaussian(0.005)],
-        track: Track::Xy,
+        velocity_point: VelocityPoint::Xy,
         observation: Observation::free(),
         ..robot.braxed(&["foot_1", "foot_2", "foot_3", "foot_4"])
     }

@@ -2,7 +2,7 @@
 
 use copq::{Error, Result};
 
-use super::{Health, RobotSpec, Track};
+use super::{Health, RobotSpec, VelocityPoint};
 
 impl RobotSpec {
     /// An error that names the first contradiction in the description.
@@ -73,19 +73,19 @@ impl RobotSpec {
         Ok(())
     }
 
-    /// Health, track and observation look at entries of qpos, which must be there.
+    /// Health, velocity point and observation look at entries of qpos, which must be there.
     fn check_conventions(&self) -> Result<()> {
         let nq = self.nq();
         if self.health != Health::Always && nq < 3 {
             return Err(self.wrong("health", "at least 3 entries in qpos", nq));
         }
-        if let Track::Body(body) = self.track
+        if let VelocityPoint::Body(body) = self.velocity_point
             && body >= self.bodies.len()
         {
-            return Err(self.wrong("track", "a body of the robot", body));
+            return Err(self.wrong("velocity_point", "a body of the robot", body));
         }
-        if self.track == Track::Xy && nq < 2 {
-            return Err(self.wrong("track", "at least 2 entries in qpos", nq));
+        if self.velocity_point == VelocityPoint::Xy && nq < 2 {
+            return Err(self.wrong("velocity_point", "at least 2 entries in qpos", nq));
         }
         if self.observation.skip >= nq {
             return Err(self.wrong(

@@ -4,7 +4,7 @@
 
 use super::{
     Actuator, Body, Capsule, Geom, Health, Inertial, Integrator, Joint, Noise, Observation, Preset, RobotSpec, Shape,
-    Softness, Solver, Track, planar,
+    Softness, Solver, VelocityPoint, planar,
 };
 
 const RADIUS: f64 = 0.046;
@@ -70,7 +70,7 @@ fn gym() -> RobotSpec {
         initial_qpos: vec![0.0; 9],
         reset_noise: [Noise::Uniform(0.1), Noise::Gaussian(0.1)],
         health: Health::Always,
-        track: Track::X,
+        velocity_point: VelocityPoint::X,
         observation: Observation::planar(),
     }
 }

@@ -6,7 +6,8 @@ use std::f64::consts::{FRAC_PI_4, PI};
 
 use super::planar::{self, Limb};
 use super::{
-    Actuator, Geom, Health, Integrator, Joint, Noise, Observation, Preset, RobotSpec, Shape, Softness, Solver, Track,
+    Actuator, Geom, Health, Integrator, Joint, Noise, Observation, Preset, RobotSpec, Shape, Softness, Solver,
+    VelocityPoint,
 };
 
 const CONTACT: Softness = Softness { solref: [0.02, 1.0], solimp: [0.8, 0.8, 0.01, 0.5, 2.0] };
@@ -44,7 +45,7 @@ fn gym() -> RobotSpec {
         initial_qpos: vec![0.0, HEIGHT, 0.0, 0.0, 0.0, 0.0],
         reset_noise: [Noise::Uniform(0.005); 2],
         health: Health::Planar { height: [0.7, f64::INFINITY], pitch: [-0.2, 0.2], bound: 100.0, lift: 0.0 },
-        track: Track::X,
+        velocity_point: VelocityPoint::X,
         observation: Observation { clip: 10.0, ..Observation::planar() },
     }
 }

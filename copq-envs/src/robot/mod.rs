@@ -18,7 +18,7 @@ mod pose;
 mod preset;
 mod softness;
 mod solver;
-mod track;
+mod velocity_point;
 
 mod ant;
 mod halfcheetah;
@@ -44,7 +44,7 @@ pub use pose::Pose;
 pub use preset::Preset;
 pub use softness::Softness;
 pub use solver::{Algorithm, Integrator, Solver};
-pub use track::Track;
+pub use velocity_point::VelocityPoint;
 pub use walker2d::walker2d;
 
 /// A robot, the world it lives in, and the conventions of its environments: where it starts, when it counts as healthy,
@@ -82,7 +82,7 @@ pub struct RobotSpec {
     /// When an episode goes on.
     pub health: Health,
     /// The point whose motion is the robot's velocity.
-    pub track: Track,
+    pub velocity_point: VelocityPoint,
     /// What an agent sees.
     pub observation: Observation,
 }

@@ -3,7 +3,7 @@
 use crate::{Field, Readings};
 
 use super::RobotSpec;
-use super::track::centre_of_mass;
+use super::velocity_point::centre_of_mass;
 
 /// One part of an [`Observation`](super::Observation).
 #[derive(Clone, Copy, Debug, PartialEq)]

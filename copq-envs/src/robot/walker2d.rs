@@ -6,7 +6,8 @@ use std::f64::consts::{FRAC_PI_4, PI};
 
 use super::planar::{self, Limb};
 use super::{
-    Actuator, Geom, Health, Integrator, Joint, Noise, Observation, Preset, RobotSpec, Shape, Softness, Solver, Track,
+    Actuator, Geom, Health, Integrator, Joint, Noise, Observation, Preset, RobotSpec, Shape, Softness, Solver,
+    VelocityPoint,
 };
 
 /// Height of the torso at the reference pose (m).
@@ -45,7 +46,7 @@ fn gym() -> RobotSpec {
         initial_qpos: [&[0.0, HEIGHT][..], &[0.0; 7]].concat(),
         reset_noise: [Noise::Uniform(0.005); 2],
         health: Health::Planar { height: [0.8, 2.0], pitch: [-1.0, 1.0], bound: f64::INFINITY, lift: 0.0 },
-        track: Track::X,
+        velocity_point: VelocityPoint::X,
         observation: Observation { clip: 10.0, ..Observation::planar() },
     }
 }

@@ -35,7 +35,7 @@ impl Task {
     pub fn fields(&self) -> Vec<Field> {
         let signals = self.objectives.iter().flat_map(|objective| &objective.terms).map(|(_, signal)| *signal);
         let rewards = signals.filter_map(Signal::field);
-        self.robot.observation.fields().chain(self.robot.track.field()).chain(rewards).collect()
+        self.robot.observation.fields().chain(self.robot.velocity_point.field()).chain(rewards).collect()
     }
 
     /// The task as learners see it: actions are in [-1, 1].

@@ -8,8 +8,8 @@ use crate::robot::{Preset, Senses};
 
 /// Choices where the benchmarks leave room or Gymnasium and Brax differ. The default is what this crate recommends.
 ///
-/// A [`Task`](super::Task) is plain data, so what is not here can be changed there: `robot.track` (the humanoid's
-/// velocity is its centre of mass's; `Track::Body(0)` makes it the torso's), `robot.reset_noise`, `robot.health`,
+/// A [`Task`](super::Task) is plain data, so what is not here can be changed there: `robot.velocity_point` (the humanoid's
+/// velocity is its centre of mass's; `VelocityPoint::Body(0)` makes it the torso's), `robot.reset_noise`, `robot.health`,
 /// `horizon`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {

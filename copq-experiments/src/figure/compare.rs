@@ -264,7 +264,7 @@ mod tests {
         let mut other = today.clone();
         other.insert("normalise".to_owned(), true.into());
         assert_ne!(complete(&other), complete(&today));
-        let foreign: toml::Table = toml::from_str("tau = 0.1").unwrap();
+        let foreign: toml::Table = toml::from_str("rate = 0.1").unwrap();
         assert_eq!(complete(&foreign), foreign);
     }
 }

@@ -69,7 +69,7 @@ pub struct PolicySamples {
 
 impl Explore for PolicySamples {
     fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()> {
-        self.noise.resize(context.actor.noise(), 0.0);
+        self.noise.resize(context.actor.noise_len(), 0.0);
         context.rng.fill_normal(&mut self.noise);
         context.actor.sample(Net::Online, obs, &self.noise, action, &mut [0.0])
     }

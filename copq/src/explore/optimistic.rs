@@ -82,7 +82,7 @@ impl Explore for Optimistic {
         self.action_grad(context, obs, action)?;
         let Self { optimism: Optimism { shift, .. }, std, work: Work { noise, grad_noise, grad_action, .. }, .. } =
             self;
-        let wanted = context.actor.noise();
+        let wanted = context.actor.noise_len();
         if wanted == 0 {
             noise.resize(action.len(), 0.0);
             context.rng.fill_normal(noise);

@@ -121,7 +121,7 @@ fn exploration(config: &Config, actor: &dyn Actor) -> Result<Box<dyn Explore>> {
 
 /// Exploration by the policy alone: with Gaussian noise, or by the samples of a stochastic one.
 fn own_noise(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
-    match actor.noise() {
+    match actor.noise_len() {
         0 => Box::new(GaussianNoise { std: config.exploration_std as f32 }),
         _ => Box::<PolicySamples>::default(),
     }
@@ -130,11 +130,11 @@ fn own_noise(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
 /// An error that names the first part that does not fit the others.
 fn check_parts(config: &Config, spec: &EnvSpec, critic: &dyn Critic, actor: &dyn Actor) -> Result<()> {
     check_len("the critic's objectives", critic.objectives(), spec.objectives.len())?;
-    check_len("the actor's action", actor.action(), spec.action_len())?;
+    check_len("the actor's action", actor.action_len(), spec.action_len())?;
     if critic.critics() == 0 {
         return Err(Error::invalid("the critic ensemble", "at least 1 critic", 0));
     }
-    if config.entropy.is_some() && actor.noise() == 0 {
+    if config.entropy.is_some() && actor.noise_len() == 0 {
         return Err(Error::invalid("the actor", "a stochastic policy, for the entropy bonus", "a deterministic one"));
     }
     match config.subset {

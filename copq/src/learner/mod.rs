@@ -88,7 +88,7 @@ impl Learner {
             self.multiplier.update();
         }
         if tracking {
-            self.actor.track(tau)?;
+            self.actor.update_target(tau)?;
         }
         Ok(())
     }

@@ -42,7 +42,7 @@ pub(super) struct Names {
 
 impl Work {
     pub(super) fn new(config: &Config, actor: &dyn Actor, critic: &dyn Critic) -> Self {
-        let (rows, action, stochastic) = (config.batch, actor.action(), usize::from(actor.noise() > 0));
+        let (rows, action, stochastic) = (config.batch, actor.action_len(), usize::from(actor.noise_len() > 0));
         let (critics, n) = (critic.critics(), critic.objectives());
         let targets = if config.own_cost_targets { critics } else { 1 };
         let row_values = || vec![0.0; rows * n];
@@ -50,7 +50,7 @@ impl Work {
             scratch: Scratch::default(),
             noise: vec![0.0; rows * action],
             next_action: vec![0.0; rows * action],
-            policy_noise: vec![0.0; rows * actor.noise()],
+            policy_noise: vec![0.0; rows * actor.noise_len()],
             log_prob: vec![0.0; rows * stochastic],
             q: vec![0.0; critics * rows * n],
             positions: (0..critics).collect(),

@@ -142,7 +142,7 @@ impl Optimism {
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default = "bare", deny_unknown_fields)]
 pub struct Config {
     /// gamma, the discount.
     pub discount: f64,
@@ -155,11 +155,9 @@ pub struct Config {
     /// Environment steps before the first update.
     pub start_steps: u64,
     /// Whose actions those steps take.
-    #[serde(default)]
     pub warm_up: WarmUp,
     /// Whether networks see observations in units of their running deviation ([`Normaliser`](crate::Normaliser)); the replay
     /// holds raw ones. An observation counts when it is stored, after the action that it led to.
-    #[serde(default)]
     pub normalise: bool,
     /// Updates for each environment step (the update-to-data ratio).
     pub updates_per_step: usize,
@@ -189,6 +187,34 @@ pub struct Config {
     pub optimism: Option<Optimism>,
     /// Network shapes and step sizes.
     pub networks: Networks,
+}
+
+/// What a stored setting that is not there means: nothing, where that can be, or else what all methods had before the
+/// setting was there.
+fn bare() -> Config {
+    Config {
+        discount: 0.99,
+        tau: 0.005,
+        batch: 256,
+        capacity: 1_000_000,
+        start_steps: 25_000,
+        warm_up: WarmUp::Uniform,
+        normalise: false,
+        updates_per_step: 1,
+        actor_delay: 2,
+        target_period: 1,
+        pessimism: 1.0,
+        actor_pessimism: 1.0,
+        subset: None,
+        own_cost_targets: false,
+        smoothing: None,
+        entropy: None,
+        constraint: None,
+        famo: None,
+        exploration_std: 0.1,
+        optimism: None,
+        networks: Networks::default(),
+    }
 }
 
 impl Config {

@@ -8,7 +8,8 @@ mod limbs;
 use crate::Field;
 
 use super::{
-    Actuator, Algorithm, Geom, Health, Integrator, Noise, Observation, Part, Preset, RobotSpec, Shape, Solver, Track,
+    Actuator, Algorithm, Geom, Health, Integrator, Noise, Observation, Part, Preset, RobotSpec, Shape, Solver,
+    VelocityPoint,
 };
 use limbs::{LEFT, RIGHT};
 
@@ -77,7 +78,7 @@ fn build(fused: bool) -> RobotSpec {
         initial_qpos: [&[0.0, 0.0, 1.4, 1.0][..], &[0.0; 20]].concat(),
         reset_noise: [Noise::Uniform(0.0); 2],
         health: Health::Always,
-        track: Track::Centre,
+        velocity_point: VelocityPoint::Centre,
         observation: Observation::free(),
     };
     let pelvis = robot.trunk();

@@ -1,0 +1,53 @@
+//! A warm fused update allocates nothing.
+
+use crate::common;
+
+use common::{Case, given, given_action, init};
+use copq::{Activation, Actor, Critic, Net};
+
+fn allocations(work: impl FnMut()) -> u64 {
+    allocation_counter::measure(work).count_total
+}
+
+#[test]
+fn warm_updates() {
+    let smooth = |activation| Case { activation, ..Case::new(2, 2, &[64, 64], 37) };
+    for case in [
+        Case::new(4, 3, &[64, 64], 1),
+        Case::new(4, 3, &[256, 256], 256),
+        Case::new(3, 2, &[7, 9, 4], 37),
+        smooth(Activation::Tanh),
+        smooth(Activation::Silu),
+    ] {
+        let mut critic = copq_candle::critic(&case.spec(), case.critics, &case.networks(), &mut init(1)).unwrap();
+        let mut actor = copq_candle::actor(&case.spec(), &case.networks(), &mut init(1)).unwrap();
+        let (obs, act, dq) = (case.obs(1), case.act(1), vec![0.1; case.q_len()]);
+        let (mut next, mut q, mut gradient) = (act.clone(), vec![0.0; case.q_len()], act.clone());
+        let mut update = || {
+            actor.sample(Net::Target, &obs, &[], &mut next, &mut []).unwrap();
+            critic.values(Net::Target, &obs, &next, &mut q).unwrap();
+            critic.fit(&obs, &act, &mut given(&dq), 0.005).unwrap();
+            critic.action_grad(&obs, &next, &mut given(&dq), &mut gradient).unwrap();
+            actor.improve(&obs, &[], &mut given_action(&gradient)).unwrap();
+            actor.update_target(0.005).unwrap();
+        };
+        update();
+        assert_eq!(allocations(&mut update), 0, "{case:?}");
+    }
+}
+
+#[test]
+fn warm_gaussian_updates() {
+    for case in [Case::new(1, 1, &[64, 64], 1), Case::new(1, 1, &[256, 256], 256), Case::new(1, 1, &[7, 9, 4], 37)] {
+        let mut actor = copq_candle::gaussian_actor(&case.spec(), &case.networks(), &mut init(1)).unwrap();
+        let (obs, noise, mut action, mut log_prob) = (case.obs(1), case.noise(1), case.act(1), vec![0.0; case.rows]);
+        let mut update = || {
+            actor.sample(Net::Online, &obs, &noise, &mut action, &mut log_prob).unwrap();
+            actor.improve(&obs, &noise, &mut given_action(&noise)).unwrap();
+            actor.noise_grad(&obs, &noise, &noise, &mut action).unwrap();
+            actor.update_target(0.005).unwrap();
+        };
+        update();
+        assert_eq!(allocations(&mut update), 0, "{case:?}");
+    }
+}

@@ -1,0 +1,137 @@
+//! Ten TD3-like updates against the numbers PyTorch got from the same weights and batches (`data/make_reference.py`).
+
+use crate::common;
+
+use std::path::PathBuf;
+
+use common::{Case, assert_close};
+use copq::{Activation, Actor, Critic, EnvSpec, Net, Networks};
+use copq_candle::{Device, plain};
+use serde_json::Value;
+
+fn data(name: &str) -> PathBuf {
+    [env!("CARGO_MANIFEST_DIR"), "tests/data", name].iter().collect()
+}
+
+fn numbers(value: &Value, name: &str) -> Vec<f32> {
+    value[name].as_array().unwrap().iter().map(|x| x.as_f64().unwrap() as f32).collect()
+}
+
+struct Reference(Value);
+
+impl Reference {
+    fn read() -> Self {
+        Self(serde_json::from_str(&std::fs::read_to_string(data("reference.json")).unwrap()).unwrap())
+    }
+
+    fn number(&self, name: &str) -> f64 {
+        self.0[name].as_f64().unwrap()
+    }
+
+    fn case(&self) -> Case {
+        let size = |name| self.number(name) as usize;
+        Case {
+            observation: size("observation"),
+            action: size("action"),
+            objectives: size("objectives"),
+            critics: size("critics"),
+            hidden: vec![size("hidden"); 2],
+            rows: 8,
+            activation: Activation::Relu,
+        }
+    }
+
+    fn networks(&self) -> Networks {
+        let (critic_lr, actor_lr) = (self.number("critic_lr"), self.number("actor_lr"));
+        Networks { hidden: self.case().hidden, critic_lr, actor_lr, ..Networks::default() }
+    }
+}
+
+fn fused(spec: &EnvSpec, critics: usize, networks: &Networks) -> (Box<dyn Critic>, Box<dyn Actor>) {
+    let mut critic = copq_candle::critic(spec, critics, networks, &mut common::init(0)).unwrap();
+    let mut actor = copq_candle::actor(spec, networks, &mut common::init(0)).unwrap();
+    critic.load_safetensors(data("reference_critics.safetensors")).unwrap();
+    actor.load_safetensors(data("reference_actor.safetensors")).unwrap();
+    (Box::new(critic), Box::new(actor))
+}
+
+fn plain(spec: &EnvSpec, critics: usize, networks: &Networks) -> (Box<dyn Critic>, Box<dyn Actor>) {
+    let (rng, cpu) = (&mut common::init(0), Device::Cpu);
+    let mut critic = plain::Critics::new(spec, critics, networks, rng, &cpu).unwrap();
+    let mut actor = plain::Deterministic::new(spec, networks, rng, &cpu).unwrap();
+    critic.load_safetensors(data("reference_critics.safetensors")).unwrap();
+    actor.load_safetensors(data("reference_actor.safetensors")).unwrap();
+    (Box::new(critic), Box::new(actor))
+}
+
+/// reward + discount * mean over critics of the target values.
+fn td_target(reward: &[f32], q: &[f32], critics: usize, discount: f32) -> Vec<f32> {
+    let mean = |i: usize| q.iter().skip(i).step_by(reward.len()).sum::<f32>() / critics as f32;
+    reward.iter().enumerate().map(|(i, r)| r + discount * mean(i)).collect()
+}
+
+#[test]
+fn ten_updates_agree() {
+    let reference = Reference::read();
+    let (case, networks) = (reference.case(), reference.networks());
+    for (mut critic, mut actor) in [fused, plain].map(|make| make(&case.spec(), case.critics, &networks)) {
+        for (i, update) in reference.0["updates"].as_array().unwrap().iter().enumerate() {
+            follow(&reference, &case, i, update, critic.as_mut(), actor.as_mut());
+        }
+    }
+}
+
+fn follow(
+    reference: &Reference,
+    case: &Case,
+    i: usize,
+    update: &Value,
+    critic: &mut dyn Critic,
+    actor: &mut dyn Actor,
+) {
+    let close =
+        |name: &str, got: &[f32]| assert_close(&format!("update {i}: {name}"), got, &numbers(update, name), 1e-4);
+    let [obs, action, next_obs] = ["obs", "action", "next_obs"].map(|name| numbers(update, name));
+    let (mut next_action, mut q) = (vec![0.0; action.len()], vec![0.0; case.q_len()]);
+    let (n, samples) = (case.objectives, (case.critics * case.rows) as f32);
+
+    actor.sample(Net::Target, &next_obs, &[], &mut next_action, &mut []).unwrap();
+    critic.values(Net::Target, &next_obs, &next_action, &mut q).unwrap();
+    let y = td_target(&numbers(update, "reward"), &q, case.critics, reference.number("discount") as f32);
+    close("target", &y);
+
+    let (weights, mut losses) = (numbers(&reference.0, "loss_weights"), vec![0.0; n]);
+    let fit = &mut |q: copq::QView<'_>, grad: &mut [f32]| {
+        close("q", q.values());
+        for (i, (grad, q)) in grad.iter_mut().zip(q.values()).enumerate() {
+            let error = q - y[i % y.len()];
+            losses[i % n] += error * error / samples;
+            *grad = weights[i % n] * 2.0 * error / samples;
+        }
+        Ok(())
+    };
+    let tau = reference.number("tau") as f32;
+    critic.fit(&obs, &action, fit, tau).unwrap();
+    close("losses", &losses);
+
+    if let Some(wanted) = update["actor_loss"].as_f64() {
+        let (direction, mut loss) = (numbers(&reference.0, "direction"), 0.0);
+        let lower = &mut |q: copq::QView<'_>, grad: &mut [f32]| {
+            for (i, (grad, q)) in grad.iter_mut().zip(q.values()).enumerate() {
+                *grad = -direction[i % n] / samples;
+                loss += *grad * q;
+            }
+            Ok(())
+        };
+        actor.improve(&obs, &[], &mut |s, grad| critic.action_grad(&obs, s.action, lower, grad.action)).unwrap();
+        assert_close(&format!("update {i}: actor's loss"), &[loss], &[wanted as f32], 1e-4);
+    }
+
+    actor.update_target(tau).unwrap();
+    critic.values(Net::Online, &obs, &action, &mut q).unwrap();
+    close("q_after", &q);
+    for (net, name) in [(Net::Online, "policy_after"), (Net::Target, "target_policy_after")] {
+        actor.sample(net, &obs, &[], &mut next_action, &mut []).unwrap();
+        close(name, &next_action);
+    }
+}

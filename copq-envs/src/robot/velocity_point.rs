@@ -1,0 +1,54 @@
+//! What a robot's place is, whose change over a step is its velocity.
+
+use crate::{Field, Readings};
+
+use super::RobotSpec;
+
+/// The point whose x and y are tracked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VelocityPoint {
+    /// A planar robot's root: x is qpos\[0\], y is always 0.
+    X,
+    /// A free root: x and y are qpos\[0\] and qpos\[1\].
+    Xy,
+    /// The origin of this body, as the engine's last evaluation left it (Gymnasium's ant).
+    Body(usize),
+    /// The whole robot's centre of mass, as the engine's last evaluation left it.
+    Centre,
+}
+
+impl VelocityPoint {
+    /// The field it is computed from, if qpos is not enough.
+    pub fn field(self) -> Option<Field> {
+        match self {
+            Self::X | Self::Xy => None,
+            Self::Body(_) => Some(Field::BodyPosition),
+            Self::Centre => Some(Field::BodyCentre),
+        }
+    }
+
+    /// x and y (m).
+    pub fn place(self, robot: &RobotSpec, qpos: &[f64], readings: &Readings) -> [f64; 2] {
+        match self {
+            Self::X => [qpos[0], 0.0],
+            Self::Xy => [qpos[0], qpos[1]],
+            Self::Body(body) => {
+                let position = &readings.get(Field::BodyPosition)[3 * body..];
+                [position[0], position[1]]
+            }
+            Self::Centre => {
+                let [x, y, _] = centre_of_mass(robot, readings);
+                [x, y]
+            }
+        }
+    }
+}
+
+/// The whole robot's centre of mass (m), from [`Field::BodyCentre`].
+pub(super) fn centre_of_mass(robot: &RobotSpec, readings: &Readings) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for (body, centre) in robot.bodies.iter().zip(readings.get(Field::BodyCentre).chunks(3)) {
+        sum.iter_mut().zip(centre).for_each(|(sum, centre)| *sum += body.inertial.mass * centre);
+    }
+    sum.map(|moment| moment / robot.total_mass())
+}

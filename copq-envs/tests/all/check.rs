@@ -1,0 +1,39 @@
+//! A description that contradicts itself is refused by name.
+
+use copq_envs::RobotSpec;
+use copq_envs::robot::{self, Preset, VelocityPoint};
+
+fn refused(spoil: impl Fn(&mut RobotSpec)) -> String {
+    let mut robot = robot::walker2d(Preset::GymV5);
+    robot.check().unwrap();
+    spoil(&mut robot);
+    robot.check().unwrap_err().to_string()
+}
+
+#[test]
+fn bodies_come_depth_first() {
+    // The left leg below the right foot's side of the tree, after the left thigh: breadth first.
+    let error = refused(|robot| robot.bodies[5].parent = Some(1));
+    assert!(error.contains("walker2d: leg_left: wanted bodies listed depth first"), "{error}");
+    assert!(refused(|robot| robot.bodies[1].parent = Some(2)).contains("thigh: wanted bodies listed depth first"));
+}
+
+type Spoil = fn(&mut RobotSpec);
+
+#[test]
+fn contradictions_are_named() {
+    let spoiled: [(&str, Spoil); 8] = [
+        ("timestep", |robot| robot.timestep = 0.0),
+        ("frame_skip", |robot| robot.frame_skip = 0),
+        ("initial_qpos", |robot| robot.initial_qpos.truncate(3)),
+        ("leg: wanted positive mass", |robot| robot.bodies[2].inertial.mass = 0.0),
+        ("foot_joint: wanted lower limit < upper limit", |robot| robot.joints[5].range = Some([1.0, 1.0])),
+        ("actuator 2", |robot| robot.actuators[2].joint = 9),
+        ("velocity_point", |robot| robot.velocity_point = VelocityPoint::Body(7)),
+        ("observation", |robot| robot.observation.skip = 9),
+    ];
+    for (what, spoil) in spoiled {
+        let error = refused(spoil);
+        assert!(error.contains(what), "{error}");
+    }
+}

@@ -1,0 +1,21 @@
+//! All tests of the core, in one program.
+
+mod allocations;
+mod backend;
+mod bounds;
+mod check_env;
+mod exploration;
+mod learner;
+mod methods;
+mod normaliser;
+mod presets;
+mod projection_blocks;
+mod projection_degenerate;
+mod projection_fixtures;
+mod projection_golden;
+mod projection_gradients;
+mod projection_mean_std;
+mod projection_properties;
+mod replay;
+mod td3;
+mod toy;

@@ -1,0 +1,116 @@
+//! Worked examples with their numbers: fixtures A to G of the algorithm notes, computed independently in double precision.
+
+use crate::bounds;
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use bounds::{Ensemble, assert_close, dot, times, widen};
+use copq::projection::{Cholesky, Diagonal, Eigen, Extremum, Projection};
+
+fn low(ensemble: &Ensemble, method: &dyn Projection) -> Vec<f64> {
+    widen(&ensemble.bound(method, -1.0))
+}
+
+/// The scalarised upper bound with the paper's beta.
+fn ucb(ensemble: &Ensemble, method: &dyn Projection) -> f64 {
+    dot(&ensemble.unit(), &widen(&ensemble.bound(method, 4.66)))
+}
+
+/// u . L u.
+fn margin(ensemble: &Ensemble) -> f64 {
+    dot(&ensemble.unit(), &times(&ensemble.factor(&Cholesky), &ensemble.unit()))
+}
+
+fn a() -> Ensemble {
+    Ensemble::new(&[&[10.0, 5.0], &[12.0, 4.0], &[11.0, 9.0]], &[1.0, 1.0])
+}
+
+fn b() -> Ensemble {
+    Ensemble::new(&[&[10.0, 5.0], &[12.0, -4.0], &[11.0, 2.0]], &[1.0, 1.0])
+}
+
+#[test]
+fn a_all_four_methods() {
+    let a = a();
+    assert_close(&a.factor(&Cholesky).concat(), &[0.816_496_580_9, 0.0, -0.408_248_290_5, 2.121_320_343_6], 1e-9);
+    assert!((margin(&a) - 1.264_784_317_0).abs() < 1e-9);
+    assert_close(&low(&a, &Cholesky), &[10.422_649_730_8, 4.788_675_134_6], 1e-6);
+    assert_close(&low(&a, &Eigen), &[10.507_611_605_6, 4.554_010_026_9], 1e-6);
+    assert_close(&low(&a, &Extremum), &[10.845_696_650_0, 3.994_056_450_5], 1e-6);
+    assert_close(&low(&a, &Diagonal), &[10.422_649_730_8, 4.472_474_768_3], 1e-6);
+    assert!((ucb(&a, &Cholesky) - 17.914_710_197_4).abs() < 2e-6);
+    assert!((ucb(&a, &Extremum) - 19.139_082_859_7).abs() < 2e-6);
+}
+
+#[test]
+fn b_the_clip_fires() {
+    let b = b();
+    assert_close(&b.factor(&Cholesky).concat(), &[0.816_496_580_9, 0.0, -3.674_234_614_2, FRAC_1_SQRT_2], 1e-9);
+    assert!((margin(&b) + 1.075_315_626_0).abs() < 1e-9);
+    let turned = [0.240_192_230_7, 0.970_725_343_4];
+    assert_close(&b.offset(&Cholesky), &times(&b.factor(&Cholesky), &turned), 1e-9);
+    assert_close(&low(&b, &Cholesky), &[10.803_883_864_9, 1.196_116_135_1], 1e-6);
+    assert!((ucb(&b, &Cholesky) - 8.485_281_374_2).abs() < 2e-6);
+}
+
+#[test]
+fn c_a_cost_comes_first() {
+    let c = Ensemble::new(&[&[3.0, 7.0], &[5.0, 11.0], &[4.0, 6.0]], &[-2.0, 1.0]);
+    assert!((margin(&c) - 0.282_842_712_5).abs() < 1e-9);
+    // The cost is raised, and the reward too: the two rise together.
+    assert_close(&low(&c, &Cholesky), &[4.730_296_743_3, 8.828_137_954_6], 1e-6);
+}
+
+#[test]
+fn d_unequal_weights() {
+    let critics: [&[f32]; 4] =
+        [&[100.0, 50.0, -10.0], &[104.0, 46.0, -12.0], &[98.0, 53.0, -9.0], &[101.0, 60.0, -14.0]];
+    let d = Ensemble::new(&critics, &[1.0, 5.0, 1.0]);
+    assert!((margin(&d) - 3.652_417_599_0).abs() < 1e-9);
+    assert_close(&low(&d, &Cholesky), &[100.333_333_333_3, 48.204_894_887_7, -9.586_326_327_6], 1e-5);
+    assert!((ucb(&d, &Cholesky) - 84.522_134_984_0).abs() < 2e-5);
+}
+
+#[test]
+fn e_the_clip_fires_among_three() {
+    let critics: [&[f32]; 4] = [&[1.0, 0.0, 0.0], &[3.0, -6.0, 2.0], &[2.0, 1.0, -5.0], &[0.0, 4.0, 1.0]];
+    let e = Ensemble::new(&critics, &[1.0, 1.0, 1.0]);
+    assert!((margin(&e) + 0.754_040_500_4).abs() < 1e-9);
+    let turned = [0.172_583_485_3, 0.479_817_403_7, 0.860_226_830_4];
+    assert_close(&e.offset(&Cholesky), &times(&e.factor(&Cholesky), &turned), 1e-9);
+    assert_close(&low(&e, &Cholesky), &[1.307_045_797_5, -0.475_194_676_1, -0.081_851_121_5], 1e-6);
+}
+
+#[test]
+fn f_one_objective() {
+    let f = Ensemble::new(&[&[2.0], &[5.0]], &[1.0]);
+    assert_eq!(f.bound(&Cholesky, -1.0), [2.0]);
+    assert!((ucb(&f, &Cholesky) - 10.49).abs() < 1e-6);
+}
+
+#[test]
+fn g_a_fired_clip_can_raise_the_first_objective() {
+    let critics: [&[f32]; 4] = [&[4.0, -7.0, -9.0], &[-7.0, 8.0, -5.0], &[-6.0, 1.0, 6.0], &[-8.0, 4.0, 5.0]];
+    let g = Ensemble::new(&critics, &[1.0, 1.0, 1.0]);
+    assert!((margin(&g) + 2.186_937_104_5).abs() < 1e-9);
+    assert_close(&g.offset(&Cholesky), &[-0.504_755_721_7, 1.471_515_957_8, -0.966_760_236], 1e-9);
+}
+
+#[test]
+fn the_clip_rate_counts_the_rows_that_fire() {
+    use copq::projection::{Bound, QView, Scratch, by_name};
+    // Rows A, B, A, A, critic by critic.
+    let (a, b) = (a().q, b().q);
+    let critic = |k: usize| [&a, &b, &a, &a].map(|row| row[2 * k..2 * k + 2].to_vec()).concat();
+    let q = [critic(0), critic(1), critic(2)].concat();
+    let bound = Bound { q: QView::new(&q, 3, 2).unwrap(), weights: &[1.0, 1.0], step: -1.0 };
+    let (mut scratch, mut out) = (Scratch::default(), [0.0; 8]);
+    assert_eq!(scratch.clip_rate(), 0.0);
+    for &name in copq::projection::names() {
+        Cholesky.project(bound, &mut scratch, &mut out).unwrap();
+        Cholesky.vjp(bound, &mut scratch, &[1.0; 8], &mut [0.0; 24]).unwrap();
+        assert_eq!(scratch.clip_rate(), 0.25);
+        by_name(name).unwrap().project(bound, &mut scratch, &mut out).unwrap();
+        assert_eq!(scratch.clip_rate(), if name == "cholesky" { 0.25 } else { 0.0 });
+    }
+}

@@ -1,0 +1,51 @@
+//! The runs that are kept under `results/` still open, as what they were.
+
+use std::path::{Path, PathBuf};
+
+use copq::{Config, Ensemble};
+use copq_experiments::{RunConfig, read_config};
+
+fn folder(run: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../results").join(run)
+}
+
+fn read(run: &Path) -> RunConfig<Config> {
+    read_config(run).unwrap_or_else(|error| panic!("{}: {error}", run.display()))
+}
+
+#[test]
+fn every_stored_run_opens() {
+    let mut runs = 0;
+    for group in std::fs::read_dir(folder("")).unwrap().flatten().filter(|entry| entry.path().is_dir()) {
+        for run in std::fs::read_dir(group.path()).unwrap().flatten() {
+            if run.path().join("config.toml").exists() {
+                read(&run.path());
+                runs += 1;
+            }
+        }
+    }
+    assert!(runs >= 40, "{runs}");
+}
+
+#[test]
+fn old_words_become_todays() {
+    let redq = Ensemble::Joint(10);
+    let cal = Ensemble::Separate { cost: 4, reward: 2 };
+    let pairs = Ensemble::Separate { cost: 2, reward: 2 };
+    for (run, method, bound, critics) in [
+        ("hopper-mujoco-redq/redq-s0", "redq", "scalarised-min", redq),
+        ("hopper-mujoco-redq/redq-cop-oac-s0", "redq-oac", "scalarised-min", redq),
+        ("hopper-mujoco-constrained/cal-s0", "cal", "mean-std", cal),
+        ("hopper-mujoco-constrained/cop-cal-s0", "cop-cal", "cholesky", Ensemble::Spanning),
+        ("hopper-mujoco-constrained/saclag-ucb-s0", "saclag-ucb", "independent-min", pairs),
+        ("hopper-rapier-oac/scalarised-min-s0", "cop-td3-oac", "scalarised-min", Ensemble::Joint(2)),
+        ("hopper-rapier-oac/extremum-s0", "cop-td3-oac", "extremum", Ensemble::Spanning),
+        ("hopper-search/norm-noise03-s11", "cop-td3", "cholesky", Ensemble::Spanning),
+        ("robots/rapier-ant", "cop-td3-oac", "cholesky", Ensemble::Spanning),
+    ] {
+        let plan = read(&folder(run)).plan;
+        assert_eq!((plan.method.as_str(), plan.bound.as_str(), plan.critics), (method, bound, critics), "{run}");
+    }
+    let explores = read(&folder("hopper-mujoco-redq/redq-cop-oac-s0")).settings.optimism.unwrap();
+    assert_eq!(explores.projection.as_deref(), Some("cholesky"));
+}
