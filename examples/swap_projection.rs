@@ -16,7 +16,8 @@ fn main() -> Result<()> {
         let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;
         let mut trainer = Trainer::new(env, learner)?;
         trainer.run(steps, &mut Silent)?;
-        println!("{name}: {}", trainer.evaluate(10)?);
+        let evaluation = trainer.evaluate(10)?;
+        println!("{name:16} {:6.1} steps, returns {:.1?}", evaluation.mean_length(), evaluation.mean());
     }
     Ok(())
 }

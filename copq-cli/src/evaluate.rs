@@ -6,7 +6,7 @@ use copq::{Env, Outcome, Rng, Stream};
 use copq_experiments::{RunConfig, statistics};
 use serde::Serialize;
 
-use crate::options::{count, whole};
+use crate::options::{count, say, whole};
 use crate::saved;
 use crate::world::make_env;
 
@@ -105,12 +105,8 @@ impl Evaluate {
             episodes: self.episodes,
             quantities,
         };
-        if self.json {
-            println!("{}", serde_json::to_string_pretty(&report)?);
-        } else {
-            print!("{}", report.table());
-        }
-        Ok(())
+        let text = if self.json { serde_json::to_string_pretty(&report)? + "\n" } else { report.table() };
+        Ok(say(&text)?)
     }
 }
 

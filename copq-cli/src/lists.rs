@@ -3,6 +3,15 @@
 use copq::{Constraint, Ensemble, Method};
 use copq_envs::{Options, list_tasks};
 
+use crate::options::say;
+
+const HEADING: &str = "\
+N is the number of objectives; critics value all of them, unless some are for costs and some for rewards.
+
+| method | critics | bound | explores by | holds costs by | source |
+|---|---|---|---|---|---|
+";
+
 /// Lists the tasks: what each sees and moves, its objectives by priority with their weights, its costs with their limits.
 #[derive(clap::Args)]
 pub struct Tasks {
@@ -13,8 +22,7 @@ pub struct Tasks {
 
 impl Tasks {
     pub fn run(self) -> anyhow::Result<()> {
-        print!("{}", list_tasks(&Options { preset: self.preset.parse()?, ..Options::default() })?);
-        Ok(())
+        Ok(say(&list_tasks(&Options { preset: self.preset.parse()?, ..Options::default() })?)?)
     }
 }
 
@@ -24,14 +32,11 @@ pub struct Methods {}
 
 impl Methods {
     pub fn run(self) -> anyhow::Result<()> {
-        println!(
-            "N is the number of objectives; critics value all of them, unless some are for costs and some for rewards.\n"
-        );
-        println!("| method | critics | bound | explores by | holds costs by | source |\n|---|---|---|---|---|---|");
+        let mut table = HEADING.to_owned();
         for name in Method::names() {
             let method = Method::by_name(name)?;
-            println!(
-                "| {name} | {} | {} | {} | {} | {} |",
+            table += &format!(
+                "| {name} | {} | {} | {} | {} | {} |\n",
                 critics(method.critics),
                 method.bound.name(),
                 explorer(&method),
@@ -39,7 +44,7 @@ impl Methods {
                 method.source
             );
         }
-        Ok(())
+        Ok(say(&table)?)
     }
 }
 

@@ -18,7 +18,7 @@ use clap_complete::Shell;
 
 /// Deep Q-learning with a vector of values: safe first, fast second (COP-Q).
 ///
-/// A first hour: copq train; copq rollout runs/FOLDER; copq train --bound extremum; copq plot.
+/// A first hour: copq train; copq rollout runs/FOLDER; copq train --bound extremum; copq plot a=runs/FOLDER b=runs/OTHER.
 #[derive(Parser)]
 #[command(name = "copq", version, arg_required_else_help = true)]
 struct Cli {
@@ -58,8 +58,9 @@ fn main() -> anyhow::Result<()> {
         Command::Methods(methods) => methods.run(),
         Command::Doctor(doctor) => doctor.run(),
         Command::Completions { shell } => {
-            clap_complete::generate(shell, &mut Cli::command(), "copq", &mut std::io::stdout());
-            Ok(())
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "copq", &mut script);
+            Ok(options::say(&String::from_utf8(script)?)?)
         }
     }
 }

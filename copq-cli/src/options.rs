@@ -1,4 +1,14 @@
-//! Values on the command line, whose errors say what is wanted.
+//! What comes from the command line, and what goes out to it.
+
+use std::io::{ErrorKind, Write};
+
+/// Prints a text; a reader that has seen enough (`copq methods | head`) is no error.
+pub fn say(text: &str) -> std::io::Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => written,
+    }
+}
 
 /// A whole number from 0 on. Clap would take the minus of -1 for an option's.
 pub fn whole(text: &str) -> Result<u64, String> {

@@ -4,13 +4,16 @@ use std::path::PathBuf;
 
 use copq_experiments::{Labelled, compare, comparison_table};
 
+use crate::options::say;
+
 /// Draws and compares runs: one colour a label, runs of one label are its seeds.
 ///
 /// Example: copq plot --out results/hopper.svg cholesky=runs/a-s0 cholesky=runs/a-s1 minimum=runs/b-s0
 #[derive(clap::Args)]
 pub struct Plot {
-    /// Figure to write; its ending, .svg or .png, decides the format. May be given several times.
-    #[arg(long, required = true, value_name = "FILE")]
+    /// Figure to write; its ending, .svg or .png, decides the format. May be given several times, or not at all: the table
+    /// is printed anyway.
+    #[arg(long, value_name = "FILE")]
     out: Vec<PathBuf>,
 
     /// Title of the figure.
@@ -31,7 +34,10 @@ pub struct Plot {
 }
 
 fn labelled(text: &str) -> Result<Labelled, String> {
-    let (label, folder) = text.split_once('=').ok_or("wanted LABEL=DIR")?;
+    let (label, folder) = text.split_once('=').filter(|(label, _)| !label.is_empty()).ok_or("wanted LABEL=DIR")?;
+    if !std::path::Path::new(folder).join("evaluations.csv").is_file() {
+        return Err(format!("wanted the folder of a run, got '{folder}', which has no evaluations.csv"));
+    }
     Ok(Labelled { label: label.to_owned(), folder: folder.into() })
 }
 
@@ -46,7 +52,7 @@ impl Plot {
             compare(&self.title, &self.runs, &self.limit, out)?;
         }
         let table = comparison_table(&self.runs)?;
-        print!("{table}");
+        say(&table)?;
         if let Some(path) = &self.table {
             let failed = |e| copq::Error::other(format!("writing '{}'", path.display()), e);
             std::fs::write(path, table).map_err(failed)?;

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use copq::{Config, EnvSpec, Method, Policy, projection};
+use copq::projection::{self, Cholesky};
+use copq::{Config, EnvSpec, Error, Method, Policy};
 use copq_candle::Candle;
 use copq_experiments::{Plan, RunConfig, read_checkpoint, read_config};
 
@@ -13,7 +14,10 @@ pub fn config(folder: &Path) -> copq::Result<RunConfig<Config>> {
 
 /// The method of a run.
 pub fn method(plan: &Plan, settings: Config) -> copq::Result<Method> {
-    let method = Method::by_name(&plan.method)?;
+    let method = Method::by_name(&plan.method).map_err(|_| {
+        let got = format!("one of '{}', which another program trains", plan.method);
+        Error::invalid("the run", "one of copq's own methods (copq methods)", got)
+    })?;
     let mut method =
         if plan.bound == method.bound.name() { method } else { method.bound(projection::by_name(&plan.bound)?) };
     method.critics = plan.critics;
@@ -25,5 +29,6 @@ pub fn method(plan: &Plan, settings: Config) -> copq::Result<Method> {
 pub fn policy(folder: &Path, plan: &Plan, settings: Config, spec: &EnvSpec) -> copq::Result<Policy> {
     let checkpoint = read_checkpoint(folder)?;
     let agent = checkpoint.child("trainer")?.child("agent")?;
-    Policy::load(&method(plan, settings)?, spec, &Candle::default(), agent)
+    // A policy needs no bound and no critics, so that runs of other programs' methods have one, too.
+    Policy::load(&Method::new(&plan.method, settings, Cholesky), spec, &Candle::default(), agent)
 }

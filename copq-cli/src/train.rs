@@ -25,7 +25,8 @@ pub struct Train {
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
 
-    /// Short for --task a/NAME: a robot with benchmark A's rewards (safety, velocity, control).
+    /// Short for --task a/NAME, or of the benchmark that the method is for: a robot with rewards (a), with a cost under a limit
+    /// (b), with Gymnasium's own reward (gym).
     #[arg(long, value_name = "NAME", conflicts_with = "task")]
     robot: Option<String>,
 
@@ -63,7 +64,7 @@ pub struct Train {
 
     /// New folder for everything the run leaves behind. [default: runs/METHOD-TASK-BOUND-sSEED]
     ///
-    /// The default also names order, engine and preset where they are not the usual ones.
+    /// The default also names order, engine, preset and settings where they are not the usual ones.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
@@ -105,7 +106,7 @@ impl Train {
     pub fn run(self) -> anyhow::Result<()> {
         let method = self.method()?;
         let plan = self.plan(&method);
-        let folder = self.out.unwrap_or_else(|| PathBuf::from("runs").join(plan.folder_name()));
+        let folder = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(self.folder_name(&plan)));
         train(method, plan, |plan, config| Ok(RunFolder::create(folder, plan, config)?))
     }
 
@@ -120,23 +121,52 @@ impl Train {
             );
             method = method.bound(projection::by_name(bound)?);
         }
-        let explores = method.config.optimism.is_some();
-        method.config = with_changes(&method.config, &self.set)?;
-        ensure!(
-            explores == method.config.optimism.is_some(),
-            "--set optimism: wanted a method that explores so beside it, such as cop-td3-oac, and with that no optimism=none"
-        );
+        let before = method.config;
+        method.config = with_changes(&before, &self.set)?;
+        self.check_name(&before, &method.config)?;
         Ok(method)
+    }
+
+    /// An error for settings that make another method of it than its name says.
+    fn check_name(&self, before: &Config, after: &Config) -> anyhow::Result<()> {
+        let has_oac = Method::names().any(|name| name == format!("{}-oac", self.method));
+        if (has_oac || self.method.ends_with("-oac")) && before.optimism.is_some() != after.optimism.is_some() {
+            bail!(
+                "--set optimism: wanted a method that explores so beside it, such as cop-td3-oac, and with that no optimism=none"
+            );
+        }
+        for (key, before, after) in [
+            ("constraint", before.constraint.is_some(), after.constraint.is_some()),
+            ("subset", before.subset.is_some(), after.subset.is_some()),
+        ] {
+            let other = if after { "one that has it" } else { "one without" };
+            ensure!(
+                before == after,
+                "--set {key}: {} would be another method; choose {other} (copq methods)",
+                self.method
+            );
+        }
+        Ok(())
+    }
+
+    /// The usual name, with the settings that are not the method's own.
+    fn folder_name(&self, plan: &Plan) -> String {
+        let usual = plan.folder_name();
+        let seed = format!("-s{}", plan.run.seed);
+        let stem = usual.strip_suffix(&seed).unwrap_or(&usual);
+        let tidy = |setting: &String| setting.replace(|c: char| !c.is_ascii_alphanumeric() && !"._".contains(c), "-");
+        let changes: Vec<String> = self.set.iter().map(|setting| format!("-{}", tidy(setting))).collect();
+        format!("{stem}{}{seed}", changes.concat())
     }
 
     fn plan(&self, method: &Method) -> Plan {
         let paper = method.name == "cop-td3-paper";
-        let task = self.task.clone().or_else(|| self.robot.as_ref().map(|robot| format!("a/{robot}")));
-        let usual_task = match &method.config.constraint {
-            Some(_) => "b/hopper",
-            None if method.name == "td3" => "gym/hopper",
-            None => "a/hopper",
+        let benchmark = match &method.config.constraint {
+            Some(_) => "b",
+            None if method.name == "td3" => "gym",
+            None => "a",
         };
+        let robot = self.robot.as_deref().unwrap_or("hopper");
         let run = RunSettings {
             steps: self.steps.unwrap_or(if paper { 1_000_000 } else { 100_000 }),
             seed: self.seed,
@@ -147,7 +177,7 @@ impl Train {
         };
         let usual = Plan::new(method);
         Plan {
-            task: task.unwrap_or_else(|| usual_task.to_owned()),
+            task: self.task.clone().unwrap_or_else(|| format!("{benchmark}/{robot}")),
             order: self.order.clone(),
             engine: self.engine.clone(),
             preset: self.preset.clone().unwrap_or(if paper { "paper".to_owned() } else { usual.preset }),

@@ -101,6 +101,9 @@ pub fn with_changes<S: Serialize + DeserializeOwned>(settings: &S, changes: &[St
     for change in changes {
         let invalid = |wanted: &str, got: String| Error::invalid(format!("--set {change}"), wanted, got);
         let (key, value) = change.split_once('=').ok_or_else(|| invalid("KEY=VALUE", "no =".to_owned()))?;
+        if key.split('.').any(str::is_empty) {
+            return Err(invalid("KEY=VALUE with a name, its parts between dots", format!("the name '{key}'")));
+        }
         let (parents, name) = key.rsplit_once('.').unwrap_or(("", key));
         let mut at = &mut table;
         for parent in parents.split('.').filter(|parent| !parent.is_empty()) {

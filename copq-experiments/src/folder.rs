@@ -147,7 +147,7 @@ pub fn read_checkpoint(path: &Path) -> Result<State> {
     if !file.is_file() {
         let what = format!("run folder '{}'", path.display());
         let wanted = "one with a checkpoint (runs write it every --checkpoint-every steps, on Ctrl-C and at their end)";
-        return Err(Error::invalid(what, wanted, "none yet"));
+        return Err(Error::invalid(what, wanted, "one without"));
     }
     State::read_file(&file)
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use copq::{Env, Error, Result, State, Trainer, evaluate};
+use copq::{Agent, Env, Error, Result, State, Trainer, evaluate};
 
 use crate::evaluations::{self, Evaluations};
 use crate::figure;
@@ -80,6 +80,15 @@ impl Run {
     pub fn new(mut trainer: Trainer, eval_env: Box<dyn Env>, folder: RunFolder, settings: RunSettings) -> Result<Self> {
         settings.check()?;
         check_same_task(&trainer, eval_env.as_ref())?;
+        if trainer.agent().seed() != settings.seed {
+            return Err(Error::invalid(
+                "the agent's seed",
+                format!("the run's, {}", settings.seed),
+                trainer.agent().seed(),
+            ));
+        }
+        // A checkpoint holds the world in mid-episode: better now than after the first steps.
+        eval_env.save(&mut State::default())?;
         let saved = folder.load()?;
         if saved.is_none() {
             check_not_begun(&folder, &settings)?;

@@ -48,12 +48,12 @@ pub trait Actor: Send {
 
     /// Writes the online parameters alone, as a policy's file has them: `layer.0.weight` (output x input) and so on.
     fn export(&self, _state: &mut State) -> Result<()> {
-        Err(Error::invalid("export", "an actor that implements it", "one that does not"))
+        Err(Error::Unsupported { what: "this actor has no Actor::export".to_owned() })
     }
 
     /// Takes what [`Actor::export`] wrote; targets become equal to it and the optimiser begins anew.
     fn import(&mut self, _state: &State) -> Result<()> {
-        Err(Error::invalid("import", "an actor that implements it", "one that does not"))
+        Err(Error::Unsupported { what: "this actor has no Actor::import".to_owned() })
     }
 
     /// Writes parameters, targets and optimiser state.

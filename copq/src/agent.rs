@@ -1,6 +1,6 @@
 //! What a training loop needs of a learner, whatever the algorithm.
 
-use crate::{Observer, Outcome, Result, State};
+use crate::{EnvSpec, Observer, Outcome, Result, State};
 
 /// How to choose an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +34,11 @@ pub trait Agent: Send {
     /// gamma, the discount of its values, which evaluation compares with discounted returns.
     fn discount(&self) -> f64;
 
+    /// An error for a world that it was not made for: another task, other objectives or another order of them.
+    fn check_spec(&self, _spec: &EnvSpec) -> Result<()> {
+        Ok(())
+    }
+
     /// Writes an action in [-1, 1] for one observation.
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()>;
 
@@ -60,6 +65,10 @@ impl<A: Agent + ?Sized> Agent for Box<A> {
 
     fn discount(&self) -> f64 {
         self.as_ref().discount()
+    }
+
+    fn check_spec(&self, spec: &EnvSpec) -> Result<()> {
+        self.as_ref().check_spec(spec)
     }
 
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {

@@ -147,8 +147,9 @@ fn check_restore(env: &mut dyn Env, spec: &EnvSpec, seed: u64, first: &Played) -
     player.reset(seed)?;
     (0..half).try_for_each(|i| player.step(i + 1).map(drop))?;
     let mut state = State::default();
-    if player.env.save(&mut state).is_err() {
-        return Ok(false);
+    match player.env.save(&mut state) {
+        Err(Error::Unsupported { .. }) => return Ok(false),
+        saved => saved?,
     }
     let actions = player.actions.clone();
     player.reset(seed + SEEDS)?;

@@ -111,6 +111,11 @@ impl EnvSpec {
         Self { action_low: low.to_vec(), action_high: high.to_vec(), ..self }
     }
 
+    /// The reward that a stochastic policy's entropy bonus is added to; the last one unless named.
+    pub fn entropy(self, reward: impl Into<String>) -> Self {
+        Self { entropy: Some(reward.into()), ..self }
+    }
+
     /// Another length of the longest episode.
     pub fn horizon(self, horizon: usize) -> Self {
         Self { horizon, ..self }
@@ -293,8 +298,8 @@ pub trait Env: Send {
 }
 
 fn cannot_be_saved(spec: &EnvSpec) -> Error {
-    let what = "cannot be saved: Env::save and Env::load are not implemented".to_owned();
-    Error::Env { env: spec.name.clone(), what }
+    let what = format!("environment '{}' cannot be saved: Env::save and Env::load are not implemented", spec.name);
+    Error::Unsupported { what }
 }
 
 impl<E: Env + ?Sized> Env for Box<E> {

@@ -51,6 +51,12 @@ pub enum Error {
         /// What happened.
         what: String,
     },
+    /// Something that this environment, agent or network does not offer.
+    #[error("{what}")]
+    Unsupported {
+        /// What, and which methods would have to be implemented.
+        what: String,
+    },
     /// A network backend, file format or other library failed.
     #[error("{what}: {cause}")]
     Other {

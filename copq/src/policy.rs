@@ -24,8 +24,10 @@ use crate::{
 ///
 /// The file is safetensors, for any reader: `actor/layer.0.weight` (output x input), `actor/layer.0.bias` and so on, hidden
 /// layers followed by `policy/activation`, the output by tanh (of a Gaussian policy its first half, the means);
-/// `policy/action_low` and `policy/action_high`; and of the normaliser, if there is one, `mean` and `squares`, so that
-/// x becomes (x - mean) / max(sqrt(squares / (count - 1)), 0.01), clipped at 5.
+/// `policy/action_low` and `policy/action_high`; and of the normaliser, if there is one, `normaliser/mean`, `normaliser/squares`
+/// and `normaliser/count`, so that x becomes (x - mean) / max(sqrt(squares / (count - 1)), 0.01), clipped at 5. Texts
+/// (`policy/task`, `policy/kind`, `policy/activation`) are UTF-8 bytes; `policy/hidden` and `policy/obs_len` are the layers' widths. A
+/// policy of modules ([`Backend`]) has their own paths instead, and is read back by the same backend.
 pub struct Policy {
     actor: Box<dyn Actor>,
     normaliser: Option<Normaliser>,
@@ -122,8 +124,8 @@ pub(crate) fn exported(
     about.put("action_low", spec.action_low.as_slice());
     about.put("action_high", spec.action_high.as_slice());
     about.put("hidden", networks.hidden.iter().map(|&width| width as u64).collect::<Vec<_>>());
-    about.put_text("activation", ACTIVATIONS[networks.activation as usize]);
-    about.put_text("kind", KINDS[kind as usize]);
+    about.put_text("activation", activation_name(networks.activation));
+    about.put_text("kind", kind_name(kind));
     actor.export(state.child_mut("actor"))?;
     if let Some(normaliser) = normaliser {
         normaliser.save(state.child_mut("normaliser"));
@@ -131,9 +133,23 @@ pub(crate) fn exported(
     Ok(state)
 }
 
-/// In the order of the variants.
 const ACTIVATIONS: [&str; 3] = ["relu", "tanh", "silu"];
 const KINDS: [&str; 2] = ["deterministic", "gaussian"];
+
+fn activation_name(activation: Activation) -> &'static str {
+    match activation {
+        Activation::Relu => "relu",
+        Activation::Tanh => "tanh",
+        Activation::Silu => "silu",
+    }
+}
+
+fn kind_name(kind: ActorKind) -> &'static str {
+    match kind {
+        ActorKind::Deterministic => "deterministic",
+        ActorKind::Gaussian => "gaussian",
+    }
+}
 
 fn activation(name: &str) -> Result<Activation> {
     match name {

@@ -1,6 +1,7 @@
 //! The one episode loop: scale an action, step the world, add up what came.
 
-use crate::{Env, Outcome, Result, State};
+use crate::error::check_len;
+use crate::{Env, Error, Outcome, Result, State};
 
 /// A finished or running episode.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,6 +82,10 @@ impl<E: Env> Rollout<E> {
     /// One step with an action in [-1, 1]. An episode that runs on past the horizon is an error: whoever waits for its
     /// end would wait for ever.
     pub fn step(&mut self, unit_action: &[f32]) -> Result<Outcome> {
+        check_len("action", unit_action.len(), self.action.len())?;
+        if !self.is_running() {
+            return Err(Error::invalid("Rollout::step", "an episode that runs (see Rollout::reset)", "none"));
+        }
         self.env.spec().scale_action(unit_action, &mut self.action);
         std::mem::swap(&mut self.obs, &mut self.previous_obs);
         let outcome = self.env.step(&self.action, &mut self.obs, &mut self.reward)?;

@@ -4,7 +4,8 @@ use std::fmt;
 use std::time::{Duration, Instant};
 
 use crate::{
-    Agent, Env, EnvSpec, Episode, Evaluation, Mode, Observer, Result, Rng, Rollout, State, Stream, Transition, evaluate,
+    Agent, Env, EnvSpec, Episode, Error, Evaluation, Mode, Observer, Result, Rng, Rollout, State, Stream, Transition,
+    evaluate,
 };
 
 /// Wall-clock time spent since the trainer was made (not saved: it is no part of the result).
@@ -70,6 +71,7 @@ impl<A> fmt::Debug for Trainer<A> {
 impl<A: Agent> Trainer<A> {
     /// Puts an agent into an environment; episode seeds come from the agent's seed.
     pub fn new(env: impl Env + 'static, agent: A) -> Result<Self> {
+        agent.check_spec(env.spec())?;
         let action = vec![0.0; env.spec().action_len()];
         let rollout = Rollout::new(Box::new(env) as Box<dyn Env>)?;
         let episode_seeds = Rng::new(agent.seed(), Stream::Env);
@@ -140,8 +142,9 @@ impl<A: Agent> Trainer<A> {
     /// the trainer's own environment, which then goes on where it was; if it cannot be saved, a new training episode begins.
     pub fn evaluate(&mut self, episodes: usize) -> Result<Evaluation> {
         let mut running = State::default();
-        if self.rollout.save(&mut running).is_err() {
-            running = State::default();
+        match self.rollout.save(&mut running) {
+            Err(Error::Unsupported { .. }) => running = State::default(),
+            saved => saved?,
         }
         let evaluation = evaluate(&mut self.agent, self.rollout.env_mut(), episodes);
         self.rollout.load(&running)?;

@@ -41,11 +41,17 @@ fn old_words_become_todays() {
         ("hopper-rapier-oac/scalarised-min-s0", "cop-td3-oac", "scalarised-min", Ensemble::Joint(2)),
         ("hopper-rapier-oac/extremum-s0", "cop-td3-oac", "extremum", Ensemble::Spanning),
         ("hopper-search/norm-noise03-s11", "cop-td3", "cholesky", Ensemble::Spanning),
+        ("hopper-search/norm-oac2-s10", "cop-td3-oac", "cholesky", Ensemble::Spanning),
+        ("hopper-rapier-oac/independent-min-s0", "cop-td3-oac", "independent-min", pairs),
         ("robots/rapier-ant", "cop-td3-oac", "cholesky", Ensemble::Spanning),
     ] {
         let plan = read(&folder(run)).plan;
         assert_eq!((plan.method.as_str(), plan.bound.as_str(), plan.critics), (method, bound, critics), "{run}");
     }
+    let famo = |run| read(&folder(run)).settings.famo;
+    assert!(famo("hopper-rapier-oac/independent-min-s0").unwrap().separate, "its critics were balanced");
+    assert!(!famo("hopper-rapier-oac/extremum-s0").unwrap().separate);
+    assert!(famo("hopper-mujoco-oac/independent-min-no-famo-s0").is_none());
     let explores = read(&folder("hopper-mujoco-redq/redq-cop-oac-s0")).settings.optimism.unwrap();
     assert_eq!(explores.projection.as_deref(), Some("cholesky"));
 }

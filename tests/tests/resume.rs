@@ -1,7 +1,7 @@
 //! A robot with real networks: 2,000 steps equal 1,000 + resume + 1,000, bit for bit.
 
 use copq::projection::{self, Extremum};
-use copq::{Agent, Learner, Method, Mode, Policy, Result, Silent, State, Trainer};
+use copq::{Agent, Env, Learner, Method, Mode, OrderedEnv, Policy, Result, Silent, State, Trainer};
 use copq_candle::Candle;
 use copq_experiments::{Plan, Run, RunFolder, RunSettings};
 
@@ -68,8 +68,17 @@ fn a_checkpoint_says_what_it_is_of_and_anything_else_is_refused() {
     let other = |what: &str, own: &str, saved: &str| format!("{what} of the saved learner: wanted {own}, got {saved}");
     assert_eq!(refused(method(), "a/hopper", 1), other("seed", "1", "0"));
     assert_eq!(refused(method().named("mine"), "a/hopper", 0), other("method", "mine", "cop-td3"));
-    assert_eq!(refused(method().bound(Extremum), "a/hopper", 0), other("bound", "extremum", "cholesky"));
+    assert_eq!(refused(method().bound(Extremum), "a/hopper", 0), other("bound", "Extremum", "Cholesky"));
     assert_eq!(refused(method(), "a/walker2d", 0), other("task", "a/walker2d", "a/hopper"));
+    let env = OrderedEnv::parse(copq_envs_rapier::make("a/hopper").unwrap(), "vsc").unwrap();
+    let learner = Learner::new(method(), env.spec(), &Candle::default(), 0).unwrap();
+    let error = Trainer::new(env, learner).unwrap().load(&state).unwrap_err().to_string();
+    assert_eq!(error, other("objectives", "velocity,safety,control", "safety,velocity,control"));
+    let plain = copq_envs_rapier::make("a/hopper").unwrap();
+    let learner = Learner::new(method(), plain.spec(), &Candle::default(), 0).unwrap();
+    let ordered = OrderedEnv::parse(plain, "vsc").unwrap();
+    let error = Trainer::new(ordered, learner).unwrap_err().to_string();
+    assert!(error.starts_with("the environment of a learner made for another: wanted"), "{error}");
     let mut far = method();
     far.config.discount = 0.995;
     assert_eq!(refused(far, "a/hopper", 0), other("discount", "0.995", "0.99"));

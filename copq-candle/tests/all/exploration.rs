@@ -60,7 +60,7 @@ fn explore(
     // The learner's own projection is another one, to see whose bound is climbed.
     let own: &dyn Projection = &ScalarisedMin;
     let mut context =
-        Context { actor, critic, projection: own, weights: &WEIGHTS, rng: &mut rng, scratch: &mut scratch };
+        Context { step: 0, actor, critic, projection: own, weights: &WEIGHTS, rng: &mut rng, scratch: &mut scratch };
     rule.act(&mut context, obs, &mut action).unwrap();
     (action, noise)
 }
@@ -69,7 +69,7 @@ fn explore(
 fn trials(shift: f64) -> impl Iterator<Item = (&'static str, Optimism, u64)> {
     let rules = [("cholesky", 4.66), ("extremum", 4.66), ("cholesky", 0.0), ("extremum", 50.0)];
     rules.into_iter().flat_map(move |(name, beta)| {
-        let optimism = Optimism { beta, shift, projection: Some(name.to_owned()) };
+        let optimism = Optimism { beta, shift, projection: Some(name.to_owned()), until: None };
         (0..6).map(move |seed| (name, optimism.clone(), seed))
     })
 }
@@ -136,7 +136,7 @@ fn a_gaussian_policy_moves_in_the_units_of_its_own_covariance() {
 fn optimism() -> impl Strategy<Value = (f64, Optimism)> {
     let name = prop::sample::select(copq::projection::names());
     (0.001..0.5f64, 0.0..10.0f64, name).prop_map(|(delta, beta, name)| {
-        (delta, Optimism { beta, shift: (2.0 * delta).sqrt(), projection: Some(name.to_owned()) })
+        (delta, Optimism { beta, shift: (2.0 * delta).sqrt(), projection: Some(name.to_owned()), until: None })
     })
 }
 

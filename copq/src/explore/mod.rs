@@ -10,6 +10,8 @@ use crate::{Actor, Critic, Net, Projection, Result, Rng, Scratch, State};
 
 /// What an exploration rule may use.
 pub struct Context<'a> {
+    /// Environment steps observed so far.
+    pub step: u64,
     /// The policy.
     pub actor: &'a mut dyn Actor,
     /// The critics, for rules that look for optimism.

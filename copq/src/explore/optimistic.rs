@@ -79,14 +79,19 @@ impl Explore for Optimistic {
         check_not_negative("optimistic.std", f64::from(self.std))?;
         self.optimism.check()?;
         context.actor.sample(Net::Online, obs, &[], action, &mut [])?;
-        self.action_grad(context, obs, action)?;
-        let Self { optimism: Optimism { shift, .. }, std, work: Work { noise, grad_noise, grad_action, .. }, .. } =
-            self;
+        let shift = self.optimism.shift_at(context.step);
+        if shift > 0.0 {
+            self.action_grad(context, obs, action)?;
+        } else {
+            self.work.grad_action.clear();
+            self.work.grad_action.resize(action.len(), 0.0);
+        }
+        let Self { std, work: Work { noise, grad_noise, grad_action, .. }, .. } = self;
         let wanted = context.actor.noise_len();
         if wanted == 0 {
             noise.resize(action.len(), 0.0);
             context.rng.fill_normal(noise);
-            add_shift(noise, grad_action, *shift);
+            add_shift(noise, grad_action, shift);
             action.iter_mut().zip(noise).for_each(|(a, noise)| *a = (*a + *std * *noise).clamp(-1.0, 1.0));
             return Ok(());
         }
@@ -95,7 +100,7 @@ impl Explore for Optimistic {
         grad_noise.resize(wanted, 0.0);
         context.actor.noise_grad(obs, noise, grad_action, grad_noise)?;
         context.rng.fill_normal(noise);
-        add_shift(noise, grad_noise, *shift);
+        add_shift(noise, grad_noise, shift);
         context.actor.sample(Net::Online, obs, noise, action, &mut [0.0])
     }
 }

@@ -3,7 +3,7 @@
 use super::Learner;
 use crate::error::check_len;
 use crate::loss::{finite, finite_row};
-use crate::{Agent, Context, Error, Mode, Net, Normaliser, Observer, Outcome, Result, State, Transition};
+use crate::{Agent, Context, EnvSpec, Error, Mode, Net, Normaliser, Observer, Outcome, Result, State, Transition};
 
 /// What to do about an observation that is not finite.
 const OBSERVATION: &str = "the environment returned it; check its physics";
@@ -12,10 +12,10 @@ impl Learner {
     /// An error unless a saved learner was made as this one is. Those from before that was written down are trusted.
     fn check_maker(&self, state: &State) -> Result<()> {
         let Ok(made) = state.child("made_by") else { return Ok(()) };
-        let objectives = self.objectives.join(",");
+        let (objectives, bound) = (self.objectives.join(","), format!("{:?}", self.projection));
         for (what, own) in [
             ("method", self.name.as_str()),
-            ("bound", self.projection.name()),
+            ("bound", bound.as_str()),
             ("task", self.spec.name.as_str()),
             ("objectives", objectives.as_str()),
         ] {
@@ -52,6 +52,17 @@ impl Agent for Learner {
         self.config.discount
     }
 
+    fn check_spec(&self, spec: &EnvSpec) -> Result<()> {
+        if *spec == self.spec {
+            return Ok(());
+        }
+        let (wanted, got) = match self.spec.name == spec.name {
+            true => (format!("{:?}", self.spec), format!("{spec:?}")),
+            false => (self.spec.name.clone(), spec.name.clone()),
+        };
+        Err(Error::invalid("the environment of a learner made for another", wanted, got))
+    }
+
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
         finite_row("observation", obs, self.steps, OBSERVATION)?;
         self.take_in(obs)?;
@@ -61,6 +72,7 @@ impl Agent for Learner {
             actor.sample(Net::Online, obs, &[], action, &mut [])?;
         } else {
             let mut context = Context {
+                step: *steps,
                 actor: actor.as_mut(),
                 critic: critic.as_mut(),
                 projection: projection.as_ref(),
@@ -113,7 +125,7 @@ impl Agent for Learner {
     fn save(&self, state: &mut State) -> Result<()> {
         let made = state.child_mut("made_by");
         made.put_text("method", &self.name);
-        made.put_text("bound", self.projection.name());
+        made.put_text("bound", &format!("{:?}", self.projection));
         made.put_text("task", &self.spec.name);
         made.put_text("objectives", &self.objectives.join(","));
         made.put("seed", [self.seed]);
@@ -151,6 +163,12 @@ impl Agent for Learner {
         // A rule without a memory has written nothing.
         self.explore.load(state.child("explore").unwrap_or(&State::default()))?;
         Normaliser::restore(&mut self.normaliser, state)?;
+        for (part, wanted) in [("temperature", self.temperature.is_some()), ("famo", self.famo.is_some())] {
+            if state.child(part).is_ok() != wanted {
+                let [own, saved] = if wanted { ["one with it", "one without"] } else { ["one without", "one with it"] };
+                return Err(Error::invalid(format!("{part} of the saved learner"), own, saved));
+            }
+        }
         if let Some(temperature) = &mut self.temperature {
             temperature.load(state.child("temperature")?)?;
         }

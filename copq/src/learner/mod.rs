@@ -1,6 +1,7 @@
 //! The one learner: every off-policy method of copq is a [`Method`](crate::Method) given to it.
 
 use std::fmt;
+use std::sync::Arc;
 
 use crate::policy::exported;
 use crate::temperature::Temperature;
@@ -32,7 +33,7 @@ pub struct Learner {
     is_cost: Vec<bool>,
     actor: Box<dyn Actor>,
     critic: Box<dyn Critic>,
-    projection: Box<dyn Projection>,
+    projection: Arc<dyn Projection>,
     explore: Box<dyn Explore>,
     /// Explores until the first update.
     warm_up: Box<dyn Explore>,

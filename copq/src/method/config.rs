@@ -107,12 +107,15 @@ pub struct Optimism {
     pub shift: f64,
     /// The projection whose upper bound it is, by its name in [`by_name`](crate::projection::by_name); the method's own unless named.
     pub projection: Option<String>,
+    /// Environment steps over which the shift shrinks to nothing, linearly; it stays unless given. The shift has its length however
+    /// little the critics disagree, so that without an end the data hardly ever holds what the policy itself would do.
+    pub until: Option<u64>,
 }
 
 impl Default for Optimism {
-    /// 4.66, and 6.86 for a KL bound of 23.53 (paper Table D.2).
+    /// 4.66, and 6.86 for a KL bound of 23.53 (paper Table D.2), for all of the run.
     fn default() -> Self {
-        Self { beta: 4.66, shift: 6.86, projection: None }
+        Self { beta: 4.66, shift: 6.86, projection: None, until: None }
     }
 }
 
@@ -120,6 +123,15 @@ impl Optimism {
     /// The defaults, with the upper bound of a projection by its name.
     pub fn by(projection: &str) -> Self {
         Self { projection: Some(projection.to_owned()), ..Self::default() }
+    }
+
+    /// The shift's length after so many environment steps.
+    pub(crate) fn shift_at(&self, step: u64) -> f64 {
+        match self.until {
+            None => self.shift,
+            Some(until) if step >= until => 0.0,
+            Some(until) => self.shift * (1.0 - step as f64 / until as f64),
+        }
     }
 
     /// An error unless both lengths are finite and not negative.

@@ -7,6 +7,8 @@ mod presets;
 pub use config::{Activation, Config, Init, Networks, Optimism, Smoothing, WarmUp};
 pub use ensemble::Ensemble;
 
+use std::sync::Arc;
+
 use crate::projection::ScalarisedMin;
 use crate::{ActorKind, Constraint, FamoConfig, Projection};
 
@@ -41,7 +43,7 @@ use crate::{ActorKind, Constraint, FamoConfig, Projection};
 /// | SACLag-UCB | [`Method::saclag_ucb`] | 2 and 2 | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
 /// | CAL | [`Method::cal`], [`Method::cal_original`] | 4 and 2 | [`MeanStd::cal`](crate::projection::MeanStd::cal) | stochastic |
 /// | COP-Q on CAL | [`Method::cop_cal`] | N + 1 | [`Cholesky`](crate::projection::Cholesky) | stochastic |
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Method {
     /// The name by which command lines, run folders and checkpoints know it.
@@ -49,7 +51,7 @@ pub struct Method {
     /// Its numbers.
     pub config: Config,
     /// The bound of the critics' values that targets and the actor use: the lower one.
-    pub bound: Box<dyn Projection>,
+    pub bound: Arc<dyn Projection>,
     /// The critics to learn with.
     pub critics: Ensemble,
     /// Where it is from.
@@ -60,12 +62,14 @@ impl Method {
     /// A method of your own, with the critics that its bound is meant for.
     pub fn new(name: impl Into<String>, config: Config, bound: impl Projection + 'static) -> Self {
         let critics = bound.ensemble();
-        Self { name: name.into(), config, critics, bound: Box::new(bound), source: String::new() }
+        Self { name: name.into(), config, critics, bound: Arc::new(bound), source: String::new() }
     }
 
-    /// Swaps the bound, and with it the critics: those that the new bound is meant for.
+    /// Swaps the bound, and with it the critics: those that the new bound is meant for. Targets from a subset of the critics
+    /// (REDQ) and costs that learn from themselves (CAL) belonged to the old ones.
     pub fn bound(self, bound: impl Projection + 'static) -> Self {
-        Self { critics: bound.ensemble(), bound: Box::new(bound), ..self }
+        let config = Config { subset: None, own_cost_targets: false, ..self.config };
+        Self { config, critics: bound.ensemble(), bound: Arc::new(bound), ..self }
     }
 
     /// Other critics than the bound is meant for.
@@ -111,17 +115,19 @@ impl Method {
     /// Randomised ensembled double-Q (REDQ, Chen et al. 2021; paper sec. 5.1 and App. D): 10 critics and 20 updates an
     /// environment step, the 20th with the actor's; each target from 2 critics drawn at random by [`ScalarisedMin`],
     /// the actor on the mean of all; a warm-up of 5,000 steps.
-    pub fn redq(mut self) -> Self {
-        self.config = Config {
+    pub fn redq(self) -> Self {
+        let name = if self.config.entropy.is_some() { "redq-sac" } else { "redq" };
+        let mut redq = self.named(name).bound(ScalarisedMin).critics(Ensemble::Joint(10)).warm_up(5_000);
+        redq.config = Config {
             capacity: 100_000,
             updates_per_step: 20,
             actor_delay: 20,
             target_period: 1,
             actor_pessimism: 0.0,
             subset: Some(2),
-            ..self.config
+            ..redq.config
         };
-        self.bound(ScalarisedMin).critics(Ensemble::Joint(10)).warm_up(5_000)
+        redq
     }
 
     /// The kind of policy that it learns: a stochastic one if it has an entropy bonus.

@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn the_functions_name_their_methods_as_the_list_does() {
-        for (name, make, _) in METHODS.iter().filter(|(name, ..)| !name.starts_with("redq")) {
+        for (name, make, _) in METHODS.iter().filter(|(name, ..)| !name.ends_with("-oac") || name.starts_with("cop")) {
             assert_eq!(make().name, *name);
         }
     }

@@ -8,6 +8,8 @@ mod confidence;
 mod deviations;
 mod diagonal;
 mod directions;
+#[cfg(feature = "nalgebra")]
+mod disagreement;
 mod eigen;
 mod ellipsoid;
 mod extremum;
@@ -27,6 +29,7 @@ mod vector;
 mod view;
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 pub use bound::Bound;
 pub use cholesky::Cholesky;
@@ -34,6 +37,8 @@ pub use confidence::{confidence, step_length};
 pub use deviations::Deviations;
 pub use diagonal::Diagonal;
 pub use directions::Directions;
+#[cfg(feature = "nalgebra")]
+pub use disagreement::Disagreement;
 pub use eigen::Eigen;
 pub use ellipsoid::Ellipsoid;
 pub use extremum::Extremum;
@@ -91,6 +96,25 @@ pub trait Projection: Debug + Send + Sync {
 
 /// A method chosen at run time, such as by [`by_name`].
 impl Projection for Box<dyn Projection> {
+    fn name(&self) -> &'static str {
+        self.as_ref().name()
+    }
+
+    fn ensemble(&self) -> Ensemble {
+        self.as_ref().ensemble()
+    }
+
+    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        self.as_ref().project(bound, scratch, out)
+    }
+
+    fn vjp(&self, bound: Bound<'_>, scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()> {
+        self.as_ref().vjp(bound, scratch, grad_out, grad_q)
+    }
+}
+
+/// A method that several learners share, such as [`Method::bound`](crate::Method::bound).
+impl Projection for Arc<dyn Projection> {
     fn name(&self) -> &'static str {
         self.as_ref().name()
     }

@@ -14,6 +14,7 @@ fn actions(rule: &mut dyn Explore, actor: &mut dyn Actor) -> Vec<f32> {
     let draw = |_| {
         let mut action = [0.0];
         let mut context = Context {
+            step: 0,
             actor,
             critic: &mut critic,
             projection: &projection::Cholesky,

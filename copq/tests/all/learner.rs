@@ -224,7 +224,9 @@ fn an_episode_that_outlives_its_horizon_is_an_error_and_no_endless_loop() {
     let mut endless = Toy::new();
     endless.spec.horizon = 12;
     let wanted = "environment 'toy': still running after 12 steps; wanted Outcome::Truncated at its horizon, 12";
-    let mut learner = toy::learner(toy::method(toy::config()), 3, 0);
+    let critic = Box::new(toy::LinearCritics::new(3, 2, 0.02, 0));
+    let actor = Box::new(toy::LinearActor::new(0.005));
+    let mut learner = Learner::with_networks(toy::method(toy::config()), &endless.spec, critic, actor, 0).unwrap();
     assert_eq!(evaluate(&mut learner, &mut endless, 1).unwrap_err().to_string(), wanted);
     let mut trainer = Trainer::new(endless, learner).unwrap();
     let error = (0..20).find_map(|_| trainer.step(&mut Silent).err()).unwrap();

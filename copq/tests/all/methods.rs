@@ -413,6 +413,11 @@ fn a_method_that_does_not_suit_the_task_is_a_readable_error() {
 
 /// The mean that exploration adds to the policy's own noise, in units of that noise: same seed, with and without.
 fn shift(learner: impl Fn() -> Learner, std: f32, pre_tanh: bool) -> f32 {
+    shift_of(learner, |learner| learner.explore(Optimistic::new(Optimism::default(), std).unwrap()), std, pre_tanh)
+}
+
+/// The same of any rule that `explore` gives a learner.
+fn shift_of(learner: impl Fn() -> Learner, explore: impl FnOnce(Learner) -> Learner, std: f32, pre_tanh: bool) -> f32 {
     let noisy = |mut learner: Learner| {
         let t = Transition {
             obs: &[0.1],
@@ -425,7 +430,7 @@ fn shift(learner: impl Fn() -> Learner, std: f32, pre_tanh: bool) -> f32 {
         let action = act(&mut learner, 0.4, Mode::Explore);
         if pre_tanh { action.atanh() } else { action }
     };
-    (noisy(learner().explore(Optimistic::new(Optimism::default(), std).unwrap())) - noisy(learner())) / std
+    (noisy(explore(learner())) - noisy(learner())) / std
 }
 
 #[test]
@@ -443,6 +448,18 @@ fn the_shifted_policy_is_as_far_away_as_the_kl_bound_allows() {
         // KL(N(m + D, S) || N(m, S)) = D' S^-1 D / 2
         assert!((0.5 * shift * shift - 23.53).abs() < 0.01, "{shift}");
     }
+}
+
+/// Half of the way the shift is half as long, from the end on there is none. 200 steps have been observed.
+#[test]
+fn the_shift_shrinks_to_nothing_where_it_should() {
+    let learner = || toy::learner(toy::method(Config { exploration_std: 0.02, ..toy::config() }), 3, 5);
+    let length = |until| {
+        let optimism = Optimism { until, ..Optimism::default() };
+        shift_of(learner, |learner| learner.explore(Optimistic::new(optimism, 0.02).unwrap()), 0.02, false).abs()
+    };
+    let [whole, half, none] = [None, Some(400), Some(200)].map(length);
+    assert!((whole - 6.86).abs() < 1e-3 && (half - 3.43).abs() < 1e-3 && none == 0.0, "{whole}, {half}, {none}");
 }
 
 #[test]

@@ -63,7 +63,7 @@ fn balancing_and_optimism() {
     assert_eq!((paper.famo, paper.optimism), (Some(famo), None));
     let config = Method::cop_td3_oac().config;
     assert_eq!(config.famo, Some(FamoConfig { separate: false, ..famo }));
-    assert_eq!(config.optimism, Some(Optimism { beta: 4.66, shift: 6.86, projection: None }));
+    assert_eq!(config.optimism, Some(Optimism { beta: 4.66, shift: 6.86, projection: None, until: None }));
     // 6.86 is the root of twice the KL bound 23.53, whose 4.66 is the radius: both to three digits.
     assert!((0.5 * 6.86f64.powi(2) - 23.53).abs() < 0.005);
 }

@@ -1,0 +1,106 @@
+//! For looking at: what an ensemble says about one action, as matrices (feature `nalgebra`).
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{Bound, Projection, QView, Scratch};
+use crate::error::check_len;
+use crate::{Error, Result};
+
+/// Mean values of one row, and how its critics disagree about them.
+///
+/// ```
+/// use copq::projection::{Disagreement, QView};
+///
+/// // Three critics, two objectives: those that promise more safety promise less speed.
+/// let q = [10.0, 5.0,  12.0, 4.0,  11.0, 3.0];
+/// let row = Disagreement::of(QView::new(&q, 3, 2)?, 0)?;
+/// assert!((row.mean()[0] - 11.0).abs() < 1e-12);
+/// assert!((row.covariance()[(0, 1)] + 1.0 / 3.0).abs() < 1e-12);
+///
+/// // L, the Cholesky factor in priority order: L L' is the covariance.
+/// let l = row.factor();
+/// assert!((&l * l.transpose() - row.covariance()).norm() < 1e-12 && l[(0, 1)] == 0.0);
+/// # Ok::<(), copq::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Disagreement {
+    mean: DVector<f64>,
+    /// X', `objectives x critics`.
+    deviations: DMatrix<f64>,
+    q: Vec<f32>,
+}
+
+impl Disagreement {
+    /// Of one row of a batch of critics' values.
+    pub fn of(q: QView<'_>, row: usize) -> Result<Self> {
+        if row >= q.rows() {
+            return Err(Error::invalid("row", format!("less than {}", q.rows()), row));
+        }
+        let (critics, objectives) = (q.critics(), q.objectives());
+        let values = DMatrix::from_fn(objectives, critics, |i, k| f64::from(q.get(k, row)[i]));
+        let mean = values.column_mean();
+        let mut deviations = values;
+        for mut critic in deviations.column_iter_mut() {
+            critic -= &mean;
+        }
+        let q = (0..critics).flat_map(|k| q.get(k, row)).copied().collect();
+        Ok(Self { mean, deviations, q })
+    }
+
+    /// The critics' mean value of each objective (N).
+    pub fn mean(&self) -> &DVector<f64> {
+        &self.mean
+    }
+
+    /// Sigma = X'X / K (N x N), biased as in the paper's sec. 4.3.
+    pub fn covariance(&self) -> DMatrix<f64> {
+        let critics = self.deviations.ncols() as f64;
+        &self.deviations * self.deviations.transpose() / critics
+    }
+
+    /// L (N x N), lower triangular with a diagonal that is not negative, so that L L' is the covariance: row i is conditioned on the
+    /// objectives above it alone. By QR of X, which squares no rounding.
+    pub fn factor(&self) -> DMatrix<f64> {
+        let (objectives, critics) = self.deviations.shape();
+        let scaled = self.deviations.transpose() / (critics as f64).sqrt();
+        let r = scaled.qr().r();
+        let mut factor = DMatrix::zeros(objectives, objectives);
+        for i in 0..r.nrows() {
+            let sign = if r[(i, i)] < 0.0 { -1.0 } else { 1.0 };
+            for j in i..objectives {
+                factor[(j, i)] = sign * r[(i, j)];
+            }
+        }
+        factor
+    }
+
+    /// The bound that a projection makes of these critics (N), `step` from the mean.
+    pub fn bound(&self, projection: &dyn Projection, weights: &[f32], step: f32) -> Result<DVector<f64>> {
+        let mut out = vec![0.0; self.mean.len()];
+        let q = QView::new(&self.q, self.deviations.ncols(), self.mean.len())?;
+        projection.project(Bound { q, weights, step }, &mut Scratch::default(), &mut out)?;
+        Ok(DVector::from_iterator(out.len(), out.into_iter().map(f64::from)))
+    }
+
+    /// The edge of the confidence ellipse of two objectives: `points` places where (q - mean)' Sigma^-1 (q - mean) is `radius`
+    /// squared, with Sigma the covariance of the two.
+    pub fn ellipse(&self, objectives: [usize; 2], radius: f64, points: usize) -> Result<Vec<[f64; 2]>> {
+        let n = self.mean.len();
+        if let Some(&unknown) = objectives.iter().find(|&&i| i >= n) {
+            return Err(Error::invalid("objective of an ellipse", format!("less than {n}"), unknown));
+        }
+        check_len("objectives of an ellipse that differ", usize::from(objectives[0] != objectives[1]) + 1, 2)?;
+        let pair = Self {
+            mean: self.mean.select_rows(&objectives),
+            deviations: self.deviations.select_rows(&objectives),
+            q: Vec::new(),
+        };
+        let factor = pair.factor();
+        let at = |i: usize| {
+            let angle = std::f64::consts::TAU * i as f64 / points as f64;
+            let edge = &pair.mean + &factor * DVector::from_vec(vec![radius * angle.cos(), radius * angle.sin()]);
+            [edge[0], edge[1]]
+        };
+        Ok((0..points).map(at).collect())
+    }
+}
