@@ -60,6 +60,8 @@ fn softplus(y: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
 
     /// The density integrates to one over the actions: the log-probability is that of the squashed value.
@@ -89,7 +91,7 @@ mod tests {
         }
         // Saturated at 50: log(1 - tanh^2) is 2 log 2 - 2x to the last digit.
         let wanted = -0.5 - HALF_LOG_TWO_PI - 2.0 * std::f64::consts::LN_2 + 2.0 * 51.0;
-        assert!((Component::new(50.0, 0.0, 1.0).log_prob() - wanted).abs() < 1e-9);
+        assert_abs_diff_eq!(Component::new(50.0, 0.0, 1.0).log_prob(), wanted, epsilon = 1e-9);
     }
 
     #[test]

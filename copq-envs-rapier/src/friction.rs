@@ -45,12 +45,14 @@ pub(crate) fn gain(softness: &Softness, friction: f64, distance: f64, [apart, ac
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
 
     #[test]
     fn feet_are_soft_and_smooth_contacts_are_not() {
         let soft = |friction| stuck_share(0.8, friction) / (1.0 - stuck_share(0.8, friction));
-        assert!((soft(1.0) / soft(2.0) - 10.0).abs() < 1e-9);
+        assert_abs_diff_eq!(soft(1.0) / soft(2.0), 10.0, epsilon = 1e-9);
         assert!((soft(1.0) - soft(0.0)).abs() < 1e-9 && (soft(1.0) - 6.0).abs() < 1e-9);
     }
 

@@ -1,56 +1,34 @@
-//! The two formats of a figure: SVG text and a PNG image.
+//! From SVG to pixels.
+
+use std::sync::Arc;
 
 use copq::{Error, Result};
-use plotters::prelude::{BitMapBackend, IntoDrawingArea, SVGBackend};
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::fontdb::{Database, Source};
+use resvg::usvg::{Options, Tree};
 
-use crate::pen::Pen;
-use crate::{Figure, font, layout};
+use crate::font::DEJAVU_SANS;
 
-/// Device units to a unit of the layout: fine enough that whole numbers of them make smooth lines.
-const FINE: u32 = 4;
-/// plotters puts the middle of a word right in SVG, and too high by a fifth of its size in bitmaps.
-const SINK: f64 = 0.2;
-/// Device units to a pixel of the PNG, each way, which smooths edges.
-const SMOOTH: u32 = 2;
+/// Pixels to a unit of the layout.
+const SCALE: f32 = 2.0;
 
-/// A figure as SVG.
-pub(crate) fn svg(figure: &Figure) -> Result<String> {
-    font::register();
-    let (width, height) = layout::size(figure);
-    let mut text = String::new();
-    let area = SVGBackend::with_string(&mut text, (width * FINE, height * FINE)).into_drawing_area();
-    let pen = Pen { area: &area, scale: f64::from(FINE), sink: 0.0 };
-    layout::draw(&pen, figure).map_err(|e| Error::other("drawing an SVG", e.to_string()))?;
-    drop(area);
-    let fine = format!("width=\"{}\" height=\"{}\"", width * FINE, height * FINE);
-    Ok(text.replacen(&fine, &format!("width=\"{width}\" height=\"{height}\""), 1))
+/// An SVG, which is opaque, as the bytes of a PNG file, two pixels to a unit.
+pub(crate) fn rasterise(svg: &str) -> Result<Vec<u8>> {
+    let mut fonts = Database::new();
+    fonts.load_font_source(Source::Binary(Arc::new(DEJAVU_SANS)));
+    let family = fonts.faces().next().and_then(|face| Some(face.families.first()?.0.clone()));
+    fonts.set_sans_serif_family(family.unwrap_or_default());
+    let options = Options { fontdb: Arc::new(fonts), ..Options::default() };
+    let tree = Tree::from_str(svg, &options).map_err(|e| Error::other("drawing a PNG", e))?;
+    let size = tree.size().to_int_size().scale_by(SCALE).ok_or_else(empty)?;
+    let mut sheet = Pixmap::new(size.width(), size.height()).ok_or_else(empty)?;
+    resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut sheet.as_mut());
+    let pixels: Vec<u8> = sheet.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
+    encode_png(&pixels, size.width(), size.height())
 }
 
-/// A figure as the bytes of a PNG file, two pixels to a unit of the layout.
-pub(crate) fn png(figure: &Figure) -> Result<Vec<u8>> {
-    font::register();
-    let (width, height) = layout::size(figure);
-    let (wide, high) = (width * FINE, height * FINE);
-    let mut fine = vec![0; (wide * high * 3) as usize];
-    let area = BitMapBackend::with_buffer(&mut fine, (wide, high)).into_drawing_area();
-    let pen = Pen { area: &area, scale: f64::from(FINE), sink: SINK };
-    layout::draw(&pen, figure).map_err(|e| Error::other("drawing a PNG", e.to_string()))?;
-    drop(area);
-    encode_png(&shrink(&fine, wide as usize), wide / SMOOTH, high / SMOOTH)
-}
-
-/// The mean of each square of fine pixels.
-fn shrink(fine: &[u8], wide: usize) -> Vec<u8> {
-    let smooth = SMOOTH as usize;
-    let mut small = Vec::with_capacity(fine.len() / (smooth * smooth));
-    for rows in fine.chunks_exact(wide * 3 * smooth) {
-        for byte in (0..wide / smooth).flat_map(|x| (0..3).map(move |colour| x * smooth * 3 + colour)) {
-            let square = (0..smooth).flat_map(|y| (0..smooth).map(move |x| (y * wide + x) * 3 + byte));
-            let sum: usize = square.map(|i| usize::from(rows[i])).sum();
-            small.push((sum / (smooth * smooth)) as u8);
-        }
-    }
-    small
+fn empty() -> Error {
+    Error::invalid("a figure's size", "at least one pixel", "none")
 }
 
 /// Red, green and blue of every pixel, row by row, as the bytes of a PNG file.

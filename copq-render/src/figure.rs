@@ -4,7 +4,8 @@ use std::path::Path;
 
 use copq::{Error, Result, files};
 
-use crate::canvas;
+use crate::pen::Pen;
+use crate::{canvas, layout};
 
 /// A line with a band around it.
 #[derive(Clone, Debug)]
@@ -88,12 +89,15 @@ impl Figure {
 
     /// The figure as SVG.
     pub fn svg(&self) -> Result<String> {
-        canvas::svg(self)
+        let (width, height) = layout::size(self);
+        let mut pen = Pen::new(width, height)?;
+        layout::draw(&mut pen, self);
+        Ok(pen.svg())
     }
 
     /// The figure as the bytes of a PNG file, two pixels to a unit of the layout.
     pub fn png(&self) -> Result<Vec<u8>> {
-        canvas::png(self)
+        canvas::rasterise(&self.svg()?)
     }
 
     /// Writes the figure to a file, whose ending decides the format: `.svg` or `.png`.

@@ -1,10 +1,7 @@
 //! A figure's sheet of paper: title, note, legend, and a grid of panels.
 
-use plotters::prelude::DrawingBackend;
-use plotters::style::{RGBColor, WHITE};
-
 use crate::panel::{self, Frame};
-use crate::pen::{Anchor, Drawn, Pen};
+use crate::pen::{Anchor, Colour, Pen};
 use crate::{Figure, Series};
 
 const PANEL: (f64, f64) = (390.0, 270.0);
@@ -15,18 +12,11 @@ const LEGEND_SIZE: f64 = 13.0;
 const SAMPLE: f64 = 26.0;
 
 /// The colours of Okabe and Ito, which people with any colour vision can tell apart; yellow is too pale for a line.
-const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(60, 60, 60),
-];
+const COLOURS: [Colour; 7] =
+    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [60, 60, 60]];
 
 /// The colour of the n-th label.
-pub(crate) fn colour(n: usize) -> RGBColor {
+pub(crate) fn colour(n: usize) -> Colour {
     COLOURS[n % COLOURS.len()]
 }
 
@@ -74,39 +64,37 @@ fn legend_rows(figure: &Figure, width: f64) -> Vec<Vec<(usize, &str)>> {
 }
 
 /// Draws everything.
-pub(crate) fn draw<B: DrawingBackend>(pen: &Pen<'_, B>, figure: &Figure) -> Drawn<B> {
-    pen.area.fill(&WHITE)?;
+pub(crate) fn draw(pen: &mut Pen, figure: &Figure) {
     let (width, height) = size(figure);
-    heading(pen, figure, f64::from(width))?;
-    legend(pen, figure, f64::from(width))?;
+    heading(pen, figure, f64::from(width));
+    legend(pen, figure, f64::from(width));
     let (columns, rows) = grid(figure.panels.len());
     let top = f64::from(height) - MARGIN - rows as f64 * PANEL.1;
     for (i, content) in figure.panels.iter().enumerate() {
         let (column, row) = ((i % columns) as f64, (i / columns) as f64);
         let frame = Frame::inside(MARGIN + column * PANEL.0, top + row * PANEL.1, PANEL);
-        panel::draw(pen, &frame, content)?;
+        panel::draw(pen, &frame, content);
     }
-    pen.area.present()
 }
 
-fn heading<B: DrawingBackend>(pen: &Pen<'_, B>, figure: &Figure, width: f64) -> Drawn<B> {
+fn heading(pen: &mut Pen, figure: &Figure, width: f64) {
     let room = width - 2.0 * MARGIN;
-    let fitted = |text: &str, size: f64| size * (room / pen.width(text, size)).min(1.0);
-    pen.word(&figure.title, (width / 2.0, 14.0), fitted(&figure.title, 18.0), Anchor::Top)?;
-    pen.word(&figure.note, (width / 2.0, 41.0), fitted(&figure.note, 12.0), Anchor::Top)
+    for (text, y, size) in [(&figure.title, 14.0, 18.0), (&figure.note, 41.0, 12.0)] {
+        let fitted = size * (room / pen.width(text, size)).min(1.0);
+        pen.word(text, (width / 2.0, y), fitted, Anchor::Top);
+    }
 }
 
-fn legend<B: DrawingBackend>(pen: &Pen<'_, B>, figure: &Figure, width: f64) -> Drawn<B> {
+fn legend(pen: &mut Pen, figure: &Figure, width: f64) {
     for (row, items) in legend_rows(figure, width).into_iter().enumerate() {
         let y = HEADER + 6.0 + row as f64 * LEGEND_ROW;
         let mut x = 0.5 * (width - items.iter().map(|(_, label)| item_width(label)).sum::<f64>()) + 12.0;
         for (i, label) in items {
             let band = [(x, y - 6.0), (x + SAMPLE, y - 6.0), (x + SAMPLE, y + 6.0), (x, y + 6.0)];
-            pen.fill(&band, colour(i), panel::BAND)?;
-            pen.line(&[(x, y), (x + SAMPLE, y)], panel::LINE, colour(i))?;
-            pen.word(label, (x + SAMPLE + 8.0, y), LEGEND_SIZE, Anchor::Left)?;
+            pen.fill(&band, colour(i), panel::BAND);
+            pen.line(&[(x, y), (x + SAMPLE, y)], panel::LINE, colour(i));
+            pen.word(label, (x + SAMPLE + 8.0, y), LEGEND_SIZE, Anchor::Left);
             x += item_width(label);
         }
     }
-    Ok(())
 }

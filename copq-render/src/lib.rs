@@ -17,9 +17,11 @@ mod font;
 mod layout;
 mod panel;
 mod pen;
+mod plane;
 mod ticks;
 
 pub(crate) use canvas::encode_png;
 pub use figure::{Figure, Panel, Point, Series};
 pub(crate) use font::DEJAVU_SANS;
 pub(crate) use layout::colour;
+pub use plane::Plane;

@@ -1,10 +1,7 @@
 //! One pair of axes with its curves.
 
-use plotters::prelude::DrawingBackend;
-use plotters::style::RGBColor;
-
 use crate::layout::colour;
-use crate::pen::{Anchor, At, Drawn, GRID, INK, Pen};
+use crate::pen::{Anchor, At, Colour, GRID, INK, Pen};
 use crate::ticks::{label, ticks};
 use crate::{Panel, Point};
 
@@ -89,67 +86,75 @@ impl Point {
 }
 
 /// Draws a panel: grid, bands, then lines on top of all bands.
-pub(crate) fn draw<B: DrawingBackend>(pen: &Pen<'_, B>, frame: &Frame, panel: &Panel) -> Drawn<B> {
+pub(crate) fn draw(pen: &mut Pen, frame: &Frame, panel: &Panel) {
     let axes = Axes::new(frame, panel);
-    grid(pen, &axes)?;
+    grid(pen, &axes);
     let curves: Vec<Vec<Point>> =
         panel.series.iter().map(|series| series.points.iter().copied().filter(Point::is_drawable).collect()).collect();
     for (i, points) in curves.iter().enumerate() {
-        band(pen, &axes, points, colour(i))?;
+        band(pen, &axes, points, colour(i));
     }
     for (i, points) in curves.iter().enumerate() {
-        line(pen, &axes, points, colour(i))?;
+        line(pen, &axes, points, colour(i));
     }
-    panel.limit.map_or(Ok(()), |limit| dashes(pen, &axes, limit))?;
-    names(pen, frame, &panel.title)
+    if let Some(limit) = panel.limit {
+        dashes(pen, &axes, limit);
+    }
+    names(pen, frame, &panel.title);
 }
 
-fn grid<B: DrawingBackend>(pen: &Pen<'_, B>, axes: &Axes) -> Drawn<B> {
+fn grid(pen: &mut Pen, axes: &Axes) {
     let Frame { left, right, top, bottom } = axes.frame;
     let largest = axes.low.abs().max(axes.high.abs());
     for value in ticks(axes.low, axes.high, 7) {
         let y = axes.y(value);
-        pen.line(&[(left, y), (right, y)], 0.75, GRID)?;
-        pen.word(&label(value, largest), (left - 7.0, y), TICK_SIZE, Anchor::Right)?;
+        pen.line(&[(left, y), (right, y)], 0.75, GRID);
+        pen.word(&label(value, largest), (left - 7.0, y), TICK_SIZE, Anchor::Right);
     }
     for step in ticks(0.0, axes.last_step, 5) {
         let x = axes.x(step);
-        pen.line(&[(x, top), (x, bottom)], 0.75, GRID)?;
-        pen.word(&label(step, axes.last_step), (x, bottom + 6.0), TICK_SIZE, Anchor::Top)?;
+        pen.line(&[(x, top), (x, bottom)], 0.75, GRID);
+        pen.word(&label(step, axes.last_step), (x, bottom + 6.0), TICK_SIZE, Anchor::Top);
     }
-    pen.line(&[(left, top), (left, bottom), (right, bottom)], 1.0, INK)
+    pen.line(&[(left, top), (left, bottom), (right, bottom)], 1.0, INK);
 }
 
-fn band<B: DrawingBackend>(pen: &Pen<'_, B>, axes: &Axes, points: &[Point], colour: RGBColor) -> Drawn<B> {
+fn band(pen: &mut Pen, axes: &Axes, points: &[Point], colour: Colour) {
     if points.len() < 2 {
-        return Ok(());
+        return;
     }
     let there = points.iter().map(|point| axes.at(point.step, point.high));
     let back = points.iter().rev().map(|point| axes.at(point.step, point.low));
-    pen.fill(&there.chain(back).collect::<Vec<_>>(), colour, BAND)
+    pen.fill(&there.chain(back).collect::<Vec<_>>(), colour, BAND);
 }
 
-fn line<B: DrawingBackend>(pen: &Pen<'_, B>, axes: &Axes, points: &[Point], colour: RGBColor) -> Drawn<B> {
+fn line(pen: &mut Pen, axes: &Axes, points: &[Point], colour: Colour) {
     let points: Vec<At> = points.iter().map(|point| axes.at(point.step, point.middle)).collect();
     if points.len() > 1 {
-        pen.line(&points, LINE, colour)?;
+        pen.line(&points, LINE, colour);
     }
-    let dots = if points.len() < DOTS { points.as_slice() } else { &[] };
-    dots.iter().try_for_each(|&at| pen.dot(at, 1.6 * LINE, colour))
+    if points.len() < DOTS {
+        for &at in &points {
+            pen.dot(at, 1.6 * LINE, colour);
+        }
+    }
 }
 
 /// A dashed line across.
-fn dashes<B: DrawingBackend>(pen: &Pen<'_, B>, axes: &Axes, value: f64) -> Drawn<B> {
-    let (y, Frame { left, right, .. }) = (axes.y(value), axes.frame);
-    let mut dashes = (0..).map(|i| left + DASH * f64::from(2 * i)).take_while(|&x| x < right);
-    dashes.try_for_each(|x| pen.line(&[(x, y), ((x + DASH).min(right), y)], LINE, INK))
+fn dashes(pen: &mut Pen, axes: &Axes, value: f64) {
+    let y = axes.y(value);
+    let mut x = axes.frame.left;
+    while x < axes.frame.right {
+        pen.line(&[(x, y), ((x + DASH).min(axes.frame.right), y)], LINE, INK);
+        x += 2.0 * DASH;
+    }
 }
 
-fn names<B: DrawingBackend>(pen: &Pen<'_, B>, frame: &Frame, title: &str) -> Drawn<B> {
+fn names(pen: &mut Pen, frame: &Frame, title: &str) {
     let (middle, centre) = (0.5 * (frame.left + frame.right), 0.5 * (frame.top + frame.bottom));
-    pen.word(title, (middle, frame.top - 22.0), 14.0, Anchor::Top)?;
-    pen.word("environment steps", (middle, frame.bottom + 24.0), TICK_SIZE, Anchor::Top)?;
-    pen.word("return of an episode", (frame.left - 58.0, centre), TICK_SIZE, Anchor::Turned)
+    pen.word(title, (middle, frame.top - 22.0), 14.0, Anchor::Top);
+    pen.word("environment steps", (middle, frame.bottom + 24.0), TICK_SIZE, Anchor::Top);
+    pen.word("return of an episode", (frame.left - 58.0, centre), TICK_SIZE, Anchor::Turned);
 }
 
 #[cfg(test)]

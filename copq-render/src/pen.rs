@@ -1,24 +1,25 @@
-//! Lines, bands and words in layout units, on any plotters backend.
+//! Lines, bands and words in layout units, on a sheet that becomes an SVG.
 
-use plotters::coord::Shift;
-use plotters::drawing::{DrawingArea, DrawingAreaErrorKind};
-use plotters::element::{Circle, PathElement, Polygon, Text};
-use plotters::prelude::DrawingBackend;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{Color, FontTransform, IntoFont, RGBColor, TextStyle};
+use ab_glyph::{Font, FontRef, ScaleFont};
+use copq::{Error, Result};
+use svg::node::element::{Circle, Polygon, Polyline, Rectangle, Text};
+use svg::{Document, Node};
 
-use crate::font::FAMILY;
-
-/// Nothing, or the backend's error.
-pub(crate) type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+use crate::font::{DEJAVU_SANS, FAMILY};
 
 /// A position in layout units, from the upper left corner.
 pub(crate) type At = (f64, f64);
 
+/// Red, green and blue.
+pub(crate) type Colour = [u8; 3];
+
 /// Dark grey, for words and frames.
-pub(crate) const INK: RGBColor = RGBColor(45, 45, 45);
+pub(crate) const INK: Colour = [45, 45, 45];
 /// Light grey, for grids.
-pub(crate) const GRID: RGBColor = RGBColor(226, 226, 226);
+pub(crate) const GRID: Colour = [226, 226, 226];
+/// How far below a word's middle its baseline lies, in parts of its size, and how far below its upper edge.
+const MIDDLE: f64 = 0.36;
+const ASCENT: f64 = 0.9;
 
 /// Which point of a word is at its position.
 #[derive(Clone, Copy, Debug)]
@@ -33,57 +34,72 @@ pub(crate) enum Anchor {
     Turned,
 }
 
-/// Draws on a backend's area.
-pub(crate) struct Pen<'a, B: DrawingBackend> {
-    pub(crate) area: &'a DrawingArea<B, Shift>,
-    /// Device units to a layout unit.
-    pub(crate) scale: f64,
-    /// How far below its position a word's middle must be put to end up there, in parts of its size.
-    pub(crate) sink: f64,
+/// Draws on a white sheet.
+pub(crate) struct Pen {
+    sheet: Document,
+    font: FontRef<'static>,
 }
 
-impl<B: DrawingBackend> Pen<'_, B> {
-    fn device(&self, (x, y): At) -> (i32, i32) {
-        ((x * self.scale).round() as i32, (y * self.scale).round() as i32)
+impl Pen {
+    pub(crate) fn new(width: u32, height: u32) -> Result<Self> {
+        let font = FontRef::try_from_slice(DEJAVU_SANS).map_err(|e| Error::other("reading the font", e))?;
+        let white = Rectangle::new().set("width", "100%").set("height", "100%").set("fill", "white");
+        let sheet = Document::new().set("width", width).set("height", height).set("viewBox", (0, 0, width, height));
+        Ok(Self { sheet: sheet.add(white), font })
     }
 
-    pub(crate) fn line(&self, points: &[At], width: f64, colour: RGBColor) -> Drawn<B> {
-        let points: Vec<_> = points.iter().map(|&at| self.device(at)).collect();
-        self.area.draw(&PathElement::new(points, colour.stroke_width((width * self.scale).round() as u32)))
+    /// What has been drawn, as SVG.
+    pub(crate) fn svg(&self) -> String {
+        self.sheet.to_string()
     }
 
-    pub(crate) fn fill(&self, corners: &[At], colour: RGBColor, opacity: f64) -> Drawn<B> {
-        let corners: Vec<_> = corners.iter().map(|&at| self.device(at)).collect();
-        self.area.draw(&Polygon::new(corners, colour.mix(opacity).filled()))
+    pub(crate) fn line(&mut self, points: &[At], width: f64, colour: Colour) {
+        let line = Polyline::new().set("points", listed(points)).set("fill", "none");
+        self.sheet.append(line.set("stroke", css(colour)).set("stroke-width", width));
     }
 
-    pub(crate) fn dot(&self, at: At, radius: f64, colour: RGBColor) -> Drawn<B> {
-        self.area.draw(&Circle::new(self.device(at), radius * self.scale, colour.filled()))
+    pub(crate) fn fill(&mut self, corners: &[At], colour: Colour, opacity: f64) {
+        let area = Polygon::new().set("points", listed(corners)).set("fill", css(colour));
+        self.sheet.append(area.set("fill-opacity", opacity));
     }
 
-    pub(crate) fn word(&self, text: &str, at: At, size: f64, anchor: Anchor) -> Drawn<B> {
-        let (h, v, sink) = match anchor {
-            Anchor::Left => (HPos::Left, VPos::Center, self.sink),
-            Anchor::Right => (HPos::Right, VPos::Center, self.sink),
-            Anchor::Top => (HPos::Center, VPos::Top, 0.0),
-            Anchor::Turned => (HPos::Center, VPos::Center, 0.0),
+    pub(crate) fn dot(&mut self, at: At, radius: f64, colour: Colour) {
+        let dot = Circle::new().set("cx", tidy(at.0)).set("cy", tidy(at.1)).set("r", radius);
+        self.sheet.append(dot.set("fill", css(colour)));
+    }
+
+    pub(crate) fn word(&mut self, text: &str, (x, y): At, size: f64, anchor: Anchor) {
+        let (side, below) = match anchor {
+            Anchor::Left => ("start", MIDDLE),
+            Anchor::Right => ("end", MIDDLE),
+            Anchor::Top => ("middle", ASCENT),
+            Anchor::Turned => ("middle", MIDDLE),
         };
-        let at = (at.0, at.1 + sink * size);
-        let mut style = self.style(size).pos(Pos::new(h, v));
-        if let Anchor::Turned = anchor {
-            style = style.transform(FontTransform::Rotate270);
-        }
-        self.area.draw(&Text::new(text, self.device(at), style))
+        let word = Text::new(text).set("x", tidy(x)).set("y", tidy(y + below * size)).set("text-anchor", side);
+        let word = word.set("font-family", FAMILY).set("font-size", tidy(size)).set("fill", css(INK));
+        self.sheet.append(match anchor {
+            Anchor::Turned => word.set("transform", format!("rotate(-90 {} {})", tidy(x), tidy(y))),
+            _ => word,
+        });
     }
 
     /// A word's width in layout units.
     pub(crate) fn width(&self, text: &str, size: f64) -> f64 {
-        // A text that cannot be measured is drawn anyway, and fails there.
-        let (width, _) = self.area.estimate_text_size(text, &self.style(size)).unwrap_or_default();
-        f64::from(width) / self.scale
+        let height = self.font.height_unscaled() / self.font.units_per_em().unwrap_or(1.0);
+        let font = self.font.as_scaled(size as f32 * height);
+        text.chars().map(|letter| f64::from(font.h_advance(font.glyph_id(letter)))).sum()
     }
+}
 
-    fn style(&self, size: f64) -> TextStyle<'static> {
-        TextStyle::from((FAMILY, size * self.scale).into_font()).color(&INK)
-    }
+fn listed(points: &[At]) -> String {
+    points.iter().map(|&(x, y)| format!("{},{}", tidy(x), tidy(y))).collect::<Vec<_>>().join(" ")
+}
+
+/// A hundredth of a unit is finer than any screen.
+fn tidy(value: f64) -> f64 {
+    (value * 100.0).round() / 100.0
+}
+
+fn css([red, green, blue]: Colour) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
 }

@@ -111,6 +111,8 @@ fn objective(entropy: &Entropy, spec: &EnvSpec) -> Result<usize> {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
     use crate::Objective;
 
@@ -127,7 +129,7 @@ mod tests {
             temperature.alpha()
         };
         // The entropy to hold is -3, so a log-probability of 3 is just right; Adam's first step is its step size.
-        assert!((libm::log(step(3.5)) - 5e-4).abs() < 1e-9);
+        assert_abs_diff_eq!(libm::log(step(3.5)), 5e-4, epsilon = 1e-9);
         assert!((libm::log(step(2.5)) + 5e-4).abs() < 1e-9);
         assert_eq!(step(3.0), 1.0);
     }

@@ -3,14 +3,19 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-/// Runs an example for so many steps.
-fn example(name: &str, steps: &str) -> Output {
+/// An example's program.
+fn path(name: &str) -> PathBuf {
     let mut path: PathBuf = std::env::current_exe().unwrap();
     path.pop();
     path.pop();
     let path = path.join("examples").join(name);
     assert!(path.exists(), "{} is not there; run `cargo test -p copq-examples`", path.display());
-    Command::new(path).arg(steps).env("RUST_BACKTRACE", "0").output().unwrap()
+    path
+}
+
+/// Runs an example for so many steps.
+fn example(name: &str, steps: &str) -> Output {
+    Command::new(path(name)).arg(steps).env("RUST_BACKTRACE", "0").output().unwrap()
 }
 
 /// What it prints.
@@ -40,6 +45,11 @@ fn swap_projection() {
 fn your_own() {
     assert!(run("custom_env", "400").contains("progress"));
     assert!(run("custom_projection", "200").contains("velocity"));
+    let folder = tempfile::tempdir().unwrap();
+    let output = Command::new(path("inspect_bound")).current_dir(folder.path()).output().unwrap();
+    let printed = String::from_utf8(output.stdout).unwrap();
+    let drawn = std::fs::read_to_string(folder.path().join("bound.svg")).unwrap();
+    assert!(printed.contains("factor, safety first") && drawn.contains("extremum"), "{printed}");
     assert!(run("custom_network", "120").contains("with layer normalisation: 10 episodes"));
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # What makes COP-Q on TD3 leave the hopper's plateau: single runs that chose the settings of cop-td3 (DESIGN.md, "The preset to begin with").
-# Several of ours were stopped early: evaluations.csv tells where. About three hours on two cores without AVX-512.
+# Several of ours were stopped early: evaluations.csv tells where. About six hours on two cores without AVX-512.
 #   scripts/fetch-mujoco.sh && cargo build --release --features mujoco -p copq-cli && results/hopper-search/run.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -22,6 +22,16 @@ runs() {
     echo "cop-td3 --steps 100000 --seed 0 --out $out/norm-noise03-s0"
     echo "cop-td3 --steps 60000 --seed 10 --out $out/norm-noise03-s10"
     echo "cop-td3 --steps 100000 --seed 11 --out $out/norm-noise03-s11"
+    far="--set discount=0.995"
+    echo "cop-td3 $far --steps 100000 --seed 11 --out $out/norm-noise03-g995-s11"
+    echo "cop-td3 --set tau=0.02 --steps 100000 --seed 10 --out $out/norm-noise03-tau02-s10"
+    echo "cop-td3 --set tau=0.02 $far --steps 100000 --seed 10 --out $out/norm-noise03-tau02-g995-s10"
+    oac="cop-td3-oac --set famo=none --set normalise=true --set networks.init=lecun --steps 100000"
+    echo "$oac --seed 10 --out $out/norm-oac-s10"
+    for seed in 10 11; do
+        echo "$oac $far --seed $seed --out $out/norm-oac-g995-s$seed"
+        echo "$oac $far --set optimism.until=50000 --seed $seed --out $out/norm-oac-g995-until50k-s$seed"
+    done
 }
 
 runs | xargs -P 2 -I {} sh -c "$copq train {} 2>&1 | tail -n 3"

@@ -1,6 +1,7 @@
 //! Motors, springs, damping and limits of joints against exact solutions.
 
 use crate::support;
+use approx::assert_abs_diff_eq;
 
 use copq_envs::robot::Joint;
 use copq_envs::{Field, Physics, RobotSpec};
@@ -30,7 +31,7 @@ fn motors_act_fully_add_up_and_are_clamped() {
     let mut physics = start(&spec, 0.0, 0.0);
     // 0.5 x 30 - 1 x 10 = 5 N m on 0.5 kg m^2; the second control is clamped to 1.
     physics.step(&[0.5, 2.0], 10).unwrap();
-    assert!((qvel(&physics)[0] / (10.0 * 0.002 * 10.0) - 1.0).abs() < 1e-6);
+    assert_abs_diff_eq!(qvel(&physics)[0] / (10.0 * 0.002 * 10.0), 1.0, epsilon = 1e-6);
     let mut force = [0.0];
     physics.read(Field::ActuatorForce, &mut force).unwrap();
     assert_eq!(force, [5.0]);
@@ -53,12 +54,12 @@ fn motors_may_come_in_another_order_than_joints() {
 fn without_damping_it_turns_for_ever() {
     let mut wheel = start(&flywheel(hinge()), 0.0, 3.0);
     wheel.step(&[], 5000).unwrap();
-    assert!((qvel(&wheel)[0] - 3.0).abs() < 1e-9);
+    assert_abs_diff_eq!(qvel(&wheel)[0], 3.0, epsilon = 1e-9);
     let spec = RobotSpec { gravity: [0.0; 3], ..contraption(vec![block("top", None)], vec![Joint::free("free", 0)]) };
     let mut top = Rapier::new(&spec).unwrap();
     top.reset_to(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], &[0.0, 0.0, 0.0, 0.0, 0.0, 3.0]).unwrap();
     top.step(&[], 5000).unwrap();
-    assert!((qvel(&top)[5] - 3.0).abs() < 1e-9);
+    assert_abs_diff_eq!(qvel(&top)[5], 3.0, epsilon = 1e-9);
 }
 
 /// Damping at the end of the timestep, springs at its start: MuJoCo's Euler.

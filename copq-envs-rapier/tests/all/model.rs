@@ -1,6 +1,7 @@
 //! Poses, masses, inertia and velocities of every robot against MuJoCo's, in a random pose and motion.
 
 use crate::support;
+use approx::assert_abs_diff_eq;
 
 use copq_envs::robot::Preset;
 use copq_envs::{Field, Physics};
@@ -109,7 +110,7 @@ fn quaternions_keep_their_sign() {
         physics.step(&[0.1; 8], 1).unwrap();
         let after = qpos(&physics);
         assert!(worst(&before[3..7], &after[3..7]) < 0.05, "{before:?} {after:?}");
-        assert!((after[3..7].iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-12);
+        assert_abs_diff_eq!(after[3..7].iter().map(|x| x * x).sum::<f64>(), 1.0, epsilon = 1e-12);
         before = after;
     }
 }

@@ -73,14 +73,16 @@ fn z_onto([x, y, z]: [f64; 3]) -> [f64; 4] {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
 
     #[test]
     fn a_capsule_without_a_cylinder_is_a_ball() {
         let (ball, centre) = (solid_ball(1000.0, 0.1, [0.0; 3]), [0.0; 3]);
         let capsule = Capsule { radius: 0.1, half_length: 0.0, centre, quat: [1.0, 0.0, 0.0, 0.0] }.solid(1000.0);
-        assert!((ball.mass - 4.0 / 3.0 * PI).abs() < 1e-12);
-        assert!((capsule.mass - ball.mass).abs() < 1e-12);
+        assert_abs_diff_eq!(ball.mass, 4.0 / 3.0 * PI, epsilon = 1e-12);
+        assert_abs_diff_eq!(capsule.mass, ball.mass, epsilon = 1e-12);
         assert!(capsule.moments.iter().all(|moment| (moment - 0.4 * ball.mass * 1e-2).abs() < 1e-15));
     }
 

@@ -1,6 +1,7 @@
 //! What every locomotion environment promises, on an engine by hand.
 
 use crate::support;
+use approx::assert_abs_diff_eq;
 
 use copq::{Env, Outcome, State};
 use copq_envs::{Locomotion, task, tasks};
@@ -93,7 +94,7 @@ fn actions_are_clamped_for_the_motors_and_for_the_cost() {
     assert_eq!(bench.env.physics().ctrl, [0.5, -1.0, 1.0]);
     assert_eq!(bench.reward[2], -2.25);
     // Four substeps of 0.5 in 0.008 s.
-    assert!((bench.reward[1] - 250.0).abs() < 1e-3);
+    assert_abs_diff_eq!(bench.reward[1], 250.0, epsilon = 1e-3);
 }
 
 #[test]

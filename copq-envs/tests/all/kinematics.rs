@@ -1,6 +1,7 @@
 //! Forward kinematics against MuJoCo 3.17.0.
 
 use crate::support;
+use approx::assert_abs_diff_eq;
 
 use copq_envs::RobotSpec;
 use copq_envs::robot::{self, Body, Geom, Inertial, Joint, JointKind, Pose, Preset, Shape};
@@ -91,7 +92,7 @@ fn segments_end_on_their_geoms_axes() {
         assert!((0..3).all(|i| (a[i] + b[i] - 2.0 * pos[i]).abs() < 1e-14));
         let length = (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
         let Shape::Capsule { half_length, .. } = geom.shape else { continue };
-        assert!((length - 2.0 * half_length).abs() < 1e-14);
+        assert_abs_diff_eq!(length, 2.0 * half_length, epsilon = 1e-14);
     }
     // The floor is no segment, and each part of the upright hopper begins where the one before it ends.
     let hopper = robot::hopper(Preset::GymV5);

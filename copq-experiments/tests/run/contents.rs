@@ -1,5 +1,6 @@
 //! The files of a finished run.
 
+use approx::assert_abs_diff_eq;
 use std::path::Path;
 
 use copq::EnvSpec;
@@ -66,7 +67,7 @@ fn rows_are_at_their_intervals_and_at_the_end() {
     assert!(metrics.column("q/speed").unwrap()[0].is_nan(), "nothing is logged in the warm-up");
     let column = |name: &str| evaluations.column(name).unwrap();
     let total = column("return/speed/mean")[3] - 0.5 * column("return/effort/mean")[3];
-    assert!((total - column("weighted_total/mean")[3]).abs() < 1e-9);
+    assert_abs_diff_eq!(total, column("weighted_total/mean")[3], epsilon = 1e-9);
     assert!(column("return/speed/min")[3] < column("return/speed/mean")[3]);
     assert!(column("promised/speed")[3].is_finite() && column("discounted/effort")[3] > 0.0);
 }

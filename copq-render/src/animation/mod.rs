@@ -67,8 +67,7 @@ struct Frame {
 
 /// A colour for a robot's n-th limb, from a small set that people with any colour vision can tell apart.
 pub fn limb_colour(n: usize) -> [u8; 3] {
-    let colour = colour(n);
-    [colour.0, colour.1, colour.2]
+    colour(n)
 }
 
 impl Animation {

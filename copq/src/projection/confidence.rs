@@ -58,14 +58,16 @@ fn law(objectives: usize) -> Result<ChiSquared> {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
 
     #[test]
     fn a_unit_step_covers_what_the_paper_says() {
         for (objectives, level) in [(1, 0.683), (2, 0.393), (3, 0.199), (4, 0.090)] {
-            assert!((confidence(1.0, objectives).unwrap() - level).abs() < 5e-4);
-            assert!((confidence(-1.0, objectives).unwrap() - level).abs() < 5e-4);
-            assert!((step_length(level, objectives).unwrap() - 1.0).abs() < 2e-3);
+            assert_abs_diff_eq!(confidence(1.0, objectives).unwrap(), level, epsilon = 5e-4);
+            assert_abs_diff_eq!(confidence(-1.0, objectives).unwrap(), level, epsilon = 5e-4);
+            assert_abs_diff_eq!(step_length(level, objectives).unwrap(), 1.0, epsilon = 2e-3);
         }
     }
 
@@ -94,7 +96,7 @@ mod tests {
     fn two_objectives_have_a_closed_form() {
         // chi2_2(x) = 1 - exp(-x / 2)
         let level = 1.0 - (-4.66_f64 * 4.66 / 2.0).exp();
-        assert!((step_length(level, 2).unwrap() - 4.66).abs() < 1e-6);
+        assert_abs_diff_eq!(step_length(level, 2).unwrap(), 4.66, epsilon = 1e-6);
     }
 
     #[test]

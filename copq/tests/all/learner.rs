@@ -1,6 +1,7 @@
 //! The learner on a world whose optimum is known, with hand-written linear networks.
 
 use crate::toy;
+use approx::assert_abs_diff_eq;
 
 use copq::*;
 use toy::{SLOPE, Toy};
@@ -257,5 +258,5 @@ fn logs_explain_the_run() {
         assert!(value.is_finite() && step >= 299, "{name} at {step}: {value}");
     }
     let weights: f64 = ["famo/track", "famo/rest"].iter().map(|name| seen[*name].1).sum();
-    assert!((weights - 1.0).abs() < 1e-12);
+    assert_abs_diff_eq!(weights, 1.0, epsilon = 1e-12);
 }

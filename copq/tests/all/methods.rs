@@ -1,6 +1,7 @@
 //! REDQ, optimistic exploration, SAC and the constrained methods on worlds whose optimum is known.
 
 use crate::toy;
+use approx::assert_abs_diff_eq;
 
 use copq::projection::{Cholesky, Extremum};
 use copq::*;
@@ -328,7 +329,7 @@ fn the_limit_is_compared_in_the_units_of_q() {
     });
     assert!((seen["cost_violation/cost"] - 0.5).abs() < 1e-5 && seen["cost_estimate/cost"] == 2.5);
     // lambda + c (Q - d) = 1 + 3 * 0.5; the projection still sees lambda itself.
-    assert!((seen["multiplier_effective/cost"] - 2.5).abs() < 1e-4);
+    assert_abs_diff_eq!(seen["multiplier_effective/cost"], 2.5, epsilon = 1e-4);
     assert_eq!((lagrangian.weights(), seen["multiplier/cost"]), (&[-1.0, 1.0][..], 1.0));
     assert_eq!(lagrangian.actor_weights()[1], 1.0);
     // Far below the limit the augmented multiplier is cut off at zero, not negative.

@@ -1,5 +1,6 @@
 //! The constants of every preset, typed once more from the papers' tables.
 
+use approx::assert_abs_diff_eq;
 use copq::*;
 
 /// What all presets share (paper Table D.3).
@@ -65,7 +66,7 @@ fn balancing_and_optimism() {
     assert_eq!(config.famo, Some(FamoConfig { separate: false, ..famo }));
     assert_eq!(config.optimism, Some(Optimism { beta: 4.66, shift: 6.86, projection: None, until: None }));
     // 6.86 is the root of twice the KL bound 23.53, whose 4.66 is the radius: both to three digits.
-    assert!((0.5 * 6.86f64.powi(2) - 23.53).abs() < 0.005);
+    assert_abs_diff_eq!(0.5 * 6.86f64.powi(2), 23.53, epsilon = 0.005);
 }
 
 #[test]

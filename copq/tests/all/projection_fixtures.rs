@@ -1,6 +1,7 @@
 //! Worked examples with their numbers: fixtures A to G of the algorithm notes, computed independently in double precision.
 
 use crate::bounds;
+use approx::assert_abs_diff_eq;
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -33,13 +34,13 @@ fn b() -> Ensemble {
 fn a_all_four_methods() {
     let a = a();
     assert_close(&a.factor(&Cholesky).concat(), &[0.816_496_580_9, 0.0, -0.408_248_290_5, 2.121_320_343_6], 1e-9);
-    assert!((margin(&a) - 1.264_784_317_0).abs() < 1e-9);
+    assert_abs_diff_eq!(margin(&a), 1.264_784_317_0, epsilon = 1e-9);
     assert_close(&low(&a, &Cholesky), &[10.422_649_730_8, 4.788_675_134_6], 1e-6);
     assert_close(&low(&a, &Eigen), &[10.507_611_605_6, 4.554_010_026_9], 1e-6);
     assert_close(&low(&a, &Extremum), &[10.845_696_650_0, 3.994_056_450_5], 1e-6);
     assert_close(&low(&a, &Diagonal), &[10.422_649_730_8, 4.472_474_768_3], 1e-6);
-    assert!((ucb(&a, &Cholesky) - 17.914_710_197_4).abs() < 2e-6);
-    assert!((ucb(&a, &Extremum) - 19.139_082_859_7).abs() < 2e-6);
+    assert_abs_diff_eq!(ucb(&a, &Cholesky), 17.914_710_197_4, epsilon = 2e-6);
+    assert_abs_diff_eq!(ucb(&a, &Extremum), 19.139_082_859_7, epsilon = 2e-6);
 }
 
 #[test]
@@ -50,13 +51,13 @@ fn b_the_clip_fires() {
     let turned = [0.240_192_230_7, 0.970_725_343_4];
     assert_close(&b.offset(&Cholesky), &times(&b.factor(&Cholesky), &turned), 1e-9);
     assert_close(&low(&b, &Cholesky), &[10.803_883_864_9, 1.196_116_135_1], 1e-6);
-    assert!((ucb(&b, &Cholesky) - 8.485_281_374_2).abs() < 2e-6);
+    assert_abs_diff_eq!(ucb(&b, &Cholesky), 8.485_281_374_2, epsilon = 2e-6);
 }
 
 #[test]
 fn c_a_cost_comes_first() {
     let c = Ensemble::new(&[&[3.0, 7.0], &[5.0, 11.0], &[4.0, 6.0]], &[-2.0, 1.0]);
-    assert!((margin(&c) - 0.282_842_712_5).abs() < 1e-9);
+    assert_abs_diff_eq!(margin(&c), 0.282_842_712_5, epsilon = 1e-9);
     // The cost is raised, and the reward too: the two rise together.
     assert_close(&low(&c, &Cholesky), &[4.730_296_743_3, 8.828_137_954_6], 1e-6);
 }
@@ -66,9 +67,9 @@ fn d_unequal_weights() {
     let critics: [&[f32]; 4] =
         [&[100.0, 50.0, -10.0], &[104.0, 46.0, -12.0], &[98.0, 53.0, -9.0], &[101.0, 60.0, -14.0]];
     let d = Ensemble::new(&critics, &[1.0, 5.0, 1.0]);
-    assert!((margin(&d) - 3.652_417_599_0).abs() < 1e-9);
+    assert_abs_diff_eq!(margin(&d), 3.652_417_599_0, epsilon = 1e-9);
     assert_close(&low(&d, &Cholesky), &[100.333_333_333_3, 48.204_894_887_7, -9.586_326_327_6], 1e-5);
-    assert!((ucb(&d, &Cholesky) - 84.522_134_984_0).abs() < 2e-5);
+    assert_abs_diff_eq!(ucb(&d, &Cholesky), 84.522_134_984_0, epsilon = 2e-5);
 }
 
 #[test]
@@ -85,7 +86,7 @@ fn e_the_clip_fires_among_three() {
 fn f_one_objective() {
     let f = Ensemble::new(&[&[2.0], &[5.0]], &[1.0]);
     assert_eq!(f.bound(&Cholesky, -1.0), [2.0]);
-    assert!((ucb(&f, &Cholesky) - 10.49).abs() < 1e-6);
+    assert_abs_diff_eq!(ucb(&f, &Cholesky), 10.49, epsilon = 1e-6);
 }
 
 #[test]
