@@ -167,7 +167,7 @@ fn mass_and_centre_are_those_of_the_current_position() {
         let (mut qpos, [_, _, z]) = (robot.initial_qpos.clone(), physics.centre_of_mass().unwrap());
         qpos[2] += 0.5;
         physics.reset_to(&qpos, &[0.0; 23]).unwrap();
-        assert_abs_diff_eq!(physics.centre_of_mass().unwrap()[2], z - 0.5, epsilon = 1e-12);
+        assert_abs_diff_eq!(physics.centre_of_mass().unwrap()[2], z + 0.5, epsilon = 1e-12);
     });
 }
 
