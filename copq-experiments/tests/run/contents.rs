@@ -112,7 +112,10 @@ fn a_run_that_has_saved_nothing_yet_has_no_checkpoint() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = RunFolder::create(temporary.path().join("run"), &plan(1, 620), &settings()).unwrap();
     let message = read_checkpoint(folder.path()).unwrap_err().to_string();
-    assert!(message.contains("run': wanted one with a checkpoint") && message.ends_with("got one without"), "{message}");
+    assert!(
+        message.contains("run': wanted one with a checkpoint") && message.ends_with("got one without"),
+        "{message}"
+    );
 }
 
 #[test]
