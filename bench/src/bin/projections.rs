@@ -1,6 +1,8 @@
 //! What each projection costs in a whole TD3-COP update on walker2d's shapes, against the clipped double-Q choice by
 //! scalarised minimum with as many critics, and against that with two.
 
+use std::sync::Arc;
+
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -29,7 +31,7 @@ fn main() -> Result<()> {
     let cli = Cli::parse();
     let four = Workload::named("walker2d", 1)?;
     let two = Workload { critics: 2, ..four.clone() };
-    let mut running = vec![Running::new(Box::new(Copq::projecting(&two, Box::new(ScalarisedMin))?), &two)];
+    let mut running = vec![Running::new(Box::new(Copq::projecting(&two, Arc::new(ScalarisedMin))?), &two)];
     for name in names() {
         running.push(Running::new(Box::new(Copq::projecting(&four, by_name(name)?)?), &four));
     }

@@ -1,5 +1,7 @@
 //! The update by copq's core and one of its network backends.
 
+use std::sync::Arc;
+
 use anyhow::Result;
 use copq::projection::Cholesky;
 use copq::{Actor, Bound, Critic, Net, Projection, QView, Rng, Scratch, Stream};
@@ -12,7 +14,7 @@ use crate::workload::{Batch, DISCOUNT, TAU, Workload};
 pub struct Copq {
     critic: Box<dyn Critic>,
     actor: Box<dyn Actor>,
-    projection: Box<dyn Projection>,
+    projection: Arc<dyn Projection>,
     weights: Vec<f32>,
     actor_delay: usize,
     scratch: Scratch,
@@ -26,11 +28,11 @@ pub struct Copq {
 impl Copq {
     /// With the fast networks.
     pub fn fused(workload: &Workload) -> Result<Self> {
-        Self::projecting(workload, Box::new(Cholesky))
+        Self::projecting(workload, Arc::new(Cholesky))
     }
 
     /// With the fast networks and another projection.
-    pub fn projecting(workload: &Workload, projection: Box<dyn Projection>) -> Result<Self> {
+    pub fn projecting(workload: &Workload, projection: Arc<dyn Projection>) -> Result<Self> {
         let (spec, networks, mut rng) = (workload.spec(), workload.networks(), Rng::new(0, Stream::Init));
         let critic = copq_candle::critic(&spec, workload.critics, &networks, &mut rng)?.threads(workload.threads)?;
         let actor = copq_candle::actor(&spec, &networks, &mut rng)?.threads(workload.threads)?;
@@ -42,14 +44,14 @@ impl Copq {
         let (spec, networks, mut rng) = (workload.spec(), workload.networks(), Rng::new(0, Stream::Init));
         let critic = plain::Critics::new(&spec, workload.critics, &networks, &mut rng, &Device::Cpu)?;
         let actor = plain::Deterministic::new(&spec, &networks, &mut rng, &Device::Cpu)?;
-        Ok(Self::new(workload, Box::new(critic), Box::new(actor), Box::new(Cholesky)))
+        Ok(Self::new(workload, Box::new(critic), Box::new(actor), Arc::new(Cholesky)))
     }
 
     fn new(
         workload: &Workload,
         critic: Box<dyn Critic>,
         actor: Box<dyn Actor>,
-        projection: Box<dyn Projection>,
+        projection: Arc<dyn Projection>,
     ) -> Self {
         let values = workload.rows * workload.objectives;
         Self {

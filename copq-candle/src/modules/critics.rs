@@ -7,7 +7,7 @@ use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
 use super::Make;
 use super::network::Network;
 use crate::check;
-use crate::plain::{failed, loss_of, values};
+use crate::plain::{failed, loss_of, tensors, values};
 
 /// An ensemble of separately initialised modules (observation and action in, N values out).
 pub struct ModuleCritics {
@@ -51,11 +51,7 @@ impl ModuleCritics {
 
     /// A checked batch as tensors: observations `rows x observation` and actions `rows x action`.
     fn tensors(&self, obs: &[f32], act: &[f32]) -> Result<(Tensor, Tensor)> {
-        let rows = check::rows(obs, self.observation)?;
-        check::batch("actions", act, rows, self.action)?;
-        let obs = Tensor::from_slice(obs, (rows, self.observation), &self.device).map_err(failed)?;
-        let act = Tensor::from_slice(act, (rows, self.action), &self.device).map_err(failed)?;
-        Ok((obs, act))
+        tensors(obs, act, [self.observation, self.action], &self.device)
     }
 
     /// Every critic's values, `critics x rows x objectives`.

@@ -7,7 +7,7 @@ use copq::error::check_len;
 use copq::{Activation, Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
 
 use super::network::{Network, values};
-use super::{failed, loss_of};
+use super::{failed, loss_of, tensors};
 use crate::learned::{Learned, load_critics, save_critics};
 use crate::shape::Shape;
 use crate::{check, weights};
@@ -66,11 +66,7 @@ impl Critics {
 
     /// A checked batch as tensors: observations `rows x observation` and actions `rows x action`.
     fn tensors(&self, obs: &[f32], act: &[f32]) -> Result<(Tensor, Tensor)> {
-        let rows = check::rows(obs, self.observation)?;
-        check::batch("actions", act, rows, self.action)?;
-        let obs = Tensor::from_slice(obs, (rows, self.observation), &self.device).map_err(failed)?;
-        let act = Tensor::from_slice(act, (rows, self.action), &self.device).map_err(failed)?;
-        Ok((obs, act))
+        tensors(obs, act, [self.observation, self.action], &self.device)
     }
 
     /// Every critic's values, `critics x rows x objectives`.

@@ -10,9 +10,11 @@ pub use actor::Deterministic;
 pub use critics::Critics;
 pub use gaussian::Gaussian;
 
-use candle_core::Tensor;
+use candle_core::{Device, Tensor};
 use copq::{Error, Result};
 pub(crate) use network::values;
+
+use crate::check;
 
 /// A failure inside candle as copq's error.
 pub(crate) fn failed(error: candle_core::Error) -> Error {
@@ -29,4 +31,18 @@ pub(crate) fn loss_of(output: &Tensor, fill: Fill<'_>) -> Result<Tensor> {
     fill(&shown, &mut gradient)?;
     let gradient = Tensor::from_vec(gradient, output.dims(), output.device()).map_err(failed)?;
     (output * gradient).and_then(|product| product.sum_all()).map_err(failed)
+}
+
+/// A batch, checked, as tensors: observations and actions of these widths, `rows x width` each.
+pub(crate) fn tensors(
+    obs: &[f32],
+    act: &[f32],
+    [observation, action]: [usize; 2],
+    device: &Device,
+) -> Result<(Tensor, Tensor)> {
+    let rows = check::rows(obs, observation)?;
+    check::batch("actions", act, rows, action)?;
+    let obs = Tensor::from_slice(obs, (rows, observation), device).map_err(failed)?;
+    let act = Tensor::from_slice(act, (rows, action), device).map_err(failed)?;
+    Ok((obs, act))
 }

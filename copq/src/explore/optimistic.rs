@@ -1,5 +1,7 @@
 //! Optimistic exploration: the policy shifted towards the upper bound of the critics, as far as a KL bound allows.
 
+use std::sync::Arc;
+
 use super::{Context, Explore};
 use crate::error::check_not_negative;
 use crate::projection::{Bound, Directions, Projection, by_name};
@@ -22,7 +24,7 @@ pub struct Optimistic {
     /// Standard deviation of a deterministic policy's noise, in units of half the action range; unused for others.
     pub std: f32,
     /// Whose upper bound; the learner's own projection's, unless given.
-    projection: Option<Box<dyn Projection>>,
+    projection: Option<Arc<dyn Projection>>,
     work: Work,
 }
 
@@ -52,7 +54,7 @@ impl Optimistic {
 
     /// The upper bound of another projection than the learner's own, or of one of your own making.
     pub fn projection(self, projection: impl Projection + 'static) -> Self {
-        Self { projection: Some(Box::new(projection)), ..self }
+        Self { projection: Some(Arc::new(projection)), ..self }
     }
 
     /// Writes the gradient of the scalarised upper bound in the action, at `action`.

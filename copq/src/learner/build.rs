@@ -46,10 +46,7 @@ impl Learner {
         config.check()?;
         spec.check()?;
         // A task that does not suit the method is worth more words than critics that do not suit the task.
-        let multiplier: Box<dyn Multiplier> = match &config.constraint {
-            Some(constraint) => constraint.multiplier(spec, config.discount)?,
-            None => Box::new(FixedWeights::new(&spec.weights())?),
-        };
+        let multiplier = multiplier(&config, spec)?;
         check_parts(&config, spec, critic.as_ref(), actor.as_ref())?;
         let (n, rows) = (spec.objectives.len(), config.batch);
         let entropy = config.entropy.as_ref();
@@ -65,10 +62,7 @@ impl Learner {
             spec: spec.clone(),
             seed,
             explore: exploration(&config, actor.as_ref())?,
-            warm_up: match config.warm_up {
-                WarmUp::Uniform => Box::new(UniformActions),
-                WarmUp::Policy => own_noise(&config, actor.as_ref()),
-            },
+            warm_up: warm_up(&config, actor.as_ref()),
             normaliser: config.normalise.then(|| Normaliser::new(spec.obs_len)),
             multiplier,
             temperature,
@@ -108,6 +102,22 @@ impl Learner {
         }
         self.multiplier = Box::new(multiplier);
         Ok(self)
+    }
+}
+
+/// The task's weights, or the multipliers that a configuration describes.
+fn multiplier(config: &Config, spec: &EnvSpec) -> Result<Box<dyn Multiplier>> {
+    match &config.constraint {
+        Some(constraint) => constraint.multiplier(spec, config.discount),
+        None => Ok(Box::new(FixedWeights::new(&spec.weights())?)),
+    }
+}
+
+/// Who acts before the first update.
+fn warm_up(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
+    match config.warm_up {
+        WarmUp::Uniform => Box::new(UniformActions),
+        WarmUp::Policy => own_noise(config, actor),
     }
 }
 

@@ -6,8 +6,7 @@ use std::sync::Arc;
 use crate::policy::exported;
 use crate::temperature::Temperature;
 use crate::{
-    Actor, ActorKind, Batch, Config, Critic, EnvSpec, Explore, Famo, Multiplier, Normaliser, Observer, Projection,
-    Replay, Result,
+    Actor, Batch, Config, Critic, EnvSpec, Explore, Famo, Multiplier, Normaliser, Observer, Projection, Replay, Result,
 };
 use streams::Streams;
 use work::{Names, Work};
@@ -96,7 +95,7 @@ impl Learner {
 
     /// Writes the policy to a small file, without the replay: [`Policy::read`](crate::Policy::read) reads it back.
     pub fn save_policy(&self, path: impl AsRef<std::path::Path>) -> Result<()> {
-        let kind = if self.config.entropy.is_some() { ActorKind::Gaussian } else { ActorKind::Deterministic };
+        let kind = self.config.actor();
         let networks = &self.config.networks;
         exported(self.actor.as_ref(), self.normaliser.as_ref(), &self.spec, networks, kind)?.write_file(path)
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::check_not_negative;
-use crate::{Constraint, Entropy, Error, FamoConfig, Result};
+use crate::{ActorKind, Constraint, Entropy, Error, FamoConfig, Result};
 
 /// Network shapes and step sizes, for the backend that builds the networks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -205,31 +205,20 @@ pub struct Config {
 /// setting was there.
 fn bare() -> Config {
     Config {
-        discount: 0.99,
-        tau: 0.005,
-        batch: 256,
-        capacity: 1_000_000,
         start_steps: 25_000,
         warm_up: WarmUp::Uniform,
-        normalise: false,
-        updates_per_step: 1,
-        actor_delay: 2,
-        target_period: 1,
-        pessimism: 1.0,
-        actor_pessimism: 1.0,
-        subset: None,
-        own_cost_targets: false,
         smoothing: None,
-        entropy: None,
-        constraint: None,
         famo: None,
-        exploration_std: 0.1,
-        optimism: None,
-        networks: Networks::default(),
+        ..crate::Method::cop_td3_paper().config
     }
 }
 
 impl Config {
+    /// The kind of policy that learns by these settings: a stochastic one if it has an entropy bonus.
+    pub fn actor(&self) -> ActorKind {
+        if self.entropy.is_some() { ActorKind::Gaussian } else { ActorKind::Deterministic }
+    }
+
     /// An error that names the first setting that cannot be used.
     pub fn check(&self) -> Result<()> {
         fraction("discount", self.discount)?;

@@ -132,6 +132,6 @@ impl Method {
 
     /// The kind of policy that it learns: a stochastic one if it has an entropy bonus.
     pub fn actor(&self) -> ActorKind {
-        if self.config.entropy.is_some() { ActorKind::Gaussian } else { ActorKind::Deterministic }
+        self.config.actor()
     }
 }

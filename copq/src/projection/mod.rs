@@ -94,26 +94,7 @@ pub trait Projection: Debug + Send + Sync {
     fn vjp(&self, bound: Bound<'_>, scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()>;
 }
 
-/// A method chosen at run time, such as by [`by_name`].
-impl Projection for Box<dyn Projection> {
-    fn name(&self) -> &'static str {
-        self.as_ref().name()
-    }
-
-    fn ensemble(&self) -> Ensemble {
-        self.as_ref().ensemble()
-    }
-
-    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
-        self.as_ref().project(bound, scratch, out)
-    }
-
-    fn vjp(&self, bound: Bound<'_>, scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()> {
-        self.as_ref().vjp(bound, scratch, grad_out, grad_q)
-    }
-}
-
-/// A method that several learners share, such as [`Method::bound`](crate::Method::bound).
+/// A method chosen at run time, such as by [`by_name`], or shared by several learners ([`Method::bound`](crate::Method::bound)).
 impl Projection for Arc<dyn Projection> {
     fn name(&self) -> &'static str {
         self.as_ref().name()

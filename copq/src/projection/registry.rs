@@ -1,5 +1,7 @@
 //! Projections by name, for command lines and configuration files.
 
+use std::sync::Arc;
+
 use super::{Cholesky, Diagonal, Eigen, Extremum, IndependentMin, MeanStd, Projection, ScalarisedMin};
 use crate::{Error, Result};
 
@@ -20,15 +22,15 @@ pub fn names() -> &'static [&'static str] {
 /// assert!(error.starts_with("unknown projection 'eigne'; known: eigen, "));
 /// # Ok::<(), copq::Error>(())
 /// ```
-pub fn by_name(name: &str) -> Result<Box<dyn Projection>> {
+pub fn by_name(name: &str) -> Result<Arc<dyn Projection>> {
     Ok(match name {
-        "cholesky" => Box::new(Cholesky),
-        "eigen" => Box::new(Eigen),
-        "extremum" => Box::new(Extremum),
-        "diagonal" => Box::new(Diagonal),
-        "mean-std" => Box::new(MeanStd::default()),
-        "scalarised-min" => Box::new(ScalarisedMin),
-        "independent-min" => Box::new(IndependentMin),
+        "cholesky" => Arc::new(Cholesky),
+        "eigen" => Arc::new(Eigen),
+        "extremum" => Arc::new(Extremum),
+        "diagonal" => Arc::new(Diagonal),
+        "mean-std" => Arc::new(MeanStd::default()),
+        "scalarised-min" => Arc::new(ScalarisedMin),
+        "independent-min" => Arc::new(IndependentMin),
         _ => return Err(Error::unknown("projection", name, names())),
     })
 }

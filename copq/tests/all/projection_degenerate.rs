@@ -1,5 +1,7 @@
 //! Ensembles at the edge: agreement, collinearity, certainty, extreme scales, and inputs that are no ensemble at all.
 
+use std::sync::Arc;
+
 use crate::bounds;
 
 use bounds::{Ensemble, assert_close, ellipsoids, largest, offset, projections, widen};
@@ -375,14 +377,14 @@ impl Projection for FirstCritic {
 
 #[test]
 fn a_foreign_projection_is_like_the_built_in() {
-    let boxed: Box<dyn Projection> = Box::new(FirstCritic);
+    let boxed: Arc<dyn Projection> = Arc::new(FirstCritic);
     let q = [1.0, 2.0, 3.0, 4.0];
     let (mut scratch, mut out) = (Scratch::default(), [0.0; 2]);
     let bound = Bound { q: QView::new(&q, 2, 1).unwrap(), weights: &[1.0], step: -1.0 };
     boxed.project(bound, &mut scratch, &mut out).unwrap();
     assert_eq!((out, scratch.clip_rate()), ([1.0, 2.0], 0.5));
     assert_eq!((boxed.name(), boxed.ensemble()), ("first-critic", copq::Ensemble::Spanning));
-    let taken_by_value = |projection: Box<dyn Projection>| bounds::vjp(&projection, &q, 2, &[1.0], -1.0, &[1.0, 1.0]);
+    let taken_by_value = |projection: Arc<dyn Projection>| bounds::vjp(&projection, &q, 2, &[1.0], -1.0, &[1.0, 1.0]);
     assert_eq!(taken_by_value(boxed), [1.0, 1.0, 0.0, 0.0]);
 }
 
