@@ -27,7 +27,8 @@ mod system {
     use std::env;
     use std::path::{Path, PathBuf};
 
-    /// A folder with `include/mujoco/mujoco.h` and the library somewhere below; without it, what the compiler finds.
+    /// A folder with `include/mujoco/mujoco.h` and the library somewhere below; without it, what
+    /// the compiler finds.
     const DIR: &str = "COPQ_MUJOCO_DIR";
 
     pub fn find(build: &mut cc::Build) {
@@ -44,14 +45,17 @@ mod system {
 
     /// The first file named `libmujoco.so*` or `libmujoco*.dylib`, not too deep.
     fn library_below(dir: &Path, depth: usize) -> Option<PathBuf> {
-        let mut entries: Vec<_> = dir.read_dir().ok()?.flatten().map(|entry| entry.path()).collect();
+        let mut entries: Vec<_> =
+            dir.read_dir().ok()?.flatten().map(|entry| entry.path()).collect();
         entries.sort();
         let is_library = |path: &&PathBuf| {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             name.starts_with("libmujoco") && (name.contains(".so") || name.ends_with(".dylib"))
         };
         let here = entries.iter().find(is_library).cloned();
-        here.or_else(|| entries.iter().filter(|_| depth > 0).find_map(|entry| library_below(entry, depth - 1)))
+        here.or_else(|| {
+            entries.iter().filter(|_| depth > 0).find_map(|entry| library_below(entry, depth - 1))
+        })
     }
 }
 
@@ -63,10 +67,12 @@ mod linked {
     /// What mujoco-rs's own build script reads.
     const DIR: &str = "MUJOCO_DYNAMIC_LINK_DIR";
 
-    /// Copies the library to where cargo lets programs look that it runs: a link path inside of the target folder.
+    /// Copies the library to where cargo lets programs look that it runs: a link path inside of the
+    /// target folder.
     pub fn provide() {
         println!("cargo::rerun-if-env-changed={DIR}");
-        // Linked statically, found by pkg-config or downloaded by mujoco-rs: then it is not ours to provide.
+        // Linked statically, found by pkg-config or downloaded by mujoco-rs: then it is not ours to
+        // provide.
         let Some(lib) = env::var_os(DIR).map(PathBuf::from) else { return };
         println!("cargo::rerun-if-changed={}", lib.display());
         let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
@@ -83,12 +89,13 @@ mod linked {
 
     fn copy_libraries(from: &Path, to: &Path) -> usize {
         let files = from.read_dir().into_iter().flatten().flatten();
-        let libraries = files.filter(|file| file.file_name().to_string_lossy().starts_with("libmujoco"));
+        let libraries =
+            files.filter(|file| file.file_name().to_string_lossy().starts_with("libmujoco"));
         libraries.filter(|file| replace(&file.path(), &to.join(file.file_name())).is_ok()).count()
     }
 
-    /// Copies to another name and renames: a program that runs meanwhile has the old file in its memory, and to write into
-    /// that would end it.
+    /// Copies to another name and renames: a program that runs meanwhile has the old file in its
+    /// memory, and to write into that would end it.
     fn replace(from: &Path, to: &Path) -> io::Result<()> {
         let part = to.with_extension("part");
         fs::copy(from, &part)?;

@@ -1,6 +1,7 @@
 //! An environment of your own: a cart that should be quick, but above all should not hit the wall.
 //!
-//! `cargo run --release -p copq-examples --example custom_env -- 20000` checks it, then trains for that many steps.
+//! `cargo run --release -p copq-examples --example custom_env -- 20000` checks it, then trains for
+//! that many steps.
 
 use copq::{Env, EnvSpec, Learner, Method, Outcome, Result, Rng, Silent, Trainer, check_env};
 use copq_candle::Candle;
@@ -19,7 +20,8 @@ struct Cart {
 impl Cart {
     fn new() -> Self {
         // By priority: no crash first, then progress.
-        let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("progress", 1.0).horizon(200);
+        let spec =
+            EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("progress", 1.0).horizon(200);
         Self { spec, state: [0.0; 2], steps: 0 }
     }
 }
@@ -43,11 +45,14 @@ impl Env for Cart {
         *position += TICK * *velocity;
         self.steps += 1;
         let crashed = *position >= WALL;
-        reward.copy_from_slice(&[if crashed { 0.0 } else { 1.0 }, -(WALL - 1.0 - *position).abs() / WALL]);
+        reward.copy_from_slice(&[
+            if crashed { 0.0 } else { 1.0 },
+            -(WALL - 1.0 - *position).abs() / WALL,
+        ]);
         obs.copy_from_slice(&self.state);
         Ok(match (crashed, self.steps == self.spec.horizon) {
             (true, _) => Outcome::Terminated, // nothing follows
-            (_, true) => Outcome::Truncated,  // time ran out, but the state is worth what it is worth
+            (_, true) => Outcome::Truncated, // time ran out, but the state is worth what it is worth
             _ => Outcome::Running,
         })
     }

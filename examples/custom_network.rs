@@ -7,7 +7,11 @@ use copq::{Learner, Method, Result, Silent, Trainer};
 use copq_candle::{Candle, Modules};
 
 /// Observation and action in, a value of each objective out.
-fn critic(vars: VarBuilder<'_>, input: usize, output: usize) -> candle_core::Result<Box<dyn Module + Send>> {
+fn critic(
+    vars: VarBuilder<'_>,
+    input: usize,
+    output: usize,
+) -> candle_core::Result<Box<dyn Module + Send>> {
     let first = linear(input, 64, vars.pp("first"))?;
     let norm = layer_norm_no_bias(64, 1e-5, vars.pp("norm"))?;
     let last = linear(64, output, vars.pp("last"))?;

@@ -1,6 +1,7 @@
 //! A projection of your own, with its gradient: cautious about safety, neutral about the rest.
 //!
-//! `cargo run --release -p copq-examples --example custom_projection -- 20000` trains the hopper with it for that many steps.
+//! `cargo run --release -p copq-examples --example custom_projection -- 20000` trains the hopper
+//! with it for that many steps.
 
 use copq::projection::{Bound, Deviations, Ellipsoid, Projection, QView, Scratch, Work};
 use copq::{Learner, Method, Result, Silent, Trainer};
@@ -17,14 +18,22 @@ impl Ellipsoid for SafetyOnly {
         "safety-only"
     }
 
-    /// How far from the mean, for one row: X holds the critics' deviations, u the unit direction of the weights.
+    /// How far from the mean, for one row: X holds the critics' deviations, u the unit direction of
+    /// the weights.
     fn offset(&self, x: &Deviations<'_>, u: &[f64], _: &mut Work, out: &mut [f64]) {
         out.fill(0.0);
         out[0] = self.caution * x.std(0) * u[0];
     }
 
     /// Its gradient: d std / dx_k = x_k / (K std).
-    fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], _: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
+    fn offset_vjp(
+        &self,
+        x: &Deviations<'_>,
+        u: &[f64],
+        _: &mut Work,
+        grad: &[f64],
+        grad_x: &mut [f64],
+    ) {
         let scale = self.caution * grad[0] * u[0] / (x.critics() as f64 * x.std(0).max(1e-12));
         x.objective(0).iter().zip(grad_x).for_each(|(x, grad_x)| *grad_x += scale * x);
     }
@@ -35,15 +44,22 @@ fn check_gradient(projection: &dyn Projection) -> Result<()> {
     const NUDGE: f32 = 1e-2;
     let q = [1.0, 5.0, 2.0, 3.0, 4.0, 4.0];
     let bound = |q: &[f32]| -> Result<f32> {
-        let (mut out, q) = ([0.0; 2], QView::new(q, 3, 2)?);
-        projection.project(Bound { q, weights: &[1.0, 1.0], step: -1.0 }, &mut Scratch::default(), &mut out)?;
+        let mut out = [0.0; 2];
+        let q = QView::new(q, 3, 2)?;
+        projection.project(
+            Bound { q, weights: &[1.0, 1.0], step: -1.0 },
+            &mut Scratch::default(),
+            &mut out,
+        )?;
         Ok(out[0] + 2.0 * out[1])
     };
-    let (mut grad, view) = ([0.0; 6], QView::new(&q, 3, 2)?);
+    let mut grad = [0.0; 6];
+    let view = QView::new(&q, 3, 2)?;
     let asked = Bound { q: view, weights: &[1.0, 1.0], step: -1.0 };
     projection.vjp(asked, &mut Scratch::default(), &[1.0, 2.0], &mut grad)?;
     for i in 0..q.len() {
-        let (mut up, mut down) = (q, q);
+        let mut up = q;
+        let mut down = q;
         (up[i], down[i]) = (q[i] + NUDGE, q[i] - NUDGE);
         let wanted = (bound(&up)? - bound(&down)?) / (2.0 * NUDGE);
         assert!((grad[i] - wanted).abs() < 1e-3, "gradient {i}: {}, not {wanted}", grad[i]);

@@ -1,4 +1,5 @@
-//! What an ensemble says about one action: covariance, factor in priority order, confidence ellipse and bounds, drawn.
+//! What an ensemble says about one action: covariance, factor in priority order, confidence ellipse
+//! and bounds, drawn.
 //!
 //! `cargo run --release -p copq-examples --example inspect_bound` leaves bound.svg here.
 

@@ -10,9 +10,11 @@ fn main() -> Result<()> {
     let steps = copq_examples::steps(20_000)?;
     let env = copq_envs_rapier::make("b/hopper")?; // a cost, the speed above a limit, and a reward
 
-    // SAC, one critic of the cost and two of the reward, and a multiplier that learns how much the limit matters.
+    // SAC, one critic of the cost and two of the reward, and a multiplier that learns how much the
+    // limit matters.
     let plain = LagrangianConfig { augmentation: 0.0, ..Default::default() };
-    let sac = Method::sac().bound(IndependentMin).critics(Ensemble::Separate { cost: 1, reward: 2 });
+    let sac =
+        Method::sac().bound(IndependentMin).critics(Ensemble::Separate { cost: 1, reward: 2 });
     let method = sac.constrain(Constraint::Lagrangian(plain)).warm_up(steps.min(1_000) / 2);
 
     let limit = env.spec().limit(0).unwrap_or_default();

@@ -10,12 +10,14 @@ fn main() -> Result<()> {
     let steps = copq_examples::steps(20_000)?;
     let env = copq_envs_rapier::make("a/hopper")?;
 
-    // TD3 whose critics value every objective, and whose targets use their Cholesky bound: that is COP-Q.
+    // TD3 whose critics value every objective, and whose targets use their Cholesky bound: that is
+    // COP-Q.
     let td3 = Method::td3().bound(Cholesky).warm_up(steps.min(1_000) / 2);
     let mut method = td3.balance(FamoConfig::default());
     method.config.target_period = 1;
 
-    // `Method::cop_td3()` is the preset to begin with, `Method::cop_td3_paper()` the paper's to the letter.
+    // `Method::cop_td3()` is the preset to begin with, `Method::cop_td3_paper()` the paper's to the
+    // letter.
     let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;
     let mut trainer = Trainer::new(env, learner)?;
     for _ in 0..4 {

@@ -5,7 +5,8 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-/// The README's quick start, run: a test has little time, and leaves its policy among the temporary files.
+/// The README's quick start, run: a test has little time, and leaves its policy among the temporary
+/// files.
 ///
 /// ```
 /// use copq::{Learner, Method, Silent, Trainer, projection::Extremum};

@@ -30,7 +30,8 @@ impl fmt::Display for Case {
 /// COP-Q's own shape first, then more critics, then more objectives with one critic more than that.
 fn cases() -> Vec<Case> {
     let shapes = [(4, 3), (2, 3), (10, 3), (32, 3), (2, 1), (11, 10), (51, 50)];
-    let case = |(critics, objectives)| names().iter().map(move |name| Case { name, critics, objectives });
+    let case =
+        |(critics, objectives)| names().iter().map(move |name| Case { name, critics, objectives });
     shapes.into_iter().flat_map(case).collect()
 }
 
@@ -42,19 +43,25 @@ fn normals(len: usize) -> Vec<f32> {
 
 #[divan::bench(args = cases())]
 fn project(bencher: Bencher<'_, '_>, case: &Case) {
-    let (projection, q) = (by_name(case.name).unwrap(), normals(case.critics * ROWS * case.objectives));
-    let (weights, mut out) = (vec![1.0; case.objectives], vec![0.0; ROWS * case.objectives]);
+    let projection = by_name(case.name).unwrap();
+    let q = normals(case.critics * ROWS * case.objectives);
+    let weights = vec![1.0; case.objectives];
+    let mut out = vec![0.0; ROWS * case.objectives];
     let q = QView::new(&q, case.critics, case.objectives).unwrap();
-    let (bound, mut scratch) = (Bound { q, weights: &weights, step: -1.0 }, Scratch::default());
+    let bound = Bound { q, weights: &weights, step: -1.0 };
+    let mut scratch = Scratch::default();
     bencher.bench_local(|| projection.project(bound, &mut scratch, &mut out).unwrap());
 }
 
 #[divan::bench(args = cases())]
 fn vjp(bencher: Bencher<'_, '_>, case: &Case) {
-    let (projection, q) = (by_name(case.name).unwrap(), normals(case.critics * ROWS * case.objectives));
-    let (weights, grad) = (vec![1.0; case.objectives], vec![1.0 / ROWS as f32; ROWS * case.objectives]);
+    let projection = by_name(case.name).unwrap();
+    let q = normals(case.critics * ROWS * case.objectives);
+    let weights = vec![1.0; case.objectives];
+    let grad = vec![1.0 / ROWS as f32; ROWS * case.objectives];
     let mut grad_q = vec![0.0; q.len()];
     let q = QView::new(&q, case.critics, case.objectives).unwrap();
-    let (bound, mut scratch) = (Bound { q, weights: &weights, step: -1.0 }, Scratch::default());
+    let bound = Bound { q, weights: &weights, step: -1.0 };
+    let mut scratch = Scratch::default();
     bencher.bench_local(|| projection.vjp(bound, &mut scratch, &grad, &mut grad_q).unwrap());
 }

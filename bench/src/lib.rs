@@ -40,11 +40,14 @@ pub fn text([low, median, high]: [f64; 3]) -> String {
 
 /// Nanoseconds a step over episodes of random actions; resets are not in the time.
 pub fn episodes(env: &mut dyn Env, steps: usize, seed: u64) -> Result<f64> {
-    let (mut obs, mut reward) = (vec![0.0; env.spec().obs_len], vec![0.0; env.spec().objectives.len()]);
+    let mut obs = vec![0.0; env.spec().obs_len];
+    let mut reward = vec![0.0; env.spec().objectives.len()];
     let mut rng = Rng::with_stream(seed, 2);
-    let action = |_| (0..env.spec().action_len()).map(|_| rng.uniform_in(-1.0, 1.0) as f32).collect();
+    let action =
+        |_| (0..env.spec().action_len()).map(|_| rng.uniform_in(-1.0, 1.0) as f32).collect();
     let actions: Vec<Vec<f32>> = (0..steps).map(action).collect();
-    let (mut actions, mut time) = (actions.iter().peekable(), 0.0);
+    let mut actions = actions.iter().peekable();
+    let mut time = 0.0;
     while actions.peek().is_some() {
         env.reset(rng.next_u64(), &mut obs)?;
         let start = cpu_time();

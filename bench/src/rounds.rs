@@ -1,4 +1,5 @@
-//! Interleaved rounds: what ran side by side is compared round by round, so that a machine's drift drops out.
+//! Interleaved rounds: what ran side by side is compared round by round, so that a machine's drift
+//! drops out.
 
 use std::time::Instant;
 
@@ -42,15 +43,23 @@ impl Running {
 
     /// Does more updates; the mean time of one.
     pub fn time(&mut self, updates: usize) -> Result<Time> {
-        let (start, cpu) = (Instant::now(), process_time());
+        let start = Instant::now();
+        let cpu = process_time();
         self.run(updates)?;
         let scale = 1e-6 / updates as f64;
-        Ok(Time { wall: start.elapsed().as_nanos() as f64 * scale, cpu: (process_time() - cpu) * scale })
+        Ok(Time {
+            wall: start.elapsed().as_nanos() as f64 * scale,
+            cpu: (process_time() - cpu) * scale,
+        })
     }
 }
 
 /// Every program's times, `rounds` of them, after one round to warm up.
-pub fn interleave(running: &mut [Running], rounds: usize, updates: usize) -> Result<Vec<Vec<Time>>> {
+pub fn interleave(
+    running: &mut [Running],
+    rounds: usize,
+    updates: usize,
+) -> Result<Vec<Vec<Time>>> {
     let mut times = vec![Vec::new(); running.len()];
     for round in 0..=rounds {
         for (times, running) in times.iter_mut().zip(running.iter_mut()) {

@@ -1,4 +1,5 @@
-//! What is measured: sizes of one TD3-COP update, and the weights and batches that every program starts from.
+//! What is measured: sizes of one TD3-COP update, and the weights and batches that every program
+//! starts from.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -38,8 +39,9 @@ pub struct Workload {
 }
 
 impl Workload {
-    /// `walker2d` and `humanoid` are TD3-COP on Gymnasium's robots of those names; `redq` has walker2d's shapes with
-    /// 10 critics and an actor that moves in every 20th update, the last of an environment step.
+    /// `walker2d` and `humanoid` are TD3-COP on Gymnasium's robots of those names; `redq` has
+    /// walker2d's shapes with 10 critics and an actor that moves in every 20th update, the last of
+    /// an environment step.
     pub fn named(name: &str, threads: usize) -> Result<Self> {
         let walker2d = Self {
             observation: 17,
@@ -81,17 +83,25 @@ impl Workload {
         Batch::random(self, &mut Rng::new(0, Stream::Batch))
     }
 
-    /// Writes what the peers need: `critics.safetensors`, `actor.safetensors` and `batches.safetensors`.
+    /// Writes what the peers need: `critics.safetensors`, `actor.safetensors` and
+    /// `batches.safetensors`.
     pub fn write(&self, folder: &Path) -> Result<()> {
         std::fs::create_dir_all(folder)?;
-        let (spec, networks, mut rng) = (self.spec(), self.networks(), Rng::new(0, Stream::Init));
+        let spec = self.spec();
+        let networks = self.networks();
+        let mut rng = Rng::new(0, Stream::Init);
         let critics = copq_candle::critic(&spec, self.critics, &networks, &mut rng)?;
         critics.save_safetensors(folder.join("critics.safetensors"))?;
-        copq_candle::actor(&spec, &networks, &mut rng)?.save_safetensors(folder.join("actor.safetensors"))?;
+        copq_candle::actor(&spec, &networks, &mut rng)?
+            .save_safetensors(folder.join("actor.safetensors"))?;
         let mut arrays = HashMap::new();
         for (i, batch) in self.batches().iter().enumerate() {
             for (name, values) in batch.arrays() {
-                let tensor = Tensor::from_slice(values, (self.rows, values.len() / self.rows), &Device::Cpu)?;
+                let tensor = Tensor::from_slice(
+                    values,
+                    (self.rows, values.len() / self.rows),
+                    &Device::Cpu,
+                )?;
                 arrays.insert(format!("{i}.{name}"), tensor);
             }
         }

@@ -7,8 +7,8 @@ pub(crate) const BETA2: f64 = 0.999;
 /// Added to the root of the second moment.
 pub(crate) const EPSILON: f64 = 1e-8;
 
-/// What the bias corrections of one step make of the learning rate (Kingma and Ba 2015, as PyTorch arranges it):
-/// `parameter -= rate * m / (sqrt(v) / root + EPSILON)`.
+/// What the bias corrections of one step make of the learning rate (Kingma and Ba 2015, as PyTorch
+/// arranges it): `parameter -= rate * m / (sqrt(v) / root + EPSILON)`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
     /// Learning rate over the first moment's correction.

@@ -1,4 +1,5 @@
-//! Checks of what comes in through the public methods: each error names the slice, what was wanted and what came.
+//! Checks of what comes in through the public methods: each error names the slice, what was wanted
+//! and what came.
 
 use copq::error::check_len;
 use copq::{EnvSpec, Error, Networks, Result};
@@ -12,7 +13,11 @@ pub(crate) fn settings(spec: &EnvSpec, networks: &Networks) -> Result<()> {
 /// The number of rows in a batch of observations.
 pub(crate) fn rows(obs: &[f32], observation: usize) -> Result<usize> {
     if obs.is_empty() || !obs.len().is_multiple_of(observation) {
-        return Err(Error::invalid("observations", format!("a positive multiple of {observation} values"), obs.len()));
+        return Err(Error::invalid(
+            "observations",
+            format!("a positive multiple of {observation} values"),
+            obs.len(),
+        ));
     }
     Ok(obs.len() / observation)
 }
@@ -33,15 +38,25 @@ pub(crate) fn deterministic(noise: &[f32], log_prob: &[f32]) -> Result<()> {
 }
 
 /// An error unless a stochastic policy was given noise and room for log-probabilities, or neither.
-pub(crate) fn stochastic(noise: &[f32], log_prob: &[f32], rows: usize, action: usize) -> Result<()> {
-    let (wanted_noise, wanted_log_prob) = if noise.is_empty() { (0, 0) } else { (rows * action, rows) };
+pub(crate) fn stochastic(
+    noise: &[f32],
+    log_prob: &[f32],
+    rows: usize,
+    action: usize,
+) -> Result<()> {
+    let (wanted_noise, wanted_log_prob) =
+        if noise.is_empty() { (0, 0) } else { (rows * action, rows) };
     check_len("noise", noise.len(), wanted_noise)?;
     check_len("log-probabilities", log_prob.len(), wanted_log_prob)
 }
 
 /// An error unless the averaging rate is in [0, 1].
 pub(crate) fn tau(tau: f32) -> Result<()> {
-    if (0.0..=1.0).contains(&tau) { Ok(()) } else { Err(Error::invalid("tau", "a number in [0, 1]", tau)) }
+    if (0.0..=1.0).contains(&tau) {
+        Ok(())
+    } else {
+        Err(Error::invalid("tau", "a number in [0, 1]", tau))
+    }
 }
 
 /// An error unless there is at least one of something.

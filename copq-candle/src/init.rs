@@ -4,8 +4,8 @@ use copq::{Init, Rng};
 
 use crate::shape::Shape;
 
-/// Parameters in the flat buffer's order, drawn as `initial` says. Every one takes its number from `rng`, even a bias that
-/// starts from zero.
+/// Parameters in the flat buffer's order, drawn as `initial` says. Every one takes its number from
+/// `rng`, even a bias that starts from zero.
 pub(crate) fn parameters(shape: &Shape, initial: Init, rng: &mut Rng) -> Vec<f32> {
     let mut out = vec![0.0; shape.len()];
     for layer in shape.layers() {
@@ -43,9 +43,13 @@ mod tests {
                 values[range].iter().fold(0.0f64, |most, &x| most.max(f64::from(x).abs()))
             };
             let weights = &values[layer.weight()];
-            let variance = weights.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>() / weights.len() as f64;
+            let variance =
+                weights.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>() / weights.len() as f64;
             assert!((0.99 * bound..=bound).contains(&largest(layer.weight())), "{initial:?}");
-            assert!((variance / (bound * bound / 3.0) - 1.0).abs() < 0.03, "{initial:?}: {variance}");
+            assert!(
+                (variance / (bound * bound / 3.0) - 1.0).abs() < 0.03,
+                "{initial:?}: {variance}"
+            );
             assert!((0.9 * bias..=bias).contains(&largest(layer.bias())), "{initial:?}");
         }
     }

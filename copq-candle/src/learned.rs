@@ -1,11 +1,13 @@
-//! Everything one network has learned, in flat buffers: what both implementations start from, save and load.
+//! Everything one network has learned, in flat buffers: what both implementations start from, save
+//! and load.
 
 use copq::{Error, Init, Result, Rng, State};
 
 use crate::init;
 use crate::shape::Shape;
 
-/// Parameters, slow copy and optimiser state of one network; every buffer of numbers is laid out by its [`Shape`].
+/// Parameters, slow copy and optimiser state of one network; every buffer of numbers is laid out by
+/// its [`Shape`].
 #[derive(Clone, Debug)]
 pub(crate) struct Learned<T = f32> {
     /// Trained parameters.
@@ -32,7 +34,8 @@ impl Learned {
         Self { target: online.clone(), online, m: zeros.clone(), v: zeros, steps: 0 }
     }
 
-    /// Writes online parameters alone: `layer.0.weight` (`output x input`), `layer.0.bias` and so on.
+    /// Writes online parameters alone: `layer.0.weight` (`output x input`), `layer.0.bias` and so
+    /// on.
     pub fn export(online: &[f32], shape: &Shape, state: &mut State) {
         for (name, dims, range) in shape.arrays() {
             state.put_shaped(&name, &dims, &online[range]);
@@ -48,10 +51,15 @@ impl Learned {
         Ok(online)
     }
 
-    /// Writes subtrees `online`, `target`, `adam_m`, `adam_v` of `layer.i.weight` (`output x input`) and `layer.i.bias`
-    /// arrays, and the count `steps`.
+    /// Writes subtrees `online`, `target`, `adam_m`, `adam_v` of `layer.i.weight`
+    /// (`output x input`) and `layer.i.bias` arrays, and the count `steps`.
     pub fn save(&self, shape: &Shape, state: &mut State) {
-        let parts = [("online", &self.online), ("target", &self.target), ("adam_m", &self.m), ("adam_v", &self.v)];
+        let parts = [
+            ("online", &self.online),
+            ("target", &self.target),
+            ("adam_m", &self.m),
+            ("adam_v", &self.v),
+        ];
         for (part, values) in parts {
             Self::export(values, shape, state.child_mut(part));
         }
@@ -61,7 +69,8 @@ impl Learned {
     /// Reads what [`Learned::save`] wrote.
     pub fn load(shape: &Shape, state: &State) -> Result<Self> {
         let part = |part| Self::import(shape, state.child(part)?);
-        let [online, target, m, v] = [part("online")?, part("target")?, part("adam_m")?, part("adam_v")?];
+        let [online, target, m, v] =
+            [part("online")?, part("target")?, part("adam_m")?, part("adam_v")?];
         Ok(Self { online, target, m, v, steps: state.get_one("steps")? })
     }
 }
@@ -70,12 +79,22 @@ impl<T> Learned<T> {
     /// The same in another layout.
     pub fn map<U>(&self, layout: impl Fn(&[T]) -> Vec<U>) -> Learned<U> {
         let Self { online, target, m, v, steps } = self;
-        Learned { online: layout(online), target: layout(target), m: layout(m), v: layout(v), steps: *steps }
+        Learned {
+            online: layout(online),
+            target: layout(target),
+            m: layout(m),
+            v: layout(v),
+            steps: *steps,
+        }
     }
 }
 
 /// Writes an ensemble's networks as subtrees `critic.0`, `critic.1` and so on.
-pub(crate) fn save_critics(critics: impl Iterator<Item = Learned>, shape: &Shape, state: &mut State) {
+pub(crate) fn save_critics(
+    critics: impl Iterator<Item = Learned>,
+    shape: &Shape,
+    state: &mut State,
+) {
     for (k, learned) in critics.enumerate() {
         learned.save(shape, state.child_mut(&format!("critic.{k}")));
     }

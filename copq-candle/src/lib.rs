@@ -17,7 +17,10 @@
 //! ```
 //! use copq::{Critic, EnvSpec, Net, Networks, Rng, Stream};
 //!
-//! let spec = EnvSpec::new("example", 11, 3).reward("safety", 1.0).reward("velocity", 1.0).reward("control", 1.0);
+//! let spec = EnvSpec::new("example", 11, 3)
+//!     .reward("safety", 1.0)
+//!     .reward("velocity", 1.0)
+//!     .reward("control", 1.0);
 //! let mut rng = Rng::new(0, Stream::Init);
 //! let mut critic = copq_candle::critic(&spec, 4, &Networks::default(), &mut rng)?;
 //!
@@ -26,9 +29,10 @@
 //! # Ok::<(), copq::Error>(())
 //! ```
 //!
-//! There are two implementations of each network, with the same initial weights and the same saved state:
-//! [`fused`], hand-written passes around matrix products for CPUs, which [`critic`] and [`actor`] return; and [`plain`],
-//! candle's tensors and autograd on any [`Device`], which is easy to read and is what the fused one must equal.
+//! There are two implementations of each network, with the same initial weights and the same saved
+//! state: [`fused`], hand-written passes around matrix products for CPUs, which [`critic`] and
+//! [`actor`] return; and [`plain`], candle's tensors and autograd on any [`Device`], which is easy
+//! to read and is what the fused one must equal.
 //!
 //! Architectures of your own, as candle-nn modules, are [`Modules`].
 
@@ -49,18 +53,30 @@ pub use candle_core::Device;
 use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Networks, Result, Rng};
 pub use modules::Modules;
 
-/// K critics for an environment, in the fast implementation, with fresh weights from `rng` ([`copq::Stream::Init`]).
-pub fn critic(spec: &EnvSpec, critics: usize, networks: &Networks, rng: &mut Rng) -> Result<fused::Critics> {
+/// K critics for an environment, in the fast implementation, with fresh weights from `rng`
+/// ([`copq::Stream::Init`]).
+pub fn critic(
+    spec: &EnvSpec,
+    critics: usize,
+    networks: &Networks,
+    rng: &mut Rng,
+) -> Result<fused::Critics> {
     fused::Critics::new(spec, critics, networks, rng)
 }
 
-/// A deterministic actor for an environment, in the fast implementation, with fresh weights from `rng`.
+/// A deterministic actor for an environment, in the fast implementation, with fresh weights from
+/// `rng`.
 pub fn actor(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<fused::Deterministic> {
     fused::Deterministic::new(spec, networks, rng)
 }
 
-/// A squashed Gaussian actor (SAC) for an environment, in the fast implementation, with fresh weights from `rng`.
-pub fn gaussian_actor(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<fused::Gaussian> {
+/// A squashed Gaussian actor (SAC) for an environment, in the fast implementation, with fresh
+/// weights from `rng`.
+pub fn gaussian_actor(
+    spec: &EnvSpec,
+    networks: &Networks,
+    rng: &mut Rng,
+) -> Result<fused::Gaussian> {
     fused::Gaussian::new(spec, networks, rng)
 }
 
@@ -96,14 +112,30 @@ impl Candle {
 }
 
 impl Backend for Candle {
-    fn critics(&self, spec: &EnvSpec, networks: &Networks, count: usize, rng: &mut Rng) -> Result<Box<dyn Critic>> {
+    fn critics(
+        &self,
+        spec: &EnvSpec,
+        networks: &Networks,
+        count: usize,
+        rng: &mut Rng,
+    ) -> Result<Box<dyn Critic>> {
         Ok(Box::new(critic(spec, count, networks, rng)?.threads(self.threads)?))
     }
 
-    fn actor(&self, spec: &EnvSpec, networks: &Networks, kind: ActorKind, rng: &mut Rng) -> Result<Box<dyn Actor>> {
+    fn actor(
+        &self,
+        spec: &EnvSpec,
+        networks: &Networks,
+        kind: ActorKind,
+        rng: &mut Rng,
+    ) -> Result<Box<dyn Actor>> {
         Ok(match kind {
-            ActorKind::Deterministic => Box::new(actor(spec, networks, rng)?.threads(self.threads)?),
-            ActorKind::Gaussian => Box::new(gaussian_actor(spec, networks, rng)?.threads(self.threads)?),
+            ActorKind::Deterministic => {
+                Box::new(actor(spec, networks, rng)?.threads(self.threads)?)
+            }
+            ActorKind::Gaussian => {
+                Box::new(gaussian_actor(spec, networks, rng)?.threads(self.threads)?)
+            }
         })
     }
 }

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use copq::{EnvSpec, Networks};
 
-/// One linear layer: weight `output x input` row-major (PyTorch's layout), then the bias, in a flat buffer.
+/// One linear layer: weight `output x input` row-major (PyTorch's layout), then the bias, in a flat
+/// buffer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Layer {
     /// Values that come in.
@@ -50,7 +51,8 @@ impl Shape {
     }
 
     fn new(input: usize, hidden: &[usize], output: usize) -> Self {
-        let (mut input, mut start) = (input, 0);
+        let mut input = input;
+        let mut start = 0;
         let mut layers = Vec::with_capacity(hidden.len() + 1);
         for &output in hidden.iter().chain([&output]) {
             let layer = Layer { input, output, start };
@@ -70,11 +72,12 @@ impl Shape {
         self.layers.last().map_or(0, |last| last.bias().end)
     }
 
-    /// Every array by name, in the flat buffer's order: `layer.0.weight`, `layer.0.bias`, `layer.1.weight` and so on,
-    /// with its dimensions and where it lies.
+    /// Every array by name, in the flat buffer's order: `layer.0.weight`, `layer.0.bias`,
+    /// `layer.1.weight` and so on, with its dimensions and where it lies.
     pub fn arrays(&self) -> impl Iterator<Item = (String, Vec<usize>, Range<usize>)> {
         self.layers.iter().enumerate().flat_map(|(i, layer)| {
-            let weight = (format!("layer.{i}.weight"), vec![layer.output, layer.input], layer.weight());
+            let weight =
+                (format!("layer.{i}.weight"), vec![layer.output, layer.input], layer.weight());
             [weight, (format!("layer.{i}.bias"), vec![layer.output], layer.bias())]
         })
     }

@@ -1,4 +1,5 @@
-//! The squashed Gaussian of SAC, one action component at a time: a = tanh(mean + std * noise), and its log-probability.
+//! The squashed Gaussian of SAC, one action component at a time: a = tanh(mean + std * noise), and
+//! its log-probability.
 
 /// Bounds of log std.
 pub(crate) const LOG_STD: (f32, f32) = (-20.0, 2.0);
@@ -26,14 +27,17 @@ impl Component {
         Self { raw, std, noise, x, action: libm::tanhf(x) }
     }
 
-    /// log N(x; mean, std) - log(1 - tanh(x)^2), the latter as 2 (log 2 - x - softplus(-2x)), which no x overflows.
+    /// log N(x; mean, std) - log(1 - tanh(x)^2), the latter as 2 (log 2 - x - softplus(-2x)), which
+    /// no x overflows.
     pub fn log_prob(self) -> f64 {
-        let (noise, x) = (f64::from(self.noise), f64::from(self.x));
+        let noise = f64::from(self.noise);
+        let x = f64::from(self.x);
         let gaussian = -0.5 * noise * noise - f64::from(clamped(self.raw)) - HALF_LOG_TWO_PI;
         gaussian - 2.0 * (std::f64::consts::LN_2 - x - softplus(-2.0 * x))
     }
 
-    /// dL/d(mean, raw log std) from dL/daction and dL/dlog_prob. A log std outside its bounds does not move.
+    /// dL/d(mean, raw log std) from dL/daction and dL/dlog_prob. A log std outside its bounds does
+    /// not move.
     pub fn backward(self, grad_action: f32, grad_log_prob: f32) -> (f32, f32) {
         let grad_x = grad_action * self.slope() + 2.0 * grad_log_prob * self.action;
         let inside = (LOG_STD.0..=LOG_STD.1).contains(&self.raw);
@@ -64,7 +68,8 @@ mod tests {
 
     use super::*;
 
-    /// The density integrates to one over the actions: the log-probability is that of the squashed value.
+    /// The density integrates to one over the actions: the log-probability is that of the squashed
+    /// value.
     #[test]
     fn probabilities_sum_to_one() {
         for (mean, log_std) in [(0.0, -1.0), (0.7, -0.5), (-1.5, 0.2)] {

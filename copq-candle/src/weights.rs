@@ -1,4 +1,5 @@
-//! Weight files: online parameters as named tensors in safetensors format, for candle, Python and other tools.
+//! Weight files: online parameters as named tensors in safetensors format, for candle, Python and
+//! other tools.
 
 use std::io::Write;
 use std::path::Path;
@@ -9,10 +10,12 @@ use safetensors::{Dtype, SafeTensors};
 
 use crate::shape::Shape;
 
-/// Writes networks to a file, whole or not at all: `critic.0.layer.0.weight` (`output x input`) and so on, one prefix
-/// (`critic.0`) a network.
+/// Writes networks to a file, whole or not at all: `critic.0.layer.0.weight` (`output x input`) and
+/// so on, one prefix (`critic.0`) a network.
 pub(crate) fn save(path: &Path, networks: &[(String, Vec<f32>)], shape: &Shape) -> Result<()> {
-    let failed = |e: Box<dyn std::error::Error + Send + Sync>| Error::other(format!("writing {}", path.display()), e);
+    let failed = |e: Box<dyn std::error::Error + Send + Sync>| {
+        Error::other(format!("writing {}", path.display()), e)
+    };
     let mut arrays = Vec::new();
     for (prefix, values) in networks {
         for (name, dims, range) in shape.arrays() {
@@ -20,15 +23,20 @@ pub(crate) fn save(path: &Path, networks: &[(String, Vec<f32>)], shape: &Shape) 
             arrays.push((format!("{prefix}.{name}"), dims, bytes));
         }
     }
-    let views = arrays.iter().map(|(name, dims, bytes)| Ok((name, TensorView::new(Dtype::F32, dims.clone(), bytes)?)));
-    let views = views.collect::<Result<Vec<_>, safetensors::SafeTensorError>>().map_err(|e| failed(e.into()))?;
+    let views = arrays
+        .iter()
+        .map(|(name, dims, bytes)| Ok((name, TensorView::new(Dtype::F32, dims.clone(), bytes)?)));
+    let views = views
+        .collect::<Result<Vec<_>, safetensors::SafeTensorError>>()
+        .map_err(|e| failed(e.into()))?;
     let bytes = safetensors::serialize(views, None).map_err(|e| failed(e.into()))?;
     replace(path, &bytes).map_err(|e| failed(e.into()))
 }
 
 /// Puts bytes in a file by way of a temporary one beside it, so that no reader sees half of them.
 fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder =
+        path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut file = tempfile::NamedTempFile::new_in(folder)?;
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
@@ -36,7 +44,8 @@ fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Reads the networks of these prefixes from a file that [`save`] or another tool wrote; their flat parameters.
+/// Reads the networks of these prefixes from a file that [`save`] or another tool wrote; their flat
+/// parameters.
 pub(crate) fn load(path: &Path, prefixes: &[String], shape: &Shape) -> Result<Vec<Vec<f32>>> {
     let what = || format!("reading {}", path.display());
     let bytes = std::fs::read(path).map_err(|e| Error::other(what(), e))?;
@@ -54,7 +63,11 @@ fn read(file: &SafeTensors<'_>, path: &Path, prefix: &str, shape: &Shape) -> Res
             return Err(Error::invalid(what, wanted, "no such tensor"));
         };
         if tensor.dtype() != Dtype::F32 || tensor.shape() != dims {
-            return Err(Error::invalid(what, wanted, format!("{:?} {:?}", tensor.dtype(), tensor.shape())));
+            return Err(Error::invalid(
+                what,
+                wanted,
+                format!("{:?} {:?}", tensor.dtype(), tensor.shape()),
+            ));
         }
         for (value, bytes) in values[range].iter_mut().zip(tensor.data().as_chunks::<4>().0) {
             *value = f32::from_le_bytes(*bytes);

@@ -4,7 +4,8 @@ use copq_envs_mujoco::doctor;
 
 use crate::options::say;
 
-/// Says which MuJoCo this build has, whether it fits, and the one thing to do next. Fails if there is something to do.
+/// Says which MuJoCo this build has, whether it fits, and the one thing to do next. Fails if there
+/// is something to do.
 #[derive(clap::Args)]
 pub struct Doctor {}
 
@@ -18,7 +19,8 @@ impl Doctor {
         match (&next, built) {
             (None, true) => lines.push("next: nothing, it works".to_owned()),
             (None, false) => lines.push(
-                "next: nothing, rapier works; for MuJoCo run scripts/fetch-mujoco.sh, then build copq with --features mujoco"
+                "next: nothing, rapier works; for MuJoCo run scripts/fetch-mujoco.sh, then build \
+                 copq with --features mujoco"
                     .to_owned(),
             ),
             (Some(_), _) => {}

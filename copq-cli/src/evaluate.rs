@@ -19,10 +19,17 @@ pub struct Evaluate {
     run: PathBuf,
 
     /// Episodes to play.
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = count, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 100,
+        value_parser = count,
+        allow_negative_numbers = true
+    )]
     episodes: usize,
 
-    /// Seed of the episodes; the run's own begins with those of its evaluations. [default: the run's own]
+    /// Seed of the episodes; the run's own begins with those of its evaluations. [default: the
+    /// run's own]
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
     seed: Option<u64>,
 
@@ -84,9 +91,15 @@ impl Evaluate {
             episodes.push(rollout.episode().clone());
         }
         let weights = spec.weights();
-        let of = |value: &dyn Fn(&copq::Episode) -> f64| episodes.iter().map(value).collect::<Vec<_>>();
+        let of =
+            |value: &dyn Fn(&copq::Episode) -> f64| episodes.iter().map(value).collect::<Vec<_>>();
         let total = |episode: &copq::Episode| {
-            episode.returns.iter().zip(&weights).map(|(value, &weight)| value * f64::from(weight)).sum()
+            episode
+                .returns
+                .iter()
+                .zip(&weights)
+                .map(|(value, &weight)| value * f64::from(weight))
+                .sum()
         };
         let mut quantities = vec![
             Quantity::new("steps", &of(&|episode| episode.length as f64)),
@@ -105,7 +118,8 @@ impl Evaluate {
             episodes: self.episodes,
             quantities,
         };
-        let text = if self.json { serde_json::to_string_pretty(&report)? + "\n" } else { report.table() };
+        let text =
+            if self.json { serde_json::to_string_pretty(&report)? + "\n" } else { report.table() };
         Ok(say(&text)?)
     }
 }
@@ -113,7 +127,8 @@ impl Evaluate {
 impl Report {
     fn table(&self) -> String {
         let Self { method, task, engine, episodes, seed, .. } = self;
-        let mut table = format!("{method} on {task} ({engine}), {episodes} episodes of seed {seed}\n\n");
+        let mut table =
+            format!("{method} on {task} ({engine}), {episodes} episodes of seed {seed}\n\n");
         table += "| | mean | std | min | max |\n|---|--:|--:|--:|--:|\n";
         for Quantity { name, mean, std, min, max } in &self.quantities {
             table += &format!("| {name} | {mean:.1} | {std:.1} | {min:.1} | {max:.1} |\n");

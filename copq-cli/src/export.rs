@@ -7,7 +7,8 @@ use copq_experiments::RunConfig;
 use crate::saved;
 use crate::world::make_env;
 
-/// Writes what a run has learned to one small safetensors file, without the replay: network, normaliser, action bounds.
+/// Writes what a run has learned to one small safetensors file, without the replay: network,
+/// normaliser, action bounds.
 ///
 /// copq::Policy reads it back; so does Python.
 #[derive(clap::Args)]

@@ -12,7 +12,8 @@ N is the number of objectives; critics value all of them, unless some are for co
 |---|---|---|---|---|---|
 ";
 
-/// Lists the tasks: what each sees and moves, its objectives by priority with their weights, its costs with their limits.
+/// Lists the tasks: what each sees and moves, its objectives by priority with their weights, its
+/// costs with their limits.
 #[derive(clap::Args)]
 pub struct Tasks {
     /// Whose robots: gym-v5 (Gymnasium's) or paper (Brax's, as in the paper).
@@ -74,7 +75,9 @@ fn explorer(method: &Method) -> String {
 fn constraint(method: &Method) -> &'static str {
     match &method.config.constraint {
         None => "nothing",
-        Some(Constraint::Lagrangian(lagrangian)) if lagrangian.augmentation > 0.0 => "an augmented Lagrangian",
+        Some(Constraint::Lagrangian(lagrangian)) if lagrangian.augmentation > 0.0 => {
+            "an augmented Lagrangian"
+        }
         Some(Constraint::Lagrangian(_)) => "a Lagrange multiplier",
         Some(Constraint::Pid(_)) => "a PID controller",
     }

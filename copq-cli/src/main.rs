@@ -18,7 +18,8 @@ use clap_complete::Shell;
 
 /// Deep Q-learning with a vector of values: safe first, fast second (COP-Q).
 ///
-/// A first hour: copq train; copq rollout runs/FOLDER; copq train --bound extremum; copq plot a=runs/FOLDER b=runs/OTHER.
+/// A first hour: copq train; copq rollout runs/FOLDER; copq train --bound extremum; copq plot
+/// a=runs/FOLDER b=runs/OTHER.
 #[derive(Parser)]
 #[command(name = "copq", version, arg_required_else_help = true)]
 struct Cli {

@@ -8,11 +8,12 @@ use crate::options::say;
 
 /// Draws and compares runs: one colour a label, runs of one label are its seeds.
 ///
-/// Example: copq plot --out results/hopper.svg cholesky=runs/a-s0 cholesky=runs/a-s1 minimum=runs/b-s0
+/// Example: copq plot --out results/hopper.svg cholesky=runs/a-s0 cholesky=runs/a-s1
+/// minimum=runs/b-s0
 #[derive(clap::Args)]
 pub struct Plot {
-    /// Figure to write; its ending, .svg or .png, decides the format. May be given several times, or not at all: the table
-    /// is printed anyway.
+    /// Figure to write; its ending, .svg or .png, decides the format. May be given several times,
+    /// or not at all: the table is printed anyway.
     #[arg(long, value_name = "FILE")]
     out: Vec<PathBuf>,
 
@@ -20,7 +21,8 @@ pub struct Plot {
     #[arg(long, default_value = "Evaluation without exploration")]
     title: String,
 
-    /// Draw a dashed line at this return of an objective, such as cost=740.2. May be given several times.
+    /// Draw a dashed line at this return of an objective, such as cost=740.2. May be given several
+    /// times.
     #[arg(long, value_name = "OBJECTIVE=RETURN", value_parser = limit)]
     limit: Vec<(String, f64)>,
 
@@ -34,16 +36,22 @@ pub struct Plot {
 }
 
 fn labelled(text: &str) -> Result<Labelled, String> {
-    let (label, folder) = text.split_once('=').filter(|(label, _)| !label.is_empty()).ok_or("wanted LABEL=DIR")?;
+    let (label, folder) =
+        text.split_once('=').filter(|(label, _)| !label.is_empty()).ok_or("wanted LABEL=DIR")?;
     if !std::path::Path::new(folder).join("evaluations.csv").is_file() {
-        return Err(format!("wanted the folder of a run, got '{folder}', which has no evaluations.csv"));
+        return Err(format!(
+            "wanted the folder of a run, got '{folder}', which has no evaluations.csv"
+        ));
     }
     Ok(Labelled { label: label.to_owned(), folder: folder.into() })
 }
 
 fn limit(text: &str) -> Result<(String, f64), String> {
     let (objective, value) = text.split_once('=').ok_or("wanted OBJECTIVE=RETURN")?;
-    Ok((objective.to_owned(), value.parse().map_err(|_| format!("wanted a number after the =, got {value}"))?))
+    Ok((
+        objective.to_owned(),
+        value.parse().map_err(|_| format!("wanted a number after the =, got {value}"))?,
+    ))
 }
 
 impl Plot {

@@ -1,4 +1,5 @@
-//! `copq rollout`: what a policy does, as an animated picture that needs no window and no graphics card.
+//! `copq rollout`: what a policy does, as an animated picture that needs no window and no graphics
+//! card.
 
 use std::path::PathBuf;
 
@@ -11,16 +12,24 @@ use crate::saved;
 use crate::view::{VIEWS, make_view};
 use crate::world::{World, make_world};
 
-/// Plays episodes of a trained policy without exploration; writes a GIF in real time, with the returns so far.
+/// Plays episodes of a trained policy without exploration; writes a GIF in real time, with the
+/// returns so far.
 ///
-/// Task, engine and policy are those of the run. Its folder is only read: the run may go on meanwhile.
+/// Task, engine and policy are those of the run. Its folder is only read: the run may go on
+/// meanwhile.
 #[derive(clap::Args)]
 pub struct Rollout {
     /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
     run: PathBuf,
 
     /// Episodes to show, one after the other.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = count, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        value_parser = count,
+        allow_negative_numbers = true
+    )]
     episodes: usize,
 
     /// Seed of the episodes; the run's own gives those of its evaluations. [default: the run's own]
@@ -28,10 +37,17 @@ pub struct Rollout {
     seed: Option<u64>,
 
     /// Most steps to play of an episode.
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = count, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1000,
+        value_parser = count,
+        allow_negative_numbers = true
+    )]
     steps: usize,
 
-    /// How to draw: `side` needs nothing, `mujoco` is MuJoCo's own picture, of whichever engine's run.
+    /// How to draw: `side` needs nothing, `mujoco` is MuJoCo's own picture, of whichever engine's
+    /// run.
     #[arg(long, value_parser = VIEWS, default_value = "side")]
     view: String,
 
@@ -58,7 +74,8 @@ impl Rollout {
         let mut rollout = copq::Rollout::new(world)?;
         for episode in 1..=self.episodes {
             let end = play(&mut rollout, &mut policy, seeds.next_u64(), self.steps, &mut film)?;
-            let readings: Vec<_> = end.readings.iter().map(|(name, value)| format!("{name} {value}")).collect();
+            let readings: Vec<_> =
+                end.readings.iter().map(|(name, value)| format!("{name} {value}")).collect();
             println!("episode {episode}: {}", readings.join(", "));
         }
         let out = self.out.unwrap_or_else(|| self.run.join("rollout.gif"));
@@ -95,7 +112,8 @@ fn play(
 
 /// Where the robot is now, with the steps and returns so far.
 fn look(rollout: &copq::Rollout<World>) -> Scene {
-    let (world, episode) = (rollout.env(), rollout.episode());
+    let world = rollout.env();
+    let episode = rollout.episode();
     let mut readings = vec![("steps".to_owned(), episode.length.to_string())];
     for (name, sum) in world.spec().names().into_iter().zip(&episode.returns) {
         readings.push((name.to_owned(), format!("{sum:.1}")));

@@ -18,17 +18,26 @@ pub fn method(plan: &Plan, settings: Config) -> copq::Result<Method> {
         let got = format!("one of '{}', which another program trains", plan.method);
         Error::invalid("the run", "one of copq's own methods (copq methods)", got)
     })?;
-    let mut method =
-        if plan.bound == method.bound.name() { method } else { method.bound(projection::by_name(&plan.bound)?) };
+    let mut method = if plan.bound == method.bound.name() {
+        method
+    } else {
+        method.bound(projection::by_name(&plan.bound)?)
+    };
     method.critics = plan.critics;
     method.config = settings;
     Ok(method)
 }
 
 /// What the run in a folder has learned so far.
-pub fn policy(folder: &Path, plan: &Plan, settings: Config, spec: &EnvSpec) -> copq::Result<Policy> {
+pub fn policy(
+    folder: &Path,
+    plan: &Plan,
+    settings: Config,
+    spec: &EnvSpec,
+) -> copq::Result<Policy> {
     let checkpoint = read_checkpoint(folder)?;
     let agent = checkpoint.child("trainer")?.child("agent")?;
-    // A policy needs no bound and no critics, so that runs of other programs' methods have one, too.
+    // A policy needs no bound and no critics, so that runs of other programs' methods have one,
+    // too.
     Policy::load(&Method::new(&plan.method, settings, Cholesky), spec, &Candle::default(), agent)
 }

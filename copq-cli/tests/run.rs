@@ -1,10 +1,15 @@
-//! The program as people call it: every method trains, resumes, evaluates, shows and exports what it has learned.
+//! The program as people call it: every method trains, resumes, evaluates, shows and exports what
+//! it has learned.
 
 use std::path::Path;
 use std::process::{Command, Output};
 
 fn copq(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_copq")).args(arguments).env("RUST_BACKTRACE", "0").output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_copq"))
+        .args(arguments)
+        .env("RUST_BACKTRACE", "0")
+        .output()
+        .unwrap()
 }
 
 /// What it prints when all goes well.
@@ -22,7 +27,8 @@ fn complaint(line: &str) -> String {
     String::from_utf8(output.stderr).unwrap()
 }
 
-/// Trains twice, the second time as a resumed run, and looks at the policy; returns the metrics' names.
+/// Trains twice, the second time as a resumed run, and looks at the policy; returns the metrics'
+/// names.
 fn train(line: &str, start: u64, halves: [u64; 2]) -> String {
     let temporary = tempfile::tempdir().unwrap();
     let path = temporary.path().join("run");
@@ -31,7 +37,8 @@ fn train(line: &str, start: u64, halves: [u64; 2]) -> String {
     let start = format!("start_steps={start}");
     let cadence = ["--eval-every", &half, "--eval-episodes", "1", "--log-every", "20"];
     let fresh = ["--out", out, "--steps", &half, "--set", &start];
-    let words: Vec<&str> = ["train"].into_iter().chain(line.split(' ').filter(|word| !word.is_empty())).collect();
+    let words: Vec<&str> =
+        ["train"].into_iter().chain(line.split(' ').filter(|word| !word.is_empty())).collect();
     run(&[&words, &cadence[..], &fresh].concat());
     run(&["resume", out, "--steps", &whole]);
     let film = temporary.path().join("rollout.gif");
@@ -69,9 +76,22 @@ fn redq() {
 
 #[test]
 fn methods_under_a_limit() {
-    for line in ["cop-cal", "cal", "cal-original", "saclag-ucb", "sac-lagrangian", "sac-pid", "cal --order rc"] {
+    for line in [
+        "cop-cal",
+        "cal",
+        "cal-original",
+        "saclag-ucb",
+        "sac-lagrangian",
+        "sac-pid",
+        "cal --order rc",
+    ] {
         let metrics = train(line, 150, [200, 240]);
-        let multiplier = ["multiplier/cost", "multiplier_effective/cost", "cost_estimate/cost", "cost_violation/cost"];
+        let multiplier = [
+            "multiplier/cost",
+            "multiplier_effective/cost",
+            "cost_estimate/cost",
+            "cost_violation/cost",
+        ];
         for name in multiplier.into_iter().chain(["actor/temperature"]) {
             assert!(metrics.contains(name), "{line}: {metrics}");
         }
@@ -89,29 +109,55 @@ fn sac_without_a_limit_and_without_an_entropy_bonus() {
 fn a_run_is_evaluated_exported_and_compared() {
     let temporary = tempfile::tempdir().unwrap();
     let path = |name: &str| temporary.path().join(name).to_str().unwrap().to_owned();
-    let short = ["--steps", "200", "--set", "start_steps=150", "--eval-every", "100", "--eval-episodes", "2"];
+    let short = [
+        "--steps",
+        "200",
+        "--set",
+        "start_steps=150",
+        "--eval-every",
+        "100",
+        "--eval-episodes",
+        "2",
+    ];
     for seed in ["0", "1"] {
         run(&[&["train", "--seed", seed, "--out", &path(seed)], &short[..]].concat());
     }
     let table = run(&["evaluate", &path("0"), "--episodes", "2"]);
-    for words in ["cop-td3 on a/hopper (rapier), 2 episodes of seed 0", "| steps |", "| safety |", "| weighted total |"]
-    {
+    for words in [
+        "cop-td3 on a/hopper (rapier), 2 episodes of seed 0",
+        "| steps |",
+        "| safety |",
+        "| weighted total |",
+    ] {
         assert!(table.contains(words), "{table}");
     }
     // The run's own seed begins with the episodes of its evaluations.
     let json: serde_json::Value =
         serde_json::from_str(&run(&["evaluate", &path("0"), "--episodes", "2", "--json"])).unwrap();
     let evaluations = std::fs::read_to_string(temporary.path().join("0/evaluations.csv")).unwrap();
-    let last = evaluations.lines().last().unwrap().split(',').nth(2).unwrap().parse::<f64>().unwrap();
-    let total = json["quantities"].as_array().unwrap().iter().find(|q| q["name"] == "weighted total").unwrap();
+    let last =
+        evaluations.lines().last().unwrap().split(',').nth(2).unwrap().parse::<f64>().unwrap();
+    let total = json["quantities"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|q| q["name"] == "weighted total")
+        .unwrap();
     assert!((total["mean"].as_f64().unwrap() - last).abs() < 1e-9, "{json}");
 
     let said = run(&["export", &path("0")]);
-    assert!(said.contains("policy.safetensors") && temporary.path().join("0/policy.safetensors").exists(), "{said}");
+    assert!(
+        said.contains("policy.safetensors")
+            && temporary.path().join("0/policy.safetensors").exists(),
+        "{said}"
+    );
 
     let label = |seed: &str| format!("cop={}", path(seed));
     let table = run(&["plot", "--out", &path("curves.svg"), &label("0"), &label("1")]);
-    assert!(table.contains("| cop | 2 | 200 |") && Path::new(&path("curves.svg")).exists(), "{table}");
+    assert!(
+        table.contains("| cop | 2 | 200 |") && Path::new(&path("curves.svg")).exists(),
+        "{table}"
+    );
 }
 
 #[test]
@@ -121,7 +167,10 @@ fn lists() {
         assert!(methods.contains(&format!("| {name} |")), "{methods}");
     }
     assert!(methods.contains("| cal | 4 a cost, 2 a reward | mean-std |"), "{methods}");
-    assert!(run(&["tasks"]).contains("a/hopper") && run(&["tasks", "--preset", "paper"]).contains("a/hopper"));
+    assert!(
+        run(&["tasks"]).contains("a/hopper")
+            && run(&["tasks", "--preset", "paper"]).contains("a/hopper")
+    );
     assert!(run(&["completions", "bash"]).contains("complete"));
     assert!(run(&["--help"]).contains("copq train"));
 }
@@ -129,14 +178,23 @@ fn lists() {
 #[test]
 fn wrong_words_are_readable_errors() {
     for (line, wanted) in [
-        ("train cop-cal --task a/hopper", "Error: a constraint on 'a/hopper': wanted a task with a cost under a limit"),
-        ("train redq --bound cholesky", "Error: --bound cholesky: wanted none, for redq has its own, scalarised-min"),
+        (
+            "train cop-cal --task a/hopper",
+            "Error: a constraint on 'a/hopper': wanted a task with a cost under a limit",
+        ),
+        (
+            "train redq --bound cholesky",
+            "Error: --bound cholesky: wanted none, for redq has its own, scalarised-min",
+        ),
         (
             "train --set optimism.shift=1",
             "--set optimism: wanted a method that explores so beside it, such as cop-td3-oac",
         ),
         ("train redq-oac --set optimism=none", "with that no optimism=none"),
-        ("train redq-oac --set optimism.projection=choleski", "unknown projection 'choleski'; known: cholesky"),
+        (
+            "train redq-oac --set optimism.projection=choleski",
+            "unknown projection 'choleski'; known: cholesky",
+        ),
         (
             "train td3 --task a/hopper",
             "Error: td3: wanted a task with one objective, such as --task gym/hopper, got a/hopper",
@@ -146,7 +204,10 @@ fn wrong_words_are_readable_errors() {
         ("train --steps 0", "invalid value '0' for '--steps <N>': wanted a whole number from 1 on"),
         ("train cop-tdr", "invalid value 'cop-tdr' for '[METHOD]'"),
         ("train --bound eigne", "Error: unknown projection 'eigne'; known: eigen"),
-        ("resume nowhere", "run folder 'nowhere': wanted the folder of a run, got nothing of that name"),
+        (
+            "resume nowhere",
+            "run folder 'nowhere': wanted the folder of a run, got nothing of that name",
+        ),
     ] {
         let error = complaint(line);
         assert!(error.contains(wanted), "copq {line}: {error}");

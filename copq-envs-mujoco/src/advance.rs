@@ -3,7 +3,11 @@
 use crate::simulation::{Array, Call, Simulation};
 
 /// Resets the data, takes a state and evaluates the model there.
-pub(crate) fn place(simulation: &mut dyn Simulation, qpos: &[f64], qvel: &[f64]) -> Result<(), String> {
+pub(crate) fn place(
+    simulation: &mut dyn Simulation,
+    qpos: &[f64],
+    qvel: &[f64],
+) -> Result<(), String> {
     simulation.call(Call::Reset, 1)?;
     simulation.array_mut(Array::Qpos).copy_from_slice(qpos);
     simulation.array_mut(Array::Qvel).copy_from_slice(qvel);
@@ -37,7 +41,8 @@ fn damp(simulation: &mut dyn Simulation, damping: &[f64]) {
     }
 }
 
-/// What is wrong with a simulation. MuJoCo resets states that it calls bad, and goes on; the warning is what it leaves.
+/// What is wrong with a simulation. MuJoCo resets states that it calls bad, and goes on; the
+/// warning is what it leaves.
 fn complaint(simulation: &dyn Simulation) -> Option<String> {
     let state = simulation.array(Array::Qpos).iter().chain(simulation.array(Array::Qvel));
     let finite = state.copied().all(f64::is_finite);

@@ -6,13 +6,15 @@ use std::path::Path;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Report {
-    /// A line for each feature, and for each MuJoCo library that is open or lies where they usually do.
+    /// A line for each feature, and for each MuJoCo library that is open or lies where they usually
+    /// do.
     pub lines: Vec<String>,
     /// The one thing to do next, if there is any.
     pub next: Option<String>,
 }
 
-/// What is known of one feature: whether it is compiled in, a line, and what to do if it does not work.
+/// What is known of one feature: whether it is compiled in, a line, and what to do if it does not
+/// work.
 struct Finding {
     on: bool,
     line: String,
@@ -64,19 +66,30 @@ fn drawn() -> Finding {
     let renderer = crate::Renderer::new(&robot, [8, 8], |_| [0; 3]);
     let next = renderer.and_then(|mut renderer| renderer.draw(&robot.initial_qpos).map(drop)).err();
     let line = if next.is_none() { "draws without a window" } else { "does not work" };
-    Finding { on: true, line: format!("feature render: {line}"), next: next.map(|error| error.to_string()) }
+    Finding {
+        on: true,
+        line: format!("feature render: {line}"),
+        next: next.map(|error| error.to_string()),
+    }
 }
 
 /// Versions, and one step of a robot.
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
-fn examine(feature: &str, env: copq::Result<Box<dyn copq::Env>>, version: copq::Result<i32>) -> Finding {
+fn examine(
+    feature: &str,
+    env: copq::Result<Box<dyn copq::Env>>,
+    version: copq::Result<i32>,
+) -> Finding {
     let tried = env.and_then(|mut env| {
-        let (mut obs, mut reward) = (vec![0.0; env.spec().obs_len], vec![0.0; env.spec().objectives.len()]);
+        let mut obs = vec![0.0; env.spec().obs_len];
+        let mut reward = vec![0.0; env.spec().objectives.len()];
         env.reset(0, &mut obs)?;
         env.step(&[0.0; 3], &mut obs, &mut reward)
     });
     let (line, next) = match tried.and(version) {
-        Ok(version) => (format!("MuJoCo {}, library and headers agree", crate::dotted(version)), None),
+        Ok(version) => {
+            (format!("MuJoCo {}, library and headers agree", crate::dotted(version)), None)
+        }
         Err(error) => ("does not work".into(), Some(error.to_string())),
     };
     Finding { on: true, line: format!("feature {feature}: {line}"), next }
@@ -90,11 +103,22 @@ fn off(feature: &str, next: &str) -> Finding {
 /// The MuJoCo libraries in this process (Linux), or else those that lie where they usually do.
 fn files() -> Vec<String> {
     let maps = std::fs::read_to_string("/proc/self/maps").unwrap_or_default();
-    let mut files: Vec<_> = maps.lines().filter_map(|line| line.split_whitespace().nth(5)).map(String::from).collect();
+    let mut files: Vec<_> =
+        maps.lines().filter_map(|line| line.split_whitespace().nth(5)).map(String::from).collect();
     files.retain(|file| file.contains("libmujoco"));
-    let usual = ["third_party/mujoco-3.17.0/lib", "/usr/lib/x86_64-linux-gnu", "/usr/lib", "/usr/local/lib"];
+    let usual = [
+        "third_party/mujoco-3.17.0/lib",
+        "/usr/lib/x86_64-linux-gnu",
+        "/usr/lib",
+        "/usr/local/lib",
+    ];
     let usual = usual.map(|folder| Path::new(folder).join("libmujoco.so"));
-    files.extend(usual.iter().filter(|file| file.exists()).map(|file| format!("{} (not open)", file.display())));
+    files.extend(
+        usual
+            .iter()
+            .filter(|file| file.exists())
+            .map(|file| format!("{} (not open)", file.display())),
+    );
     files.dedup();
     files
 }

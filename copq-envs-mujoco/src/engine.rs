@@ -14,10 +14,11 @@ use crate::version::dotted;
 
 /// C MuJoCo as a [`Physics`].
 ///
-/// A step costs what MuJoCo's own calls cost and allocates nothing; contact forces are computed when someone reads them. A
-/// state that MuJoCo would silently reset (not finite, or beyond 1e10) is an error, and so is everything else that it warns
-/// of; after an error the simulation must be reset. A snapshot is MuJoCo's integration state and the fields one can read: a
-/// few kilobytes that replay bit for bit.
+/// A step costs what MuJoCo's own calls cost and allocates nothing; contact forces are computed
+/// when someone reads them. A state that MuJoCo would silently reset (not finite, or beyond 1e10)
+/// is an error, and so is everything else that it warns of; after an error the simulation must be
+/// reset. A snapshot is MuJoCo's integration state and the fields one can read: a few kilobytes
+/// that replay bit for bit.
 pub struct Mujoco {
     identity: Identity,
     dims: Dims,
@@ -34,7 +35,11 @@ pub struct Mujoco {
 
 impl Mujoco {
     /// Compiles a robot for this version of MuJoCo with `open`, which takes MJCF.
-    pub(crate) fn new(robot: &RobotSpec, version: i32, open: fn(&str) -> Result<Box<dyn Simulation>>) -> Result<Self> {
+    pub(crate) fn new(
+        robot: &RobotSpec,
+        version: i32,
+        open: fn(&str) -> Result<Box<dyn Simulation>>,
+    ) -> Result<Self> {
         robot.check()?;
         let mjcf = robot.mjcf(version);
         let dims = Dims { nq: robot.nq(), nv: robot.nv(), nu: robot.nu() };
@@ -51,7 +56,8 @@ impl Mujoco {
         Ok(engine)
     }
 
-    /// A second simulation, evaluated where this one is now: a step leaves the data's fields behind the state.
+    /// A second simulation, evaluated where this one is now: a step leaves the data's fields behind
+    /// the state.
     fn evaluated(&self) -> Result<Box<dyn Simulation>, String> {
         let simulation = self.simulation.borrow();
         let mut fork = simulation.fork()?;
@@ -68,7 +74,10 @@ impl Mujoco {
     }
 
     fn error(&self, what: impl Into<String>) -> Error {
-        Error::Env { env: format!("{} on {}", self.identity.robot, self.identity.engine), what: what.into() }
+        Error::Env {
+            env: format!("{} on {}", self.identity.robot, self.identity.engine),
+            what: what.into(),
+        }
     }
 
     /// The error of a simulation that cannot go on.
@@ -91,7 +100,9 @@ impl Physics for Mujoco {
         check_len("qpos", qpos.len(), self.dims.nq)?;
         check_len("qvel", qvel.len(), self.dims.nv)?;
         if !qpos.iter().chain(qvel).all(|value| value.is_finite()) {
-            return Err(self.error(format!("reset to a state that is not finite: {qpos:?}, {qvel:?}")));
+            return Err(
+                self.error(format!("reset to a state that is not finite: {qpos:?}, {qvel:?}"))
+            );
         }
         place(&mut **self.simulation.get_mut(), qpos, qvel).map_err(|what| self.failure(what))?;
         // As in Gymnasium, contact forces are 0 until the first step.
@@ -110,7 +121,8 @@ impl Physics for Mujoco {
         }
         self.forces_are_old.set(true);
         let simulation = &mut **self.simulation.get_mut();
-        advance(simulation, self.damping.as_deref(), ctrl, substeps).map_err(|what| self.failure(what))
+        advance(simulation, self.damping.as_deref(), ctrl, substeps)
+            .map_err(|what| self.failure(what))
     }
 
     fn qpos(&self, out: &mut [f64]) {
@@ -154,7 +166,9 @@ impl Physics for Mujoco {
         self.broken = true;
         let simulation = self.simulation.get_mut();
         let reset = simulation.call(Call::Reset, 1);
-        Array::SAVED.iter().try_for_each(|(array, name)| state.read(name, simulation.array_mut(*array)))?;
+        Array::SAVED
+            .iter()
+            .try_for_each(|(array, name)| state.read(name, simulation.array_mut(*array)))?;
         reset.map_err(|what| self.failure(what))?;
         self.forces_are_old.set(false);
         self.broken = broken;
@@ -164,7 +178,8 @@ impl Physics for Mujoco {
     fn centre_of_mass(&self) -> Option<[f64; 3]> {
         let simulation = self.evaluated().ok()?;
         let mut sum = [0.0; 3];
-        for (mass, centre) in self.masses.iter().zip(simulation.array(Array::Xipos)[3..].chunks(3)) {
+        for (mass, centre) in self.masses.iter().zip(simulation.array(Array::Xipos)[3..].chunks(3))
+        {
             sum.iter_mut().zip(centre).for_each(|(sum, centre)| *sum += mass * centre);
         }
         Some(sum.map(|moment| moment / self.masses.iter().sum::<f64>()))
@@ -178,6 +193,10 @@ impl Physics for Mujoco {
 impl fmt::Debug for Mujoco {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { identity, dims, .. } = self;
-        formatter.debug_struct("Mujoco").field("identity", identity).field("dims", dims).finish_non_exhaustive()
+        formatter
+            .debug_struct("Mujoco")
+            .field("identity", identity)
+            .field("dims", dims)
+            .finish_non_exhaustive()
     }
 }

@@ -30,11 +30,19 @@ impl Identity {
         for (key, wanted) in [("engine", &self.engine), ("robot", &self.robot)] {
             let got = state.get::<u8>(key)?;
             if got != wanted.as_bytes() {
-                return Err(Error::invalid(format!("{key} of a saved state"), wanted, String::from_utf8_lossy(got)));
+                return Err(Error::invalid(
+                    format!("{key} of a saved state"),
+                    wanted,
+                    String::from_utf8_lossy(got),
+                ));
             }
         }
         if state.get_one::<u64>("model")? != self.fingerprint {
-            return Err(Error::invalid("model of a saved state", format!("this {}", self.robot), "another preset's"));
+            return Err(Error::invalid(
+                "model of a saved state",
+                format!("this {}", self.robot),
+                "another preset's",
+            ));
         }
         Ok(())
     }
@@ -42,5 +50,7 @@ impl Identity {
 
 /// The FNV-1a hash, which is the same everywhere and always.
 fn fingerprint(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
+    })
 }

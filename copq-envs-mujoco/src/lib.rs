@@ -1,20 +1,23 @@
 //! C MuJoCo as a physics engine for copq's robots.
 //!
-//! Two engines behind one type, `Mujoco`, because no binding spans all versions of MuJoCo's structs:
+//! Two engines behind one type, `Mujoco`, because no binding spans all versions of MuJoCo's
+//! structs:
 //!
-//! * feature `mujoco-rs`: module `mujoco_rs`, MuJoCo 3.17.0, bit for bit Gymnasium's v5 robots. For results to report.
+//! * feature `mujoco-rs`: module `mujoco_rs`, MuJoCo 3.17.0, bit for bit Gymnasium's v5 robots. For
+//!   results to report.
 //! * feature `system`: module `system`, the MuJoCo that is installed, from 2.2.2 (Debian's) on.
 //!
 //! Feature `render` adds `Renderer` to the first: pictures of a robot, without a window.
 //!
-//! Without features the crate builds with nothing installed, and can do nothing. The README tells how to get MuJoCo, and
-//! [`doctor`] (`copq doctor` on the command line) what is missing.
+//! Without features the crate builds with nothing installed, and can do nothing. The README tells
+//! how to get MuJoCo, and [`doctor`] (`copq doctor` on the command line) what is missing.
 #![cfg_attr(
     feature = "mujoco-rs",
     doc = r#"
 ```
 let mut env = copq_envs_mujoco::mujoco_rs::make("gym/hopper")?;
-let (mut obs, mut reward) = (vec![0.0; 11], [0.0]);
+let mut obs = vec![0.0; 11];
+let mut reward = [0.0];
 env.reset(1, &mut obs)?;
 env.step(&[0.1, -0.2, 0.3], &mut obs, &mut reward)?;
 assert!(reward[0] > 0.9);

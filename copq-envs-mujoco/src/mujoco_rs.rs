@@ -16,7 +16,8 @@ use crate::guard::{self, Function, copq_error, copq_warning};
 use crate::simulation::{Array, Call, Simulation};
 use crate::version::check_version;
 
-/// The environment of this name (see [`copq_envs::tasks`]); an unknown name is answered with the nearest ones.
+/// The environment of this name (see [`copq_envs::tasks`]); an unknown name is answered with the
+/// nearest ones.
 pub fn make(name: &str) -> Result<Box<dyn Env>> {
     make_with(name, &Options::default())
 }
@@ -35,17 +36,22 @@ pub fn physics(robot: &RobotSpec) -> Result<Mujoco> {
     Mujoco::new(robot, version()?, open)
 }
 
-/// The version of the MuJoCo that is linked, as `mj_version` counts; an error if it is not the one mujoco-rs is made for.
+/// The version of the MuJoCo that is linked, as `mj_version` counts; an error if it is not the one
+/// mujoco-rs is made for.
 pub fn version() -> Result<i32> {
     // SAFETY: returns a constant.
     let linked = unsafe { mujoco_c::mj_version() };
-    check_version(mujoco_c::mjVERSION_HEADER as i32, linked, "the libmujoco that was found at run time")?;
+    check_version(
+        mujoco_c::mjVERSION_HEADER as i32,
+        linked,
+        "the libmujoco that was found at run time",
+    )?;
     Ok(linked)
 }
 
 fn open(mjcf: &str) -> Result<Box<dyn Simulation>> {
-    let data =
-        MjData::try_new(Arc::new(compile(mjcf)?)).map_err(|error| Error::other("making MuJoCo's data", error))?;
+    let data = MjData::try_new(Arc::new(compile(mjcf)?))
+        .map_err(|error| Error::other("making MuJoCo's data", error))?;
     Ok(Box::new(Linked(data)))
 }
 
@@ -54,7 +60,8 @@ pub(crate) fn compile(mjcf: &str) -> Result<MjModel> {
     version()?;
     static HANDLERS: Once = Once::new();
     HANDLERS.call_once(|| {
-        // SAFETY: two pointers that MuJoCo reads only when it has something to say; both functions live for ever.
+        // SAFETY: two pointers that MuJoCo reads only when it has something to say; both functions
+        // live for ever.
         unsafe {
             mujoco_c::mju_user_error = Some(copq_error);
             mujoco_c::mju_user_warning = Some(copq_warning);
@@ -115,13 +122,15 @@ impl Simulation for Linked {
         let model = std::ptr::from_ref(self.0.model().ffi()).cast::<c_void>();
         // SAFETY: the data stays where it is.
         let data = std::ptr::from_mut(unsafe { self.0.ffi_mut() }).cast::<c_void>();
-        // SAFETY: functions that differ in the types their pointers point to are called alike; model and data belong
-        // together, `&mut self` keeps others away, and `open` has set the handlers.
+        // SAFETY: functions that differ in the types their pointers point to are called alike;
+        // model and data belong together, `&mut self` keeps others away, and `open` has set the
+        // handlers.
         unsafe { guard::call(transmute::<OfData, Function>(function), model, data, times) }
     }
 
     fn warning(&self) -> Option<String> {
-        let (index, warning) = self.0.warning().iter().enumerate().find(|(_, warning)| warning.number > 0)?;
+        let (index, warning) =
+            self.0.warning().iter().enumerate().find(|(_, warning)| warning.number > 0)?;
         // SAFETY: returns a string of this thread.
         Some(unsafe { words(mujoco_c::mju_warningText(index as i32, warning.lastinfo as usize)) })
     }

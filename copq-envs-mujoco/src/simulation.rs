@@ -53,8 +53,9 @@ pub(crate) enum Array {
 }
 
 impl Array {
-    /// All that a simulation needs to go on bit for bit, and the fields that someone may read before it does, with the names
-    /// they are saved under. Controls and applied forces are written before every step.
+    /// All that a simulation needs to go on bit for bit, and the fields that someone may read
+    /// before it does, with the names they are saved under. Controls and applied forces are written
+    /// before every step.
     pub(crate) const SAVED: [(Self, &str); 10] = [
         (Self::Time, "time"),
         (Self::Qpos, "qpos"),

@@ -8,12 +8,14 @@ pub fn dotted(version: i32) -> String {
     format!("{}.{}.{}", version / (base * base), version / base % base, version % base)
 }
 
-/// An error unless the library has the version that the bindings were built for: another one has other layouts.
+/// An error unless the library has the version that the bindings were built for: another one has
+/// other layouts.
 pub(crate) fn check_version(header: i32, library: i32, place: &str) -> Result<()> {
     if header == library {
         return Ok(());
     }
-    let wanted = format!("{}, the version of the headers this program was built with", dotted(header));
+    let wanted =
+        format!("{}, the version of the headers this program was built with", dotted(header));
     Err(Error::invalid("version of MuJoCo", wanted, format!("{} from {place}", dotted(library))))
 }
 
@@ -30,6 +32,9 @@ mod tests {
     fn another_version_is_an_error_that_names_both() {
         assert!(check_version(222, 222, "here").is_ok());
         let error = check_version(3_017_000, 337, "libmujoco.so.3.3.7").unwrap_err().to_string();
-        assert!(error.contains("wanted 3.17.0") && error.contains("got 3.3.7 from libmujoco.so.3.3.7"), "{error}");
+        assert!(
+            error.contains("wanted 3.17.0") && error.contains("got 3.3.7 from libmujoco.so.3.3.7"),
+            "{error}"
+        );
     }
 }

@@ -1,7 +1,9 @@
-//! How near preset `Paper` on MuJoCo 3.17.0 is to Brax itself, whose runs were recorded in single precision.
+//! How near preset `Paper` on MuJoCo 3.17.0 is to Brax itself, whose runs were recorded in single
+//! precision.
 //!
-//! The robots and conventions are the same, the solver of contacts and limits is not. `cargo test -p copq-envs-mujoco --features
-//! mujoco-rs --test brax -- --nocapture --test-threads 1` prints more than DESIGN.md quotes.
+//! The robots and conventions are the same, the solver of contacts and limits is not.
+//! `cargo test -p copq-envs-mujoco --features mujoco-rs --test brax -- --nocapture --test-threads 1`
+//! prints more than DESIGN.md quotes.
 #![cfg(feature = "mujoco-rs")]
 
 mod support;
@@ -14,7 +16,8 @@ use support::{ROBOTS, Replay, Table, largest, own_data, task};
 
 /// A step that begins and ends this high above the floor (m) touches nothing,
 const ROOM: f64 = 0.01;
-/// and one that begins and ends this far inside of its joints' limits (rad) meets none: joints turn by a few rad/s.
+/// and one that begins and ends this far inside of its joints' limits (rad) meets none: joints turn
+/// by a few rad/s.
 const SLACK: f64 = 0.1;
 
 /// What pushes the robot during a step beside gravity, its motors and springs.
@@ -43,7 +46,8 @@ impl Situation {
 fn height(robot: &RobotSpec, qpos: &[f64]) -> f64 {
     let mut robot = robot.clone();
     let floor = robot.geoms.iter().position(|geom| geom.body.is_none()).unwrap();
-    let touching: Vec<_> = (0..robot.geoms.len()).filter(|&geom| robot.collide(geom, floor)).collect();
+    let touching: Vec<_> =
+        (0..robot.geoms.len()).filter(|&geom| robot.collide(geom, floor)).collect();
     robot.geoms = touching.iter().map(|&geom| robot.geoms[geom].clone()).collect();
     let segments = robot.segments(&robot.body_poses(qpos));
     let ends = segments.iter().flat_map(|segment| segment.ends.map(|[_, _, z]| z - segment.radius));
@@ -72,14 +76,16 @@ struct Apart {
 impl Apart {
     fn after(replay: &Replay, task: &Task, table: &Table, row: usize) -> Self {
         let obs: Vec<f64> = replay.obs.iter().map(|&value| f64::from(value)).collect();
-        let velocity = task.objectives.iter().position(|objective| objective.name == "velocity").unwrap();
+        let velocity =
+            task.objectives.iter().position(|objective| objective.name == "velocity").unwrap();
         let mut qvel = vec![0.0; task.robot.nv()];
         replay.env.physics().qvel(&mut qvel);
         Self {
             qpos: largest(replay.env.qpos(), &table.vector(row, "qpos")),
             qvel: largest(&qvel, &table.vector(row, "qvel")),
             obs: largest(&obs, &table.vector(row, "obs")),
-            velocity: (f64::from(replay.reward[velocity]) - table.get(row, "velocity").unwrap()).abs(),
+            velocity: (f64::from(replay.reward[velocity]) - table.get(row, "velocity").unwrap())
+                .abs(),
         }
     }
 }
@@ -98,12 +104,14 @@ fn written([median, largest]: [f64; 2]) -> String {
     format!("{median:.0e} ({largest:.0e})")
 }
 
-/// Every step of Brax's run by itself, from Brax's state. The largest error of qpos in each situation is a bound, with some
-/// room: what no contact and no limit disturbs agrees as well as single precision can.
+/// Every step of Brax's run by itself, from Brax's state. The largest error of qpos in each
+/// situation is a bound, with some room: what no contact and no limit disturbs agrees as well as
+/// single precision can.
 #[test]
 fn single_steps() {
     println!(
-        "| robot | during the step | steps | qpos | qvel | observation | velocity reward |\n|---|---|--:|--:|--:|--:|--:|"
+        "| robot | during the step | steps | qpos | qvel | observation | velocity reward \
+         |\n|---|---|--:|--:|--:|--:|--:|"
     );
     for robot in ROBOTS {
         let (task, table) = recorded(robot);
@@ -112,10 +120,14 @@ fn single_steps() {
                 let mut replay = Replay::new(physics, &task, &table, row - 1);
                 let ends = replay.step(&table, row) == Outcome::Terminated;
                 assert_eq!(ends, table.get(row, "done") == Some(1.0), "{robot}, row {row}");
-                (Situation::of_step(&task.robot, &table, row), Apart::after(&replay, &task, &table, row))
+                (
+                    Situation::of_step(&task.robot, &table, row),
+                    Apart::after(&replay, &task, &table, row),
+                )
             })
             .collect();
-        for (situation, bound) in [Situation::Free, Situation::Limit, Situation::Contact].into_iter().zip(bounds(robot))
+        for (situation, bound) in
+            [Situation::Free, Situation::Limit, Situation::Contact].into_iter().zip(bounds(robot))
         {
             let of = |error: fn(&Apart) -> f64| -> Vec<f64> {
                 steps.iter().filter(|step| step.0 == situation).map(|step| error(&step.1)).collect()
@@ -124,7 +136,12 @@ fn single_steps() {
             if qpos.is_empty() {
                 continue;
             }
-            let columns = [qpos.clone(), of(|apart| apart.qvel), of(|apart| apart.obs), of(|apart| apart.velocity)];
+            let columns = [
+                qpos.clone(),
+                of(|apart| apart.qvel),
+                of(|apart| apart.obs),
+                of(|apart| apart.velocity),
+            ];
             let columns = columns.map(|values| written(summary(values))).join(" | ");
             println!("| {robot} | {situation:?} | {} | {columns} |", qpos.len());
             let [_, worst] = summary(qpos);
@@ -144,17 +161,20 @@ fn bounds(robot: &str) -> [f64; 3] {
     }
 }
 
-/// The same actions from the same start. Where contacts are chaotic even the step on which the robot falls is another.
+/// The same actions from the same start. Where contacts are chaotic even the step on which the
+/// robot falls is another.
 #[test]
 fn rollouts() {
     const AFTER: [usize; 5] = [1, 5, 10, 20, 40];
     println!(
-        "| robot | after 1 step | 5 | 10 | 20 | 40 | unhealthy first, Brax | here |\n|---|--:|--:|--:|--:|--:|--:|--:|"
+        "| robot | after 1 step | 5 | 10 | 20 | 40 | unhealthy first, Brax | here \
+         |\n|---|--:|--:|--:|--:|--:|--:|--:|"
     );
     for robot in ROBOTS {
         let (task, table) = recorded(robot);
         let mut replay = Replay::new(physics, &task, &table, 0);
-        let (mut errors, mut end) = (vec![0.0], None);
+        let mut errors = vec![0.0];
+        let mut end = None;
         for row in 1..table.len() {
             let outcome = replay.step(&table, row);
             end = end.or((outcome == Outcome::Terminated).then_some(row));
@@ -171,7 +191,10 @@ fn rollouts() {
             _ => [1e-6, 1e-5],
         };
         assert!(errors[1] < bounds[0] && errors[10] < bounds[1], "{robot}: {errors:?}");
-        assert!(end == braxs || !["hopper", "halfcheetah", "humanoid"].contains(&robot), "{robot}: {end:?}");
+        assert!(
+            end == braxs || !["hopper", "halfcheetah", "humanoid"].contains(&robot),
+            "{robot}: {end:?}"
+        );
     }
 }
 

@@ -8,7 +8,11 @@ fn it_says_what_to_do_next() {
     let said = report.lines.join("\n");
     let on = [cfg!(feature = "mujoco-rs"), cfg!(feature = "system")];
     for (feature, on) in ["mujoco-rs", "system"].into_iter().zip(on) {
-        let wanted = if on { format!("feature {feature}: MuJoCo ") } else { format!("feature {feature}: off") };
+        let wanted = if on {
+            format!("feature {feature}: MuJoCo ")
+        } else {
+            format!("feature {feature}: off")
+        };
         assert!(said.contains(&wanted), "{said}");
     }
     // On a machine without EGL there is something to do.

@@ -1,4 +1,5 @@
-//! What MuJoCo would do by itself and this engine must not: reset in silence, write files, lose what a snapshot needs.
+//! What MuJoCo would do by itself and this engine must not: reset in silence, write files, lose
+//! what a snapshot needs.
 #![cfg(any(feature = "mujoco-rs", feature = "system"))]
 
 #[path = "support/engines.rs"]
@@ -26,7 +27,8 @@ fn each(robot: &RobotSpec, test: impl Fn(Mujoco)) {
 
 /// Everything that one can see of a robot: state, then all fields.
 fn everything(physics: &mut Mujoco, robot: &RobotSpec) -> Vec<f64> {
-    let (mut qpos, mut qvel) = (vec![0.0; robot.nq()], vec![0.0; robot.nv()]);
+    let mut qpos = vec![0.0; robot.nq()];
+    let mut qvel = vec![0.0; robot.nv()];
     physics.qpos(&mut qpos);
     physics.qvel(&mut qvel);
     let mut all = [qpos, qvel].concat();
@@ -52,7 +54,10 @@ fn assert_fails(physics: &mut Mujoco, what: &str) {
     let error = physics.step(&[0.0; 3], 4).unwrap_err();
     assert!(matches!(error, Error::Env { .. }), "{error}");
     let error = error.to_string();
-    assert!(error.contains("hopper on MuJoCo") && error.contains(what) && error.contains("reset first"), "{error}");
+    assert!(
+        error.contains("hopper on MuJoCo") && error.contains(what) && error.contains("reset first"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -60,7 +65,9 @@ fn states_that_mujoco_would_reset_in_silence_are_errors() {
     let robot = hopper(Preset::GymV5);
     let folder = std::env::current_dir().unwrap();
     each(&robot, |mut physics| {
-        for (dof, value, what) in [(0, 1e11, "QPOS"), (9, 1e11, "QVEL"), (9, 1e9, "QACC"), (9, 1e200, "QVEL")] {
+        for (dof, value, what) in
+            [(0, 1e11, "QPOS"), (9, 1e11, "QVEL"), (9, 1e9, "QACC"), (9, 1e200, "QVEL")]
+        {
             let mut state = [&robot.initial_qpos[..], &[0.0; 6]].concat();
             state[dof] = value;
             let (qpos, qvel) = state.split_at(6);
@@ -84,7 +91,13 @@ fn numbers_that_are_not_finite_are_refused() {
         assert!(physics.reset_to(&[0.0, f64::NAN, 0.0, 0.0, 0.0, 0.0], &[0.0; 6]).is_err());
         assert!(physics.reset_to(&robot.initial_qpos, &[f64::INFINITY; 6]).is_err());
         assert!(physics.reset_to(&[0.0; 5], &[0.0; 6]).is_err());
-        assert!(physics.step(&[0.0, f64::NAN, 0.0], 1).unwrap_err().to_string().contains("control is not finite"));
+        assert!(
+            physics
+                .step(&[0.0, f64::NAN, 0.0], 1)
+                .unwrap_err()
+                .to_string()
+                .contains("control is not finite")
+        );
         assert!(physics.step(&[0.0; 2], 1).is_err());
         physics.step(&[0.0; 3], 1).unwrap();
     });
@@ -98,11 +111,16 @@ fn a_snapshot_goes_on_bit_for_bit_and_tells_the_same() {
             run(&mut physics, &robot, 0..40);
             let mut state = State::default();
             physics.save(&mut state).unwrap();
-            let (now, later) = (everything(&mut physics, &robot), run(&mut physics, &robot, 40..80));
+            let now = everything(&mut physics, &robot);
+            let later = run(&mut physics, &robot, 40..80);
             physics.load(&state).unwrap();
-            assert!(everything(&mut physics, &robot) == now && run(&mut physics, &robot, 40..80) == later);
+            assert!(
+                everything(&mut physics, &robot) == now
+                    && run(&mut physics, &robot, 40..80) == later
+            );
             // In a new engine too; and a snapshot of it is the same snapshot.
-            let make = ENGINES.iter().find(|make| make(&robot).unwrap().name() == physics.name()).unwrap();
+            let make =
+                ENGINES.iter().find(|make| make(&robot).unwrap().name() == physics.name()).unwrap();
             let mut other = make(&robot).unwrap();
             other.load(&state).unwrap();
             let mut again = State::default();
@@ -124,7 +142,10 @@ fn foreign_snapshots_are_refused() {
             let mut foreign = state.clone();
             foreign.put(key, value.as_bytes());
             let error = physics.load(&foreign).unwrap_err().to_string();
-            assert!(error.contains(&format!("{key} of a saved state")) && error.contains(value), "{error}");
+            assert!(
+                error.contains(&format!("{key} of a saved state")) && error.contains(value),
+                "{error}"
+            );
         }
         let mut short = state.clone();
         short.put("qacc_warmstart", [0.0]);
@@ -136,7 +157,14 @@ fn foreign_snapshots_are_refused() {
     ENGINES.iter().for_each(|make| {
         let mut state = State::default();
         make(&hopper(Preset::Paper)).unwrap().save(&mut state).unwrap();
-        assert!(make(&robot).unwrap().load(&state).unwrap_err().to_string().contains("model of a saved state"));
+        assert!(
+            make(&robot)
+                .unwrap()
+                .load(&state)
+                .unwrap_err()
+                .to_string()
+                .contains("model of a saved state")
+        );
     });
 }
 
@@ -164,7 +192,8 @@ fn mass_and_centre_are_those_of_the_current_position() {
         // Pushing the free joint along an axis pushes all the mass.
         assert!((0..3).all(|i| (matrix[i * 23 + i] - robot.total_mass()).abs() < 1e-9));
         assert!((0..23 * 23).all(|i| (matrix[i] - matrix[i % 23 * 23 + i / 23]).abs() < 1e-12));
-        let (mut qpos, [_, _, z]) = (robot.initial_qpos.clone(), physics.centre_of_mass().unwrap());
+        let mut qpos = robot.initial_qpos.clone();
+        let [_, _, z] = physics.centre_of_mass().unwrap();
         qpos[2] += 0.5;
         physics.reset_to(&qpos, &[0.0; 23]).unwrap();
         assert_abs_diff_eq!(physics.centre_of_mass().unwrap()[2], z + 0.5, epsilon = 1e-12);

@@ -37,8 +37,13 @@ impl Seen {
     fn look(renderer: &mut Renderer, qpos: &[f64]) -> Self {
         let picture = renderer.draw(qpos).unwrap().to_vec();
         assert_eq!(picture.len() as u32, 3 * SIZE[0] * SIZE[1]);
-        let is_robot = |pixel: &[u8]| pixel[0] / 2 > pixel[1] && pixel[2] / 2 > pixel[1] && pixel[0] > 40;
-        let robot = picture.chunks(3).enumerate().filter(|(_, pixel)| is_robot(pixel)).map(|(at, _)| place(at));
+        let is_robot =
+            |pixel: &[u8]| pixel[0] / 2 > pixel[1] && pixel[2] / 2 > pixel[1] && pixel[0] > 40;
+        let robot = picture
+            .chunks(3)
+            .enumerate()
+            .filter(|(_, pixel)| is_robot(pixel))
+            .map(|(at, _)| place(at));
         Self { robot: robot.collect(), picture }
     }
 
@@ -75,8 +80,10 @@ fn a_robot_is_where_its_position_says() {
     for robot in robots() {
         let Some(mut renderer) = renderer(&robot) else { return };
         let look = |by| Seen::look(&mut renderer, &moved(&robot, by));
-        let [start, ahead, above, again] = [[0.0, 0.0], [0.3, 0.0], [0.0, 0.2], [0.0, 0.0]].map(look);
-        let (name, pixels) = (&robot.name, start.robot.len() as f64 / f64::from(SIZE[0] * SIZE[1]));
+        let [start, ahead, above, again] =
+            [[0.0, 0.0], [0.3, 0.0], [0.0, 0.2], [0.0, 0.0]].map(look);
+        let name = &robot.name;
+        let pixels = start.robot.len() as f64 / f64::from(SIZE[0] * SIZE[1]);
         println!("{name}: {:.1} % of the picture", 100.0 * pixels);
         assert!((0.005..0.2).contains(&pixels), "{name} fills {pixels}");
         assert!(start.picture == again.picture, "{name}: one position, two pictures");
@@ -86,9 +93,13 @@ fn a_robot_is_where_its_position_says() {
         }
         // The camera goes with it: the robot stays in its place, and the tiles pass by.
         let shift = (0..2).flat_map(|axis| (0..2).map(move |end| (axis, end)));
-        let shift: Vec<_> = shift.map(|(axis, end)| ahead.extent(axis)[end] - start.extent(axis)[end]).collect();
+        let shift: Vec<_> =
+            shift.map(|(axis, end)| ahead.extent(axis)[end] - start.extent(axis)[end]).collect();
         assert!(shift.iter().all(|by| by.abs() <= 1), "{name} moved by {shift:?}");
-        assert!(start.apart(&ahead) > (SIZE[0] * SIZE[1] / 20) as usize, "{name}: nothing passes by");
+        assert!(
+            start.apart(&ahead) > (SIZE[0] * SIZE[1] / 20) as usize,
+            "{name}: nothing passes by"
+        );
         // Up is up, and the horizon stays.
         let rise = [0, 1].map(|end| start.extent(1)[end] - above.extent(1)[end]);
         assert!(rise.iter().all(|&by| by > 8), "{name} rose by {rise:?}");

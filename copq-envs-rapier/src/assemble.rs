@@ -3,7 +3,9 @@
 use copq::{Error, Result};
 use copq_envs::RobotSpec;
 use copq_envs::robot::JointKind;
-use rapier3d_f64::prelude::{MassProperties, MultibodyIndex, Pose, RigidBody, RigidBodyBuilder, RigidBodyHandle};
+use rapier3d_f64::prelude::{
+    MassProperties, MultibodyIndex, Pose, RigidBody, RigidBodyBuilder, RigidBodyHandle,
+};
 
 use crate::collider::{collider, groups};
 use crate::coordinate::{Coordinate, coordinates};
@@ -34,7 +36,8 @@ impl Assembly {
         builder.finish()
     }
 
-    /// Damping and armature of every joint. rapier damps angular freedoms by 0.1 unless told otherwise.
+    /// Damping and armature of every joint. rapier damps angular freedoms by 0.1 unless told
+    /// otherwise.
     fn set_passive(&mut self, robot: &RobotSpec) {
         let (multibody, _) = self.world.split(self.robot);
         for (coordinate, joint) in self.coordinates.iter().zip(&robot.joints) {
@@ -50,7 +53,8 @@ impl Assembly {
 struct Builder<'a> {
     robot: &'a RobotSpec,
     world: World,
-    /// The robot hangs from a fixed body; the floor belongs to none, so that robot and floor may touch.
+    /// The robot hangs from a fixed body; the floor belongs to none, so that robot and floor may
+    /// touch.
     base: RigidBodyHandle,
     welds: Vec<Weld>,
     /// rapier's body of each body with joints; the base for the others.
@@ -67,17 +71,24 @@ impl<'a> Builder<'a> {
         Self { robot, world, base, welds: welds(robot), bodies, moves: Vec::new() }
     }
 
-    /// A body with joints becomes a chain of links: massless ones between its joints, its own at the end.
+    /// A body with joints becomes a chain of links: massless ones between its joints, its own at
+    /// the end.
     fn add_body(&mut self, body: usize) -> Result<()> {
         let spec = &self.robot.bodies[body];
         let parent = spec.parent.map(|parent| self.welds[parent]);
         let frame = parent.map_or(Pose::IDENTITY, |parent| parent.pose) * pose(spec.pos, spec.quat);
-        let mut tip = parent.and_then(|parent| parent.carrier).map_or(self.base, |carrier| self.bodies[carrier]);
+        let mut tip = parent
+            .and_then(|parent| parent.carrier)
+            .map_or(self.base, |carrier| self.bodies[carrier]);
         let joints: Vec<_> = self.robot.joints_of(body).collect();
         let links = chain(&joints, frame);
         let last = links.len().saturating_sub(1);
         for (index, Link { joint, moves }) in links.into_iter().enumerate() {
-            let mass = if index == last { mass(self.robot, &self.welds, body) } else { MassProperties::default() };
+            let mass = if index == last {
+                mass(self.robot, &self.welds, body)
+            } else {
+                MassProperties::default()
+            };
             let next = self.world.bodies.insert(rigid_body(mass));
             if self.world.joints.insert(tip, next, joint, true).is_none() {
                 return Err(refused(self.robot, "a tree of bodies", "a loop"));
@@ -96,7 +107,9 @@ impl<'a> Builder<'a> {
             let frame = weld.map_or(Pose::IDENTITY, |weld| weld.pose);
             let collider = collider(self.robot, index, frame, groups);
             match weld.and_then(|weld| weld.carrier) {
-                Some(carrier) => colliders.insert_with_parent(collider, self.bodies[carrier], bodies),
+                Some(carrier) => {
+                    colliders.insert_with_parent(collider, self.bodies[carrier], bodies)
+                }
                 None => colliders.insert(collider),
             };
         }
@@ -104,14 +117,16 @@ impl<'a> Builder<'a> {
     }
 
     fn finish(mut self) -> Result<Assembly> {
-        let Some(robot) = self.world.joints.rigid_body_link(self.base).map(|link| link.multibody) else {
+        let Some(robot) = self.world.joints.rigid_body_link(self.base).map(|link| link.multibody)
+        else {
             return Err(refused(self.robot, "at least one joint", "none"));
         };
         settle(robot, &mut self.world);
         let moves = self.moves.iter().map(|(moves, body)| (moves, self.link(*body)));
         let coordinates = coordinates(self.robot, self.world.multibody(robot), moves);
         let links = self.bodies.iter().map(|body| self.link(*body)).collect();
-        let mut assembly = Assembly { world: self.world, robot, coordinates, welds: self.welds, links };
+        let mut assembly =
+            Assembly { world: self.world, robot, coordinates, welds: self.welds, links };
         assembly.set_passive(self.robot);
         Ok(assembly)
     }
@@ -127,8 +142,8 @@ fn rigid_body(mass: MassProperties) -> RigidBody {
     RigidBodyBuilder::dynamic().can_sleep(false).additional_mass_properties(mass).build()
 }
 
-/// Gives bodies their masses (rapier does so in the first step only), fixes the base (which removes its six freedoms) and
-/// puts every body where the joints say.
+/// Gives bodies their masses (rapier does so in the first step only), fixes the base (which removes
+/// its six freedoms) and puts every body where the joints say.
 fn settle(index: MultibodyIndex, world: &mut World) {
     for (_, body) in world.bodies.iter_mut() {
         body.recompute_mass_properties_from_colliders(&world.colliders);

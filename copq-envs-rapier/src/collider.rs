@@ -4,8 +4,8 @@ use copq::{Error, Result};
 use copq_envs::RobotSpec;
 use copq_envs::robot::Shape;
 use rapier3d_f64::prelude::{
-    ActiveHooks, CoefficientCombineRule, Collider, ColliderBuilder, Group, InteractionGroups, InteractionTestMode,
-    Pose, SharedShape, Vector,
+    ActiveHooks, CoefficientCombineRule, Collider, ColliderBuilder, Group, InteractionGroups,
+    InteractionTestMode, Pose, SharedShape, Vector,
 };
 
 use crate::frame::pose;
@@ -13,8 +13,14 @@ use crate::frame::pose;
 /// rapier's collision groups have this many bits.
 const GROUPS: usize = 32;
 
-/// The collider of one geom, on a body or in the world at `frame`. It has no mass of its own: bodies carry theirs.
-pub(crate) fn collider(robot: &RobotSpec, index: usize, frame: Pose, groups: InteractionGroups) -> Collider {
+/// The collider of one geom, on a body or in the world at `frame`. It has no mass of its own:
+/// bodies carry theirs.
+pub(crate) fn collider(
+    robot: &RobotSpec,
+    index: usize,
+    frame: Pose,
+    groups: InteractionGroups,
+) -> Collider {
     let geom = &robot.geoms[index];
     let shape = match geom.shape {
         Shape::Plane => SharedShape::halfspace(Vector::Z),
@@ -33,7 +39,8 @@ pub(crate) fn collider(robot: &RobotSpec, index: usize, frame: Pose, groups: Int
         .build()
 }
 
-/// Which geoms may touch which, for each: MuJoCo's rule, pair by pair. Geoms that touch the same others share a bit.
+/// Which geoms may touch which, for each: MuJoCo's rule, pair by pair. Geoms that touch the same
+/// others share a bit.
 pub(crate) fn groups(robot: &RobotSpec) -> Result<Vec<InteractionGroups>> {
     let geoms = 0..robot.geoms.len();
     let partners = |geom: usize| geoms.clone().map(move |other| robot.collide(geom, other));
@@ -47,12 +54,23 @@ pub(crate) fn groups(robot: &RobotSpec) -> Result<Vec<InteractionGroups>> {
     let bits: Vec<usize> = geoms.clone().map(&mut kind).collect();
     if kinds.len() > GROUPS {
         let wanted = "at most 32 kinds of geom that differ in what they touch";
-        return Err(Error::invalid(format!("rapier: geoms of {}", robot.name), wanted, kinds.len()));
+        return Err(Error::invalid(
+            format!("rapier: geoms of {}", robot.name),
+            wanted,
+            kinds.len(),
+        ));
     }
     let group = |bits: u32| Group::from_bits_truncate(bits);
-    let filter = |geom| partners(geom).zip(&bits).filter(|(touch, _)| *touch).fold(0, |mask, (_, bit)| mask | 1 << bit);
+    let filter = |geom| {
+        partners(geom)
+            .zip(&bits)
+            .filter(|(touch, _)| *touch)
+            .fold(0, |mask, (_, bit)| mask | 1 << bit)
+    };
     let both = geoms.clone().map(|geom| (group(1 << bits[geom]), group(filter(geom))));
-    Ok(both.map(|(own, filter)| InteractionGroups::new(own, filter, InteractionTestMode::And)).collect())
+    Ok(both
+        .map(|(own, filter)| InteractionGroups::new(own, filter, InteractionTestMode::And))
+        .collect())
 }
 
 #[cfg(test)]
@@ -63,7 +81,9 @@ mod tests {
 
     #[test]
     fn the_same_pairs_may_touch() {
-        for robot in [robot::hopper, robot::walker2d, robot::halfcheetah, robot::ant, robot::humanoid] {
+        for robot in
+            [robot::hopper, robot::walker2d, robot::halfcheetah, robot::ant, robot::humanoid]
+        {
             for robot in [robot(Preset::GymV5), robot(Preset::Paper)] {
                 let groups = groups(&robot).unwrap();
                 for (a, one) in groups.iter().enumerate() {

@@ -15,7 +15,8 @@ struct Surface {
     softness: Softness,
 }
 
-/// Gives rapier's contacts the velocities that MuJoCo's strive for, and takes the friction from those of condim 1.
+/// Gives rapier's contacts the velocities that MuJoCo's strive for, and takes the friction from
+/// those of condim 1.
 pub(crate) struct Contacts {
     /// By the user data of rapier's colliders.
     surfaces: Vec<Surface>,
@@ -41,14 +42,19 @@ impl Contacts {
         self.twists.watch(multibody, bodies);
     }
 
-    fn surface(&self, context: &ContactModificationContext<'_>, collider: ColliderHandle) -> Option<&Surface> {
+    fn surface(
+        &self,
+        context: &ContactModificationContext<'_>,
+        collider: ColliderHandle,
+    ) -> Option<&Surface> {
         self.surfaces.get(context.colliders.get(collider)?.user_data as usize)
     }
 }
 
 impl PhysicsHooks for Contacts {
     fn modify_solver_contacts(&self, context: &mut ContactModificationContext<'_>) {
-        let surfaces = [context.collider1, context.collider2].map(|collider| self.surface(context, collider));
+        let surfaces =
+            [context.collider1, context.collider2].map(|collider| self.surface(context, collider));
         let [Some(first), Some(second)] = surfaces else { return };
         let bodies = [context.rigid_body1, context.rigid_body2];
         let Some(manifold) = context.rigid_mut() else { return };
@@ -62,9 +68,11 @@ impl PhysicsHooks for Contacts {
             let [one, two] = bodies.map(|body| self.twists.at(body, middle));
             let speeds = split(two - one, normal);
             // A contact whose own share is another than that of all gets what it would gain itself.
-            let target = speeds[0] + gain(&softness, friction, contact.dist, speeds, self.dt) / self.share;
+            let target =
+                speeds[0] + gain(&softness, friction, contact.dist, speeds, self.dt) / self.share;
             contact.dist = -target * self.dt;
-            // Both anchors in one place, so that the point where friction acts does not move with the gap.
+            // Both anchors in one place, so that the point where friction acts does not move with
+            // the gap.
             contact.anchor1 = middle + normal * (0.5 * contact.dist);
             contact.anchor2 = contact.anchor1;
         }
@@ -84,7 +92,8 @@ fn common_share(robot: &RobotSpec) -> f64 {
         let limbs = robot.geoms.iter().filter(|geom| geom.body.is_some());
         limbs.map(|limb| (floor.softness.mean(&limb.softness), friction(floor, limb)))
     });
-    let (softness, friction) = pairs.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Softness::MUJOCO, 1.0));
+    let (softness, friction) =
+        pairs.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Softness::MUJOCO, 1.0));
     stuck_share(softness.impedance(1.0), friction)
 }
 

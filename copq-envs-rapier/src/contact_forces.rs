@@ -23,13 +23,23 @@ pub(crate) fn touches(world: &World, dt: f64) -> impl Iterator<Item = Touch> {
     })
 }
 
-fn between(world: &World, pair: &ContactPair, manifold: &ContactManifold, dt: f64) -> impl Iterator<Item = Touch> {
+fn between(
+    world: &World,
+    pair: &ContactPair,
+    manifold: &ContactManifold,
+    dt: f64,
+) -> impl Iterator<Item = Touch> {
     let geoms = [pair.collider1, pair.collider2].map(|collider| geom(world, collider));
     // The points on both sides differ by the depth; colliders live as long as their pairs.
-    let first = world.colliders.get(pair.collider1).map(|collider| *collider.position()).unwrap_or_default();
+    let first = world
+        .colliders
+        .get(pair.collider1)
+        .map(|collider| *collider.position())
+        .unwrap_or_default();
     manifold.data.solver_contacts.iter().map(move |active| {
         let contact = &manifold.points[active.contact_indices()[0] as usize];
-        let impulse = contact.data.warmstart_tangent_world - manifold.data.normal * contact.data.impulse;
+        let impulse =
+            contact.data.warmstart_tangent_world - manifold.data.normal * contact.data.impulse;
         Touch { geoms, point: first * contact.local_p1, force: impulse / dt }
     })
 }

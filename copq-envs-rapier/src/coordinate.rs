@@ -29,17 +29,21 @@ pub(crate) enum Place {
     Axis(Axis),
 }
 
-/// The coordinates of all joints, from what each link moves (in the order of the joints) and its index.
+/// The coordinates of all joints, from what each link moves (in the order of the joints) and its
+/// index.
 pub(crate) fn coordinates<'a>(
     robot: &RobotSpec,
     multibody: &Multibody,
     links: impl Iterator<Item = (&'a Moves, usize)>,
 ) -> Vec<Coordinate> {
-    let places =
-        links.flat_map(|(moves, id)| multibody.link(id).map_or_else(Vec::new, |link| places(robot, moves, link)));
-    let (mut q, mut v) = (0, 0);
+    let places = links.flat_map(|(moves, id)| {
+        multibody.link(id).map_or_else(Vec::new, |link| places(robot, moves, link))
+    });
+    let mut q = 0;
+    let mut v = 0;
     let joints = robot.joints.iter().zip(places).map(|(spec, joint)| {
-        let (qpos, qvel) = (q..q + spec.kind.nq(), v..v + spec.kind.nv());
+        let qpos = q..q + spec.kind.nq();
+        let qvel = v..v + spec.kind.nv();
         (q, v) = (qpos.end, qvel.end);
         Coordinate { qpos, qvel, joint }
     });
@@ -49,7 +53,8 @@ pub(crate) fn coordinates<'a>(
 fn places(robot: &RobotSpec, moves: &Moves, link: &MultibodyLink) -> Vec<Place> {
     let id = link.link_id();
     let axis = |&(joint, axis): &(usize, usize)| {
-        let (reference, stiffness) = (robot.joints[joint].reference, robot.joints[joint].stiffness);
+        let reference = robot.joints[joint].reference;
+        let stiffness = robot.joints[joint].stiffness;
         Place::Axis(Axis { link: id, axis, dof: first_dof(link, axis), reference, stiffness })
     };
     match moves {
@@ -85,7 +90,8 @@ impl Coordinate {
 
     /// Writes the joint's entries of qvel.
     pub(crate) fn velocity(&self, multibody: &Multibody, qvel: &mut [f64]) {
-        let (velocity, qvel) = (multibody.generalized_velocity(), &mut qvel[self.qvel.clone()]);
+        let velocity = multibody.generalized_velocity();
+        let qvel = &mut qvel[self.qvel.clone()];
         match &self.joint {
             Place::Free(free) => free.velocity(multibody, velocity.as_slice(), qvel),
             Place::Axis(axis) => qvel[0] = velocity[axis.dof],
@@ -104,7 +110,8 @@ impl Coordinate {
 
     /// Writes the velocity, by rapier's freedoms, that is `qvel` at `qpos`.
     pub(crate) fn freedoms(&self, qpos: &[f64], qvel: &[f64], out: &mut [f64]) {
-        let (qpos, qvel) = (&qpos[self.qpos.clone()], &qvel[self.qvel.clone()]);
+        let qpos = &qpos[self.qpos.clone()];
+        let qvel = &qvel[self.qvel.clone()];
         match &self.joint {
             Place::Free(free) => free.freedoms(qpos, qvel, out),
             Place::Axis(axis) => out[axis.dof] = qvel[0],

@@ -2,7 +2,8 @@
 
 use copq_envs::RobotSpec;
 use rapier3d_f64::prelude::{
-    CCDSolver, ImpulseJointSet, IntegrationParameters, MultibodyIndex, PhysicsPipeline, SoftBodySet, Vector,
+    CCDSolver, ImpulseJointSet, IntegrationParameters, MultibodyIndex, PhysicsPipeline,
+    SoftBodySet, Vector,
 };
 
 use crate::contact::Contacts;
@@ -67,9 +68,10 @@ impl Engine {
     }
 }
 
-/// Contacts and limits get velocities to strive for that rapier must neither clamp nor take back afterwards, as its
-/// stabilisation would; none begins before it is touched. One solver iteration is one substep here: four would cost three
-/// times as much. Continuous collision detection would stop links halfway through a step.
+/// Contacts and limits get velocities to strive for that rapier must neither clamp nor take back
+/// afterwards, as its stabilisation would; none begins before it is touched. One solver iteration
+/// is one substep here: four would cost three times as much. Continuous collision detection would
+/// stop links halfway through a step.
 fn parameters(dt: f64, share: f64) -> IntegrationParameters {
     let spring = spring(share, dt);
     IntegrationParameters {

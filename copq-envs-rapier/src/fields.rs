@@ -24,7 +24,8 @@ pub(crate) struct Fields {
 }
 
 impl Fields {
-    /// `links` holds the link of each body with joints; link 0 is the fixed base, at the origin of the world.
+    /// `links` holds the link of each body with joints; link 0 is the fixed base, at the origin of
+    /// the world.
     pub(crate) fn new(robot: &RobotSpec, welds: &[Weld], links: &[usize]) -> Self {
         let riders = welds.iter().zip(&robot.bodies).map(|(weld, body)| Rider {
             link: weld.carrier.map_or(0, |carrier| links[carrier]),
@@ -47,7 +48,8 @@ impl Fields {
         self.rows(out, |rider| {
             let arm = view.centre(rider) - whole;
             let about = inertia(&rider.inertial, view.frame(rider).rotation, arm);
-            let ([x, y, z], mass) = ([about.x_axis, about.y_axis, about.z_axis], rider.inertial.mass);
+            let [x, y, z] = [about.x_axis, about.y_axis, about.z_axis];
+            let mass = rider.inertial.mass;
             [x.x, y.y, z.z, x.y, x.z, y.z, mass * arm.x, mass * arm.y, mass * arm.z, mass]
         });
     }
@@ -69,18 +71,27 @@ impl Fields {
                 let Some(body) = self.geoms[*geom] else { continue };
                 let torque = (touch.point - whole).cross(force);
                 let row = torque.to_array().into_iter().chain(force.to_array());
-                out[6 * body..6 * body + 6].iter_mut().zip(row).for_each(|(out, value)| *out += value);
+                out[6 * body..6 * body + 6]
+                    .iter_mut()
+                    .zip(row)
+                    .for_each(|(out, value)| *out += value);
             }
         }
     }
 
     pub(crate) fn centre_of_mass(&self, view: View<'_>) -> Vector {
-        let moment = self.riders.iter().map(|rider| rider.inertial.mass * view.centre(rider)).sum::<Vector>();
+        let moment = self
+            .riders
+            .iter()
+            .map(|rider| rider.inertial.mass * view.centre(rider))
+            .sum::<Vector>();
         moment / self.riders.iter().map(|rider| rider.inertial.mass).sum::<f64>()
     }
 
     fn rows<const N: usize>(&self, out: &mut [f64], row: impl Fn(&Rider) -> [f64; N]) {
-        out.chunks_exact_mut(N).zip(&self.riders).for_each(|(out, rider)| out.copy_from_slice(&row(rider)));
+        out.chunks_exact_mut(N)
+            .zip(&self.riders)
+            .for_each(|(out, rider)| out.copy_from_slice(&row(rider)));
     }
 }
 
@@ -105,13 +116,15 @@ impl View<'_> {
         self.frame(rider) * Vector::from_array(rider.inertial.com)
     }
 
-    /// Angular velocity of a body, and linear velocity of its point at `point`, in world axes. rapier's Jacobian is that of
-    /// the carrier's centre of mass.
+    /// Angular velocity of a body, and linear velocity of its point at `point`, in world axes.
+    /// rapier's Jacobian is that of the carrier's centre of mass.
     fn twist(&self, rider: &Rider, point: Vector) -> (Vector, Vector) {
         let multibody = self.world.multibody(self.robot);
         let twist = multibody.body_jacobian(rider.link) * multibody.generalized_velocity();
-        let (linear, angular) = (Vector::new(twist[0], twist[1], twist[2]), Vector::new(twist[3], twist[4], twist[5]));
-        let body = self.link(rider).and_then(|link| self.world.bodies.get(link.rigid_body_handle()));
+        let linear = Vector::new(twist[0], twist[1], twist[2]);
+        let angular = Vector::new(twist[3], twist[4], twist[5]);
+        let body =
+            self.link(rider).and_then(|link| self.world.bodies.get(link.rigid_body_handle()));
         let centre = body.map_or(Vector::ZERO, |body| body.center_of_mass());
         (angular, linear + angular.cross(point - centre))
     }

@@ -13,12 +13,15 @@ pub(crate) fn pose(pos: [f64; 3], quat: [f64; 4]) -> Pose {
 }
 
 /// A half turn about an axis, or none: what it takes to point axes along the frame's positive ones.
-const TURNS: [[f64; 4]; 4] = [[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+const TURNS: [[f64; 4]; 4] =
+    [[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
-/// A turned frame in which each of some directions is a positive axis, and which axes (0..3) they are.
+/// A turned frame in which each of some directions is a positive axis, and which axes (0..3) they
+/// are.
 ///
-/// Frames stay aligned with the body's own where they can. Rotating every hinge onto x, as rapier's revolute joint does, puts
-/// rounding noise into directions that a planar robot cannot move in; in single precision all ground friction is lost to it.
+/// Frames stay aligned with the body's own where they can. Rotating every hinge onto x, as rapier's
+/// revolute joint does, puts rounding noise into directions that a planar robot cannot move in; in
+/// single precision all ground friction is lost to it.
 pub(crate) fn aligned(directions: &[[f64; 3]]) -> Option<(Rotation, Vec<usize>)> {
     TURNS.iter().find_map(|&turn| {
         let turn = Rotation::from_array(turn);

@@ -4,8 +4,8 @@ use rapier3d_f64::prelude::{Multibody, Rotation, Vector};
 
 use crate::frame::rotation;
 
-/// A free joint: qpos is position and quaternion (w, x, y, z), qvel the linear velocity in world axes and the angular
-/// velocity in body axes.
+/// A free joint: qpos is position and quaternion (w, x, y, z), qvel the linear velocity in world
+/// axes and the angular velocity in body axes.
 #[derive(Clone, Debug)]
 pub(crate) struct Free {
     /// The multibody's link.
@@ -19,7 +19,8 @@ impl Free {
     pub(crate) fn position(&self, multibody: &Multibody, qpos: &mut [f64]) {
         // The link is one of this multibody's, and links are never removed.
         let Some(link) = multibody.link(self.link) else { return qpos.fill(f64::NAN) };
-        let (at, turn) = (link.joint.coords(), link.joint.joint_rot());
+        let at = link.joint.coords();
+        let turn = link.joint.joint_rot();
         qpos.copy_from_slice(&[at[0], at[1], at[2], turn.w, turn.x, turn.y, turn.z]);
     }
 

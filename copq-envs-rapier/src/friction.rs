@@ -1,17 +1,18 @@
 //! MuJoCo's friction pyramid, seen from the contact's normal.
 //!
-//! MuJoCo makes a contact with friction mu of four constraints on the edges of a pyramid: each wants `v -+ mu w >= 0` softly, with
-//! v the velocity apart and w that across, one of two directions. Two things follow that rapier's contacts do not know. All
-//! four together are softer against the normal than one constraint would be, for a mu of 2 ten times. And a contact
-//! that slides parts: one edge alone carries it, and that comes to rest at `v = mu w` only.
+//! MuJoCo makes a contact with friction mu of four constraints on the edges of a pyramid: each
+//! wants `v -+ mu w >= 0` softly, with v the velocity apart and w that across, one of two
+//! directions. Two things follow that rapier's contacts do not know. All four together are softer
+//! against the normal than one constraint would be, for a mu of 2 ten times. And a contact that
+//! slides parts: one edge alone carries it, and that comes to rest at `v = mu w` only.
 
 use copq_envs::robot::Softness;
 
 use crate::soft_constraint::relaxed;
 
-/// The A in MuJoCo's R is not the contact's own but a mean over directions, at the body's centre in the reference pose. In
-/// random rollouts the contact's own, which rapier takes, is 1.6 (hopper), 1.9 (walker), 2.1 (halfcheetah), 1.0 (ant) and
-/// 1.6 (humanoid) times as large (medians).
+/// The A in MuJoCo's R is not the contact's own but a mean over directions, at the body's centre in
+/// the reference pose. In random rollouts the contact's own, which rapier takes, is 1.6 (hopper),
+/// 1.9 (walker), 2.1 (halfcheetah), 1.0 (ant) and 1.6 (humanoid) times as large (medians).
 const TRUE_INVERSE_MASS: f64 = 1.5;
 
 /// The share of the acceleration that a contact takes which does not slide: four edges, each with
@@ -31,10 +32,18 @@ fn share(impedance: f64, regularisation: f64) -> f64 {
     (strength / (1.0 + strength)).min(0.9999)
 }
 
-/// What a timestep of contact alone adds to the velocity apart: at `distance` (negative), with these speeds apart and across.
-pub(crate) fn gain(softness: &Softness, friction: f64, distance: f64, [apart, across]: [f64; 2], dt: f64) -> f64 {
+/// What a timestep of contact alone adds to the velocity apart: at `distance` (negative), with
+/// these speeds apart and across.
+pub(crate) fn gain(
+    softness: &Softness,
+    friction: f64,
+    distance: f64,
+    [apart, across]: [f64; 2],
+    dt: f64,
+) -> f64 {
     let impedance = softness.impedance(distance);
-    let gain = |share: f64, velocity: f64| relaxed(softness, share, distance, velocity, dt) - velocity;
+    let gain =
+        |share: f64, velocity: f64| relaxed(softness, share, distance, velocity, dt) - velocity;
     let stuck = gain(stuck_share(impedance, friction), apart);
     if friction == 0.0 {
         return stuck;
@@ -56,13 +65,16 @@ mod tests {
         assert!((soft(1.0) - soft(0.0)).abs() < 1e-9 && (soft(1.0) - 6.0).abs() < 1e-9);
     }
 
-    /// Stiff contacts, given the time: they stick at rest, or slide and part with `mu s / (1 + mu^2)`, where `s = w + mu v`.
+    /// Stiff contacts, given the time: they stick at rest, or slide and part with
+    /// `mu s / (1 + mu^2)`, where `s = w + mu v`.
     #[test]
     fn a_sliding_contact_parts() {
         let stiff = Softness { solref: [0.02, 1.0], solimp: [0.9999, 0.9999, 0.001, 0.5, 2.0] };
         let change = |speeds| gain(&stiff, 1.0, -1e-12, speeds, 0.01);
         let time = change([-1.0, 0.0]);
-        for (apart, across, wanted) in [(-1.0, 0.5, 0.0), (-1.0, 3.0, 1.0), (-1.0, 1.0, 0.0), (0.0, 2.0, 1.0)] {
+        for (apart, across, wanted) in
+            [(-1.0, 0.5, 0.0), (-1.0, 3.0, 1.0), (-1.0, 1.0, 0.0), (0.0, 2.0, 1.0)]
+        {
             let after = apart + change([apart, across]) / time;
             assert!((after - wanted).abs() < 1e-3, "{apart} {across}: {after}");
         }

@@ -13,9 +13,9 @@
 //! # Ok::<(), copq::Error>(())
 //! ```
 //!
-//! Masses and joint-space inertia are MuJoCo's; contacts and joint limits follow its law of soft constraints, as far as
-//! rapier's solver can. Random policies fall as soon as on MuJoCo, but returns are not comparable number for number. A world
-//! belongs to one environment and one thread.
+//! Masses and joint-space inertia are MuJoCo's; contacts and joint limits follow its law of soft
+//! constraints, as far as rapier's solver can. Random policies fall as soon as on MuJoCo, but
+//! returns are not comparable number for number. A world belongs to one environment and one thread.
 
 mod assemble;
 mod collider;
@@ -42,7 +42,8 @@ pub use rapier::Rapier;
 use copq::{Env, Result};
 use copq_envs::{Locomotion, Options};
 
-/// The environment of this name (see [`copq_envs::tasks`]) on rapier; an unknown name is answered with the nearest ones.
+/// The environment of this name (see [`copq_envs::tasks`]) on rapier; an unknown name is answered
+/// with the nearest ones.
 pub fn make(name: &str) -> Result<Box<dyn Env>> {
     make_with(name, &Options::default())
 }

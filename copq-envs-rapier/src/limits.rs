@@ -19,7 +19,8 @@ struct Limit {
     softness: Softness,
 }
 
-/// All joints with limits. A limit that is not violated costs rapier as much as one that is, so it gets those that are.
+/// All joints with limits. A limit that is not violated costs rapier as much as one that is, so it
+/// gets those that are.
 pub(crate) struct Limits {
     limits: Vec<Limit>,
     dt: f64,
@@ -39,7 +40,8 @@ impl Limits {
     pub(crate) fn apply(&self, multibody: &mut Multibody) {
         for limit in &self.limits {
             let dof = limit.axis.dof;
-            let (velocity, push) = (multibody.generalized_velocity()[dof], multibody.generalized_acceleration()[dof]);
+            let velocity = multibody.generalized_velocity()[dof];
+            let push = multibody.generalized_acceleration()[dof];
             if let Some(link) = multibody.link_mut(limit.axis.link) {
                 limit.apply(&mut link.joint, velocity, push * self.dt, self.dt);
             }
@@ -50,8 +52,10 @@ impl Limits {
 impl Limit {
     /// `velocity` is the joint's, `push` its change in a timestep without contacts and limits.
     fn apply(&self, joint: &mut MultibodyJoint, velocity: f64, push: f64, dt: f64) {
-        let (index, [low, high]) = (self.axis.axis, self.range);
-        let (coordinate, limits) = (joint.coords()[index], &mut joint.data.limits[index]);
+        let index = self.axis.axis;
+        let [low, high] = self.range;
+        let coordinate = joint.coords()[index];
+        let limits = &mut joint.data.limits[index];
         let axis = JointAxesMask::from_bits_truncate(1 << index);
         let share = if coordinate < low {
             let (share, gap) = self.reaction(coordinate - low, velocity, push, dt);
@@ -68,10 +72,12 @@ impl Limit {
         joint.data.softness = spring(share, dt);
     }
 
-    /// Share and gap for a violation (negative), its rate of change, and the change of that without contacts and limits.
+    /// Share and gap for a violation (negative), its rate of change, and the change of that without
+    /// contacts and limits.
     ///
-    /// rapier's limits cannot strive for a velocity further into the violation, only for rest. Where MuJoCo would let the
-    /// joint go on, more slowly, a smaller share takes as much of its velocity.
+    /// rapier's limits cannot strive for a velocity further into the violation, only for rest.
+    /// Where MuJoCo would let the joint go on, more slowly, a smaller share takes as much of its
+    /// velocity.
     fn reaction(&self, position: f64, velocity: f64, push: f64, dt: f64) -> (f64, f64) {
         let share = self.softness.impedance(position);
         let relaxed = relaxed(&self.softness, share, position, velocity, dt);
@@ -79,7 +85,8 @@ impl Limit {
         if target >= 0.0 {
             return (share, target * dt + GAP);
         }
-        let (free, wanted) = (velocity + push, relaxed + (1.0 - share) * push);
+        let free = velocity + push;
+        let wanted = relaxed + (1.0 - share) * push;
         let taken = if free < 0.0 { 1.0 - wanted / free } else { share };
         (taken.clamp(1e-4, share), GAP)
     }

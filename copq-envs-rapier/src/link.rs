@@ -1,7 +1,9 @@
 //! The joints of one body as a chain of rapier joints.
 
 use copq_envs::robot::{Joint, JointKind};
-use rapier3d_f64::prelude::{GenericJoint, GenericJointBuilder, JointAxesMask, Pose, Rotation, Vector};
+use rapier3d_f64::prelude::{
+    GenericJoint, GenericJointBuilder, JointAxesMask, Pose, Rotation, Vector,
+};
 
 use crate::frame::{aligned, tilted};
 
@@ -15,7 +17,8 @@ pub(crate) struct Link {
 pub(crate) enum Moves {
     /// All six freedoms of a free joint.
     Free,
-    /// Slides and at most one hinge, each joint by index with rapier's axis (0..3 linear, 3..6 angular).
+    /// Slides and at most one hinge, each joint by index with rapier's axis (0..3 linear, 3..6
+    /// angular).
     Axes(Vec<(usize, usize)>),
 }
 
@@ -23,10 +26,12 @@ type Joints<'a> = [(usize, &'a Joint)];
 
 /// The links that move a body from its parent, in order: as few as rapier can do it with.
 ///
-/// `frame` is the body's frame in its parent's, all joints at their reference. Links but the first start from there.
+/// `frame` is the body's frame in its parent's, all joints at their reference. Links but the first
+/// start from there.
 pub(crate) fn chain(joints: &Joints<'_>, frame: Pose) -> Vec<Link> {
     let mut links = Vec::new();
-    let (mut rest, mut frame) = (joints, frame);
+    let mut rest = joints;
+    let mut frame = frame;
     while !rest.is_empty() {
         let (link, used) = longest(rest, frame);
         links.push(link);
@@ -53,15 +58,17 @@ fn free() -> Link {
     Link { joint: data, moves: Moves::Free }
 }
 
-/// One link for slides along different axes, then at most one hinge, all axis-aligned and at most one of them limited:
-/// rapier translates in the parent's frame, then rotates, panics at two angles, and has one softness for a link's limits.
+/// One link for slides along different axes, then at most one hinge, all axis-aligned and at most
+/// one of them limited: rapier translates in the parent's frame, then rotates, panics at two
+/// angles, and has one softness for a link's limits.
 fn together(joints: &Joints<'_>, frame: Pose) -> Option<Link> {
     if joints.iter().any(|(_, joint)| joint.kind == JointKind::Free) {
         return None;
     }
     let directions: Vec<_> = joints.iter().map(|(_, joint)| joint.axis).collect();
     let (turn, axes) = aligned(&directions)?;
-    let axes: Vec<_> = joints.iter().zip(axes).map(|((_, joint), axis)| first_axis(joint) + axis).collect();
+    let axes: Vec<_> =
+        joints.iter().zip(axes).map(|((_, joint), axis)| first_axis(joint) + axis).collect();
     let in_order = axes.windows(2).all(|pair| pair[0] < pair[1] && pair[0] < 3);
     let limited = joints.iter().filter(|(_, joint)| joint.range.is_some()).count();
     (in_order && limited <= 1).then(|| link(joints, &axes, frame, turn))
@@ -77,8 +84,9 @@ fn first_axis(joint: &Joint) -> usize {
 }
 
 fn link(joints: &Joints<'_>, axes: &[usize], frame: Pose, turn: Rotation) -> Link {
-    let open =
-        axes.iter().fold(JointAxesMask::empty(), |mask, axis| mask | JointAxesMask::from_bits_truncate(1 << axis));
+    let open = axes.iter().fold(JointAxesMask::empty(), |mask, axis| {
+        mask | JointAxesMask::from_bits_truncate(1 << axis)
+    });
     // Only a hinge's anchor matters, and it comes last.
     let anchor = joints.last().map_or([0.0; 3], |(_, joint)| joint.anchor);
     let child = Pose::from_parts(Vector::from_array(anchor), turn);

@@ -24,7 +24,11 @@ impl Motors {
             let motor = robot.actuators.iter().any(|actuator| actuator.joint == joint);
             (motor || axis.stiffness > 0.0).then(|| (joint, axis.clone()))
         });
-        Self { actuators: robot.actuators.clone(), forces: vec![0.0; robot.joints.len()], driven: driven.collect() }
+        Self {
+            actuators: robot.actuators.clone(),
+            forces: vec![0.0; robot.joints.len()],
+            driven: driven.collect(),
+        }
     }
 
     /// Sets the controls; several motors on one joint add up.

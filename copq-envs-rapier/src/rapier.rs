@@ -20,9 +20,9 @@ const NAME: &str = "rapier 0.36.1";
 
 /// rapier 0.36.1 in double precision with multibody joints, as a [`Physics`].
 ///
-/// A snapshot is the whole world, contact memory included, some tens of kilobytes; it replays bit for bit, in another
-/// process of the same build too. Fields are of the state after the step; contact forces those
-/// of its last timestep.
+/// A snapshot is the whole world, contact memory included, some tens of kilobytes; it replays bit
+/// for bit, in another process of the same build too. Fields are of the state after the step;
+/// contact forces those of its last timestep.
 pub struct Rapier {
     robot: String,
     dims: Dims,
@@ -74,7 +74,9 @@ impl Rapier {
         for (unit, mut column) in basis.column_iter_mut().enumerate() {
             let mut qvel = vec![0.0; nv];
             qvel[unit] = 1.0;
-            self.coordinates.iter().for_each(|coordinate| coordinate.freedoms(&qpos, &qvel, column.as_mut_slice()));
+            self.coordinates
+                .iter()
+                .for_each(|coordinate| coordinate.freedoms(&qpos, &qvel, column.as_mut_slice()));
         }
         basis
     }
@@ -108,15 +110,21 @@ impl Physics for Rapier {
         check_len("qpos", qpos.len(), self.dims.nq)?;
         check_len("qvel", qvel.len(), self.dims.nv)?;
         if !qpos.iter().chain(qvel).all(|value| value.is_finite()) {
-            return Err(self.error(format!("reset to a state that is not finite: {qpos:?}, {qvel:?}")));
+            return Err(
+                self.error(format!("reset to a state that is not finite: {qpos:?}, {qvel:?}"))
+            );
         }
         self.world = self.pristine.clone();
         self.engine.restart();
         self.motors.set(&[]);
         let (multibody, bodies) = self.world.split(self.index);
-        self.coordinates.iter().for_each(|coordinate| coordinate.displacement(qpos, &mut self.scratch));
+        self.coordinates
+            .iter()
+            .for_each(|coordinate| coordinate.displacement(qpos, &mut self.scratch));
         multibody.apply_displacements(&self.scratch);
-        self.coordinates.iter().for_each(|coordinate| coordinate.freedoms(qpos, qvel, &mut self.scratch));
+        self.coordinates
+            .iter()
+            .for_each(|coordinate| coordinate.freedoms(qpos, qvel, &mut self.scratch));
         multibody.generalized_velocity_mut().copy_from_slice(&self.scratch);
         multibody.forward_kinematics(bodies, false);
         multibody.update_rigid_bodies(bodies, true);
@@ -134,7 +142,9 @@ impl Physics for Rapier {
             self.motors.drive(multibody);
             self.limits.apply(multibody);
             if !self.engine.step(&mut self.world, self.index) || !self.is_finite() {
-                return Err(self.error(format!("the state stopped being finite in substep {substep}; reset first")));
+                return Err(self.error(format!(
+                    "the state stopped being finite in substep {substep}; reset first"
+                )));
             }
         }
         Ok(())
@@ -175,7 +185,11 @@ impl Physics for Rapier {
         for (key, wanted) in [("engine", NAME), ("robot", self.robot.as_str())] {
             let got = state.get::<u8>(key)?;
             if got != wanted.as_bytes() {
-                return Err(Error::invalid(format!("{key} of a saved state"), wanted, String::from_utf8_lossy(got)));
+                return Err(Error::invalid(
+                    format!("{key} of a saved state"),
+                    wanted,
+                    String::from_utf8_lossy(got),
+                ));
             }
         }
         self.motors.load(state)?;
@@ -216,20 +230,27 @@ mod tests {
 
     /// How deep the deepest contact of the last timestep was (m).
     fn depth(physics: &Rapier) -> f64 {
-        let manifolds = physics.world.narrow_phase.contact_pairs().flat_map(|pair| pair.solver_manifolds());
-        manifolds.flat_map(|manifold| &manifold.points).fold(0.0, |depth, contact| f64::max(depth, -contact.dist))
+        let manifolds =
+            physics.world.narrow_phase.contact_pairs().flat_map(|pair| pair.solver_manifolds());
+        manifolds
+            .flat_map(|manifold| &manifold.points)
+            .fold(0.0, |depth, contact| f64::max(depth, -contact.dist))
     }
 
     /// Random motors throw the walker in by 7 cm, the others by less.
     #[test]
     fn limbs_do_not_sink_into_the_floor() {
-        for robot in [robot::hopper, robot::walker2d, robot::halfcheetah, robot::ant, robot::humanoid] {
+        for robot in
+            [robot::hopper, robot::walker2d, robot::halfcheetah, robot::ant, robot::humanoid]
+        {
             let spec = robot(Preset::GymV5);
-            let (mut physics, mut rng) = (Rapier::new(&spec).unwrap(), Rng::with_stream(1, 95));
+            let mut physics = Rapier::new(&spec).unwrap();
+            let mut rng = Rng::with_stream(1, 95);
             physics.reset_to(&spec.initial_qpos, &vec![0.0; spec.nv()]).unwrap();
             for _ in 0..100 {
                 let motors = spec.actuators.iter();
-                let ctrl: Vec<_> = motors.map(|motor| rng.uniform_in(motor.range[0], motor.range[1])).collect();
+                let ctrl: Vec<_> =
+                    motors.map(|motor| rng.uniform_in(motor.range[0], motor.range[1])).collect();
                 for _ in 0..spec.frame_skip {
                     physics.step(&ctrl, 1).unwrap();
                     assert!(depth(&physics) < 0.1, "{}: {} m", spec.name, depth(&physics));

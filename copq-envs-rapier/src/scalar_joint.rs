@@ -4,8 +4,9 @@ use rapier3d_f64::prelude::Multibody;
 
 /// The stiffness of the spring that stands for a generalised force (N m/rad), a power of two.
 ///
-/// rapier has no generalised force. A spring pulled far away gives the same torque: it adds only k dt^2 of inertia and
-/// k dt of damping, here below 1e-8, while the rounding error of the torque does not depend on k.
+/// rapier has no generalised force. A spring pulled far away gives the same torque: it adds only k
+/// dt^2 of inertia and k dt of damping, here below 1e-8, while the rounding error of the torque
+/// does not depend on k.
 const MOTOR_STIFFNESS: f64 = 1.0 / (1024.0 * 1024.0);
 
 /// One scalar joint: an entry of qpos and of qvel.
@@ -27,7 +28,8 @@ impl Axis {
     /// The joint's value in qpos.
     pub(crate) fn position(&self, multibody: &Multibody) -> f64 {
         // An axis is made from a link of this multibody, and links are never removed.
-        multibody.link(self.link).map_or(f64::NAN, |link| link.joint.coords()[self.axis]) + self.reference
+        multibody.link(self.link).map_or(f64::NAN, |link| link.joint.coords()[self.axis])
+            + self.reference
     }
 
     /// Applies a generalised force (N or N m) and the joint's own spring in the next timestep.

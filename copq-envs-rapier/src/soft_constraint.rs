@@ -1,15 +1,17 @@
 //! MuJoCo's soft constraints on rapier's solver.
 //!
-//! MuJoCo gives a violated constraint the acceleration `a = (1 - c) a0 + c (-b v - k d r)`: `a0` is what it would be without
-//! the constraint's force, the bracket a spring and damper that pull the violation r (negative) to 0, and the share
-//! `c = A / (A + R)` compares the inverse mass A along the constraint with its regularisation R. So `v' = (1 - c) v0 + c u`
-//! at the end of a timestep, with `v0` the velocity reached without the constraint and `u` one to strive for: that for which
+//! MuJoCo gives a violated constraint the acceleration `a = (1 - c) a0 + c (-b v - k d r)`: `a0` is
+//! what it would be without the constraint's force, the bracket a spring and damper that pull the
+//! violation r (negative) to 0, and the share `c = A / (A + R)` compares the inverse mass A along
+//! the constraint with its regularisation R. So `v' = (1 - c) v0 + c u` at the end of a timestep,
+//! with `v0` the velocity reached without the constraint and `u` one to strive for: that for which
 //! spring and damper alone would take v to `v1 = (1 - c) v + c u`.
 //!
-//! rapier makes `v' = (1 - c) v0 + c u` of a spring without damping: `u` is minus the gap over dt, and `c = s / (1 + s)`
-//! with s the square of the spring's angular frequency times dt. So a frequency gives a constraint its share, and a gap made
-//! up for it its u. rapier's springs as they are meant can hold as stiffly, but then they stop what hits them in one
-//! timestep, where MuJoCo takes ten or more.
+//! rapier makes `v' = (1 - c) v0 + c u` of a spring without damping: `u` is minus the gap over dt,
+//! and `c = s / (1 + s)` with s the square of the spring's angular frequency times dt. So a
+//! frequency gives a constraint its share, and a gap made up for it its u. rapier's springs as they
+//! are meant can hold as stiffly, but then they stop what hits them in one timestep, where MuJoCo
+//! takes ten or more.
 
 use std::f64::consts::TAU;
 
@@ -21,12 +23,21 @@ pub(crate) fn spring(share: f64, dt: f64) -> SpringCoefficients<f64> {
     SpringCoefficients::new((share / (1.0 - share)).sqrt() / (dt * TAU), 0.0)
 }
 
-/// The velocity v1 to which a constraint of this share alone takes `velocity` in dt, from a violation (negative).
+/// The velocity v1 to which a constraint of this share alone takes `velocity` in dt, from a
+/// violation (negative).
 ///
-/// It solves x'' = -2 p x' - w2 x exactly: timesteps are too long for less where they are half the time constant.
-pub(crate) fn relaxed(softness: &Softness, share: f64, position: f64, velocity: f64, dt: f64) -> f64 {
+/// It solves x'' = -2 p x' - w2 x exactly: timesteps are too long for less where they are half the
+/// time constant.
+pub(crate) fn relaxed(
+    softness: &Softness,
+    share: f64,
+    position: f64,
+    velocity: f64,
+    dt: f64,
+) -> f64 {
     let [damping, stiffness] = safe(softness, dt).reference();
-    let (p, w2) = (0.5 * share * damping, share * stiffness * softness.impedance(position));
+    let p = 0.5 * share * damping;
+    let w2 = share * stiffness * softness.impedance(position);
     let (cosine, sine) = wave(p * p - w2, dt);
     (-p * dt).exp() * (velocity * (cosine - p * sine) - w2 * position * sine)
 }
@@ -67,8 +78,11 @@ mod tests {
     fn relaxed_solves_the_constraints_own_motion() {
         for (solref, share) in [([0.02, 1.0], 0.95), ([0.02, 1.0], 0.3), ([0.05, 0.2], 0.8)] {
             let softness = Softness { solref, ..Softness::MUJOCO };
-            let ([damping, stiffness], d) = (softness.reference(), softness.impedance(-0.1));
-            let (mut x, mut v, dt) = (-0.1, -2.0, 0.01);
+            let [damping, stiffness] = softness.reference();
+            let d = softness.impedance(-0.1);
+            let mut x = -0.1;
+            let mut v = -2.0;
+            let dt = 0.01;
             let exact = relaxed(&softness, share, x, v, dt);
             for _ in 0..10_000 {
                 v += dt / 1e4 * share * (-damping * v - stiffness * d * x);

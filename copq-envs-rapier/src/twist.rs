@@ -1,8 +1,10 @@
-//! How the links move before a timestep. rapier's own velocities of a multibody's bodies are one step old by then.
+//! How the links move before a timestep. rapier's own velocities of a multibody's bodies are one
+//! step old by then.
 
 use rapier3d_f64::prelude::{Multibody, RigidBodyHandle, RigidBodySet, Vector};
 
-/// How a body moves: its centre of mass, the velocity there, and its angular velocity, in world axes.
+/// How a body moves: its centre of mass, the velocity there, and its angular velocity, in world
+/// axes.
 #[derive(Clone, Copy, Default)]
 struct Twist {
     centre: Vector,

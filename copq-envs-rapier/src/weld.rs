@@ -23,21 +23,30 @@ pub(crate) fn welds(robot: &RobotSpec) -> Vec<Weld> {
         let ground = Weld { carrier: None, pose: Pose::IDENTITY };
         let parent = body.parent.map_or(ground, |parent| welds[parent]);
         let jointed = robot.joints_of(index).next().is_some();
-        let carried = Weld { carrier: parent.carrier, pose: parent.pose * pose(body.pos, body.quat) };
-        welds.push(if jointed { Weld { carrier: Some(index), pose: Pose::IDENTITY } } else { carried });
+        let carried =
+            Weld { carrier: parent.carrier, pose: parent.pose * pose(body.pos, body.quat) };
+        welds.push(if jointed {
+            Weld { carrier: Some(index), pose: Pose::IDENTITY }
+        } else {
+            carried
+        });
     }
     welds
 }
 
 /// The mass of everything that a body carries, in its frame.
 pub(crate) fn mass(robot: &RobotSpec, welds: &[Weld], carrier: usize) -> MassProperties {
-    let riders = || welds.iter().zip(&robot.bodies).filter(move |(weld, _)| weld.carrier == Some(carrier));
+    let riders =
+        || welds.iter().zip(&robot.bodies).filter(move |(weld, _)| weld.carrier == Some(carrier));
     if riders().count() == 1 {
         return alone(&robot.bodies[carrier].inertial);
     }
     let mass: f64 = riders().map(|(_, body)| body.inertial.mass).sum();
     let centre = |weld: &Weld, inertial: &Inertial| weld.pose * Vector::from_array(inertial.com);
-    let com = riders().map(|(weld, body)| body.inertial.mass * centre(weld, &body.inertial)).sum::<Vector>() / mass;
+    let com = riders()
+        .map(|(weld, body)| body.inertial.mass * centre(weld, &body.inertial))
+        .sum::<Vector>()
+        / mass;
     let moments = riders().map(|(weld, body)| {
         let arm = centre(weld, &body.inertial) - com;
         inertia(&body.inertial, weld.pose.rotation, arm)
@@ -57,12 +66,14 @@ fn alone(inertial: &Inertial) -> MassProperties {
 /// Inertia about a point `arm` away from the centre of mass, for a body turned this way.
 pub(crate) fn inertia(inertial: &Inertial, turn: Rotation, arm: Vector) -> Matrix {
     let axes = Matrix::from_quat(turn * rotation(inertial.quat));
-    let centred = axes * Matrix::from_diagonal(Vector::from_array(inertial.moments)) * axes.transpose();
+    let centred =
+        axes * Matrix::from_diagonal(Vector::from_array(inertial.moments)) * axes.transpose();
     let outer = Matrix::from_cols(arm * arm.x, arm * arm.y, arm * arm.z);
     centred + (Matrix::from_diagonal(Vector::splat(arm.length_squared())) - outer) * inertial.mass
 }
 
-/// rapier's own diagonalisation is a closed form that loses half the digits where two moments are nearly equal.
+/// rapier's own diagonalisation is a closed form that loses half the digits where two moments are
+/// nearly equal.
 fn principal(mass: f64, com: Vector, inertia: Matrix) -> MassProperties {
     let SymmetricEigen { mut eigenvectors, eigenvalues } =
         SymmetricEigen::new(Matrix3::from_column_slice(&inertia.to_cols_array()));
@@ -71,5 +82,10 @@ fn principal(mass: f64, com: Vector, inertia: Matrix) -> MassProperties {
     }
     let axes = Matrix::from_cols_slice(eigenvectors.as_slice());
     let moments = Vector::from_slice(eigenvalues.as_slice());
-    MassProperties::with_principal_inertia_frame(com, mass, moments, Rotation::from_mat3(&axes).normalize())
+    MassProperties::with_principal_inertia_frame(
+        com,
+        mass,
+        moments,
+        Rotation::from_mat3(&axes).normalize(),
+    )
 }

@@ -1,9 +1,10 @@
-//! Everything of a rapier world that changes from step to step, so that a clone or a serialised copy is a snapshot.
+//! Everything of a rapier world that changes from step to step, so that a clone or a serialised
+//! copy is a snapshot.
 
 use copq::{Error, Result};
 use rapier3d_f64::prelude::{
-    BroadPhaseBvh, BvhOptimizationStrategy, ColliderSet, IslandManager, Multibody, MultibodyIndex, MultibodyJointSet,
-    NarrowPhase, RigidBodySet,
+    BroadPhaseBvh, BvhOptimizationStrategy, ColliderSet, IslandManager, Multibody, MultibodyIndex,
+    MultibodyJointSet, NarrowPhase, RigidBodySet,
 };
 use serde::{Deserialize, Serialize};
 

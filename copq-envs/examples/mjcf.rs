@@ -1,4 +1,5 @@
-//! Prints a robot as MJCF for MuJoCo 3.17.0: `cargo run -p copq-envs --example mjcf a/hopper gym-v5 > hopper.xml`.
+//! Prints a robot as MJCF for MuJoCo 3.17.0:
+//! `cargo run -p copq-envs --example mjcf a/hopper gym-v5 > hopper.xml`.
 
 use copq_envs::{Options, task_with};
 

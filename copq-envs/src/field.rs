@@ -4,23 +4,25 @@ use crate::RobotSpec;
 
 /// A quantity of [`Physics::read`](crate::Physics::read), in MuJoCo's units and axes.
 ///
-/// "Bodies" are [`RobotSpec::bodies`] in their order, the world not among them; rows are bodies, row-major.
+/// "Bodies" are [`RobotSpec::bodies`] in their order, the world not among them; rows are bodies,
+/// row-major.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
     /// Origins of the body frames in world axes (m), bodies x 3. MuJoCo's xpos.
     BodyPosition,
     /// Centres of mass of the bodies in world axes (m), bodies x 3. MuJoCo's xipos.
     BodyCentre,
-    /// Inertia in world axes, moved to the robot's centre of mass, bodies x 10: Ixx, Iyy, Izz, Ixy, Ixz, Iyz (kg m^2),
-    /// mass times the body's centre relative to the robot's (kg m), mass (kg). MuJoCo's cinert.
+    /// Inertia in world axes, moved to the robot's centre of mass, bodies x 10: Ixx, Iyy, Izz, Ixy,
+    /// Ixz, Iyz (kg m^2), mass times the body's centre relative to the robot's (kg m), mass (kg).
+    /// MuJoCo's cinert.
     Inertia,
-    /// Angular velocity (rad/s), then linear velocity of the body's point at the robot's centre of mass (m/s), in world
-    /// axes, bodies x 6. MuJoCo's cvel.
+    /// Angular velocity (rad/s), then linear velocity of the body's point at the robot's centre of
+    /// mass (m/s), in world axes, bodies x 6. MuJoCo's cvel.
     Velocity,
     /// Generalised force of the actuators, nv (N or N m). MuJoCo's qfrc_actuator.
     ActuatorForce,
-    /// Torque about the robot's centre of mass (N m), then force (N), that contacts exert on each body, in world axes,
-    /// bodies x 6. MuJoCo's cfrc_ext.
+    /// Torque about the robot's centre of mass (N m), then force (N), that contacts exert on each
+    /// body, in world axes, bodies x 6. MuJoCo's cfrc_ext.
     ContactForce,
 }
 

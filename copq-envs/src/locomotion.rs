@@ -12,9 +12,10 @@ const NOISE_STREAM: u64 = 0x0065_6e76;
 
 /// A [`Task`] on an engine, as a [`copq::Env`].
 ///
-/// Actions are in [-1, 1] and clamped to it; each is spread over its motor's control range and held for `frame_skip`
-/// physics steps. The reward vector is computed from the state after the step. An episode that becomes unhealthy is
-/// terminated, on step `horizon` too; one that reaches `horizon` healthy is truncated.
+/// Actions are in [-1, 1] and clamped to it; each is spread over its motor's control range and held
+/// for `frame_skip` physics steps. The reward vector is computed from the state after the step. An
+/// episode that becomes unhealthy is terminated, on step `horizon` too; one that reaches `horizon`
+/// healthy is truncated.
 #[derive(Debug)]
 pub struct Locomotion<P> {
     spec: EnvSpec,
@@ -47,8 +48,21 @@ impl<P: Physics> Locomotion<P> {
         let mut readings = Readings::new(task.fields(), &task.robot);
         // An engine that does not tell a field says so now rather than in mid-run.
         readings.read(&mut physics).map_err(|source| Error::other(needs(&task), source))?;
-        let (qpos, qvel, ctrl) = (vec![0.0; dims.nq], vec![0.0; dims.nv], vec![0.0; dims.nu]);
-        Ok(Self { spec, task, physics, phase: Phase::Fresh, steps: 0, qpos, qvel, ctrl, readings, place: [0.0; 2] })
+        let qpos = vec![0.0; dims.nq];
+        let qvel = vec![0.0; dims.nv];
+        let ctrl = vec![0.0; dims.nu];
+        Ok(Self {
+            spec,
+            task,
+            physics,
+            phase: Phase::Fresh,
+            steps: 0,
+            qpos,
+            qvel,
+            ctrl,
+            readings,
+            place: [0.0; 2],
+        })
     }
 
     /// The task.
@@ -66,13 +80,16 @@ impl<P: Physics> Locomotion<P> {
         &self.qpos
     }
 
-    /// Sets the controls from an action; returns the sums of the squared, clamped actions and of the squared controls.
+    /// Sets the controls from an action; returns the sums of the squared, clamped actions and of
+    /// the squared controls.
     fn act(&mut self, action: &[f32]) -> Result<[f64; 2]> {
         if let Some(index) = action.iter().position(|value| !value.is_finite()) {
             return Err(self.error(format!("action[{index}] is {}", action[index])));
         }
         let mut squares = [0.0; 2];
-        for ((ctrl, actuator), unit) in self.ctrl.iter_mut().zip(&self.task.robot.actuators).zip(action) {
+        for ((ctrl, actuator), unit) in
+            self.ctrl.iter_mut().zip(&self.task.robot.actuators).zip(action)
+        {
             let unit = f64::from(unit.clamp(-1.0, 1.0));
             let [low, high] = actuator.range;
             *ctrl = 0.5 * (low + high) + 0.5 * (high - low) * unit;
@@ -87,10 +104,16 @@ impl<P: Physics> Locomotion<P> {
         self.physics.qpos(&mut self.qpos);
         self.physics.qvel(&mut self.qvel);
         self.readings.read(&mut self.physics)?;
-        if self.qpos.iter().chain(&self.qvel).all(|value| value.is_finite()) && self.readings.is_finite() {
+        if self.qpos.iter().chain(&self.qvel).all(|value| value.is_finite())
+            && self.readings.is_finite()
+        {
             return Ok(());
         }
-        Err(self.error(format!("{}'s state is not finite after step {}", self.physics.name(), self.steps)))
+        Err(self.error(format!(
+            "{}'s state is not finite after step {}",
+            self.physics.name(),
+            self.steps
+        )))
     }
 
     /// Where the robot is, as its task counts.
@@ -99,7 +122,13 @@ impl<P: Physics> Locomotion<P> {
     }
 
     fn observe(&self, obs: &mut [f32]) {
-        self.task.robot.observation.write(&self.task.robot, &self.qpos, &self.qvel, &self.readings, obs);
+        self.task.robot.observation.write(
+            &self.task.robot,
+            &self.qpos,
+            &self.qvel,
+            &self.readings,
+            obs,
+        );
     }
 
     fn outcome(&self, healthy: bool) -> Outcome {
@@ -117,7 +146,10 @@ impl<P: Physics> Locomotion<P> {
         match self.phase {
             Phase::Running => Ok(()),
             Phase::Fresh => Err(self.error("step before the first reset".into())),
-            Phase::Over => Err(self.error(format!("step after the episode ended at step {}; reset first", self.steps))),
+            Phase::Over => Err(self.error(format!(
+                "step after the episode ended at step {}; reset first",
+                self.steps
+            ))),
         }
     }
 

@@ -17,8 +17,8 @@ pub struct Dims {
 
 /// A world with one robot in it, in the generalised coordinates of [`RobotSpec`](crate::RobotSpec).
 ///
-/// Same state, same controls, same build of the same machine: same bits. Lengths are the caller's to get right
-/// (an engine may panic); numbers are the engine's to check (it returns an error).
+/// Same state, same controls, same build of the same machine: same bits. Lengths are the caller's
+/// to get right (an engine may panic); numbers are the engine's to check (it returns an error).
 pub trait Physics: Send {
     /// The engine's name and version, as reports print it.
     fn name(&self) -> &str;
@@ -26,11 +26,12 @@ pub trait Physics: Send {
     /// The sizes of the model.
     fn dims(&self) -> Dims;
 
-    /// Forgets everything, contact memory included, and takes this position and velocity (SI units, radians).
+    /// Forgets everything, contact memory included, and takes this position and velocity (SI units,
+    /// radians).
     fn reset_to(&mut self, qpos: &[f64], qvel: &[f64]) -> Result<()>;
 
-    /// Advances `substeps` physics timesteps with the controls held. A state that stops being finite is an
-    /// [`Error::Env`](copq::Error::Env), never a silent reset.
+    /// Advances `substeps` physics timesteps with the controls held. A state that stops being
+    /// finite is an [`Error::Env`](copq::Error::Env), never a silent reset.
     fn step(&mut self, ctrl: &[f64], substeps: usize) -> Result<()>;
 
     /// Writes the generalised position.
@@ -45,13 +46,17 @@ pub trait Physics: Send {
     /// Goes back to what [`Physics::save`] wrote, which must come from the same model and engine.
     fn load(&mut self, state: &State) -> Result<()>;
 
-    /// Writes a quantity ([`Field::len`] numbers) as the engine's last evaluation of its model left it: some engines
-    /// evaluate after a step, MuJoCo does so before, so that its fields are up to one physics step older than qpos.
+    /// Writes a quantity ([`Field::len`] numbers) as the engine's last evaluation of its model left
+    /// it: some engines evaluate after a step, MuJoCo does so before, so that its fields are up to
+    /// one physics step older than qpos.
     ///
     /// What an engine computes only here costs nothing to those who do not ask.
     fn read(&mut self, field: Field, out: &mut [f64]) -> Result<()> {
         let _ = out;
-        Err(Error::Env { env: self.name().into(), what: format!("this engine does not tell {field:?}") })
+        Err(Error::Env {
+            env: self.name().into(),
+            what: format!("this engine does not tell {field:?}"),
+        })
     }
 
     /// The whole robot's centre of mass in world axes (m), if the engine tells.
@@ -59,7 +64,8 @@ pub trait Physics: Send {
         None
     }
 
-    /// The joint-space mass matrix with armature (nv x nv, row-major) at the current position, if the engine tells.
+    /// The joint-space mass matrix with armature (nv x nv, row-major) at the current position, if
+    /// the engine tells.
     fn mass_matrix(&self) -> Option<Vec<f64>> {
         None
     }

@@ -11,7 +11,8 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Space for these fields of this robot; duplicates are read once. Values are 0 before the first reading.
+    /// Space for these fields of this robot; duplicates are read once. Values are 0 before the
+    /// first reading.
     pub fn new(fields: impl IntoIterator<Item = Field>, robot: &RobotSpec) -> Self {
         let mut readings = Self::default();
         for field in fields {

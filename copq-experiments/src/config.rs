@@ -66,11 +66,13 @@ fn processor() -> Option<String> {
 
 /// Writes a configuration, atomically.
 pub(crate) fn write<S: Serialize>(path: &Path, config: &RunConfig<S>) -> Result<()> {
-    let text = toml::to_string(config).map_err(|e| Error::other(format!("encoding '{}'", path.display()), e))?;
+    let text = toml::to_string(config)
+        .map_err(|e| Error::other(format!("encoding '{}'", path.display()), e))?;
     files::replace(path, format!("{HEADING}{text}").as_bytes())
 }
 
-/// Reads a configuration; the error for a wrong or unknown key shows the line and the keys there are.
+/// Reads a configuration; the error for a wrong or unknown key shows the line and the keys there
+/// are.
 pub(crate) fn read<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
     let failed = |e| Error::other(format!("reading '{}'", path.display()), e);
     let text = files::read_text(path)?;
@@ -82,7 +84,9 @@ pub(crate) fn read<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
 
 /// An error that names the first of the caller's settings that is not what the run was made with.
 pub(crate) fn check_same<S: Serialize>(path: &Path, saved: &S, now: &S) -> Result<()> {
-    let value = |settings: &S| toml::Value::try_from(settings).map_err(|e| Error::other("encoding the settings", e));
+    let value = |settings: &S| {
+        toml::Value::try_from(settings).map_err(|e| Error::other("encoding the settings", e))
+    };
     match difference("settings", &value(saved)?, &value(now)?) {
         None => Ok(()),
         Some((key, saved, now)) => {
@@ -92,17 +96,27 @@ pub(crate) fn check_same<S: Serialize>(path: &Path, saved: &S, now: &S) -> Resul
     }
 }
 
-/// The settings with some changed, each as KEY=VALUE: the key's parts between dots, the value as TOML or as plain text,
-/// or `none`, which takes a setting away that need not be there.
-pub fn with_changes<S: Serialize + DeserializeOwned>(settings: &S, changes: &[String]) -> Result<S> {
-    let encode = |settings: &S| toml::Table::try_from(settings).map_err(|e| Error::other("encoding the settings", e));
+/// The settings with some changed, each as KEY=VALUE: the key's parts between dots, the value as
+/// TOML or as plain text, or `none`, which takes a setting away that need not be there.
+pub fn with_changes<S: Serialize + DeserializeOwned>(
+    settings: &S,
+    changes: &[String],
+) -> Result<S> {
+    let encode = |settings: &S| {
+        toml::Table::try_from(settings).map_err(|e| Error::other("encoding the settings", e))
+    };
     let mut table = encode(settings)?;
     let mut removed = Vec::new();
     for change in changes {
-        let invalid = |wanted: &str, got: String| Error::invalid(format!("--set {change}"), wanted, got);
-        let (key, value) = change.split_once('=').ok_or_else(|| invalid("KEY=VALUE", "no =".to_owned()))?;
+        let invalid =
+            |wanted: &str, got: String| Error::invalid(format!("--set {change}"), wanted, got);
+        let (key, value) =
+            change.split_once('=').ok_or_else(|| invalid("KEY=VALUE", "no =".to_owned()))?;
         if key.split('.').any(str::is_empty) {
-            return Err(invalid("KEY=VALUE with a name, its parts between dots", format!("the name '{key}'")));
+            return Err(invalid(
+                "KEY=VALUE with a name, its parts between dots",
+                format!("the name '{key}'"),
+            ));
         }
         let (parents, name) = key.rsplit_once('.').unwrap_or(("", key));
         let mut at = &mut table;
@@ -140,7 +154,8 @@ fn value_at<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
     }
 }
 
-/// A value as TOML has it, or else a text; an integer where a number with a fraction was becomes one.
+/// A value as TOML has it, or else a text; an integer where a number with a fraction was becomes
+/// one.
 fn parse_value(text: &str, old: Option<&toml::Value>) -> toml::Value {
     let value = text.parse().unwrap_or_else(|_| toml::Value::String(text.to_owned()));
     match (value.as_integer(), old) {
@@ -150,7 +165,11 @@ fn parse_value(text: &str, old: Option<&toml::Value>) -> toml::Value {
 }
 
 /// The first key at which two values differ, with both sides.
-pub(crate) fn difference(key: &str, a: &toml::Value, b: &toml::Value) -> Option<(String, String, String)> {
+pub(crate) fn difference(
+    key: &str,
+    a: &toml::Value,
+    b: &toml::Value,
+) -> Option<(String, String, String)> {
     let (toml::Value::Table(a_table), toml::Value::Table(b_table)) = (a, b) else {
         return (a != b).then(|| (key.to_owned(), a.to_string(), b.to_string()));
     };
@@ -158,7 +177,8 @@ pub(crate) fn difference(key: &str, a: &toml::Value, b: &toml::Value) -> Option<
     let mut names: Vec<&String> = a_table.keys().chain(b_table.keys()).collect();
     names.sort();
     names.iter().find_map(|&name| {
-        let (a, b) = (a_table.get(name).unwrap_or(&nothing), b_table.get(name).unwrap_or(&nothing));
+        let a = a_table.get(name).unwrap_or(&nothing);
+        let b = b_table.get(name).unwrap_or(&nothing);
         difference(&format!("{key}.{name}"), a, b)
     })
 }
@@ -177,7 +197,11 @@ mod tests {
 
     fn config() -> RunConfig<Settings> {
         let settings = Settings { tau: 0.005, hidden: vec![256, 256], limit: None };
-        RunConfig { plan: Plan::new(&copq::Method::cop_td3()), settings, made_with: MadeWith::here() }
+        RunConfig {
+            plan: Plan::new(&copq::Method::cop_td3()),
+            settings,
+            made_with: MadeWith::here(),
+        }
     }
 
     #[test]
@@ -198,7 +222,13 @@ mod tests {
         let text = std::fs::read_to_string(&path).unwrap().replace("eval_every", "eval_evry");
         std::fs::write(&path, text).unwrap();
         let message = read::<Settings>(&path).unwrap_err().to_string();
-        for part in ["config.toml", "line 1", "unknown field `eval_evry`", "expected one of", "`eval_every`"] {
+        for part in [
+            "config.toml",
+            "line 1",
+            "unknown field `eval_evry`",
+            "expected one of",
+            "`eval_every`",
+        ] {
             assert!(message.contains(part), "no {part:?} in {message}");
         }
     }
@@ -220,20 +250,27 @@ mod tests {
             let changes: Vec<String> = changes.split(' ').map(str::to_owned).collect();
             with_changes(&method.config, &changes)
         };
-        let config = set("batch=64 networks.hidden=[8,8] optimism.projection=extremum tau=1").unwrap();
+        let config =
+            set("batch=64 networks.hidden=[8,8] optimism.projection=extremum tau=1").unwrap();
         assert_eq!((config.batch, config.networks.hidden, config.tau), (64, vec![8, 8], 1.0));
         assert_eq!(config.optimism.unwrap().projection.as_deref(), Some("extremum"));
         let config = set("famo=none optimism.beta=2").unwrap();
         assert_eq!((config.famo, config.optimism.map(|optimism| optimism.beta)), (None, Some(2.0)));
         let message = |changes: &str| set(changes).unwrap_err().to_string();
-        assert!(message("bath=64").contains("--set: unknown field `bath`, expected one of `discount`"));
+        assert!(
+            message("bath=64").contains("--set: unknown field `bath`, expected one of `discount`")
+        );
         assert!(message("networks.hiden=3").contains("unknown field `hiden`"));
         assert!(message("batch=many").contains("invalid type: string \"many\", expected usize"));
         let wanted = "--set batch.size=1: wanted a setting that has parts, got 256 at batch";
         assert_eq!(message("batch.size=1"), wanted);
         assert_eq!(message("batch"), "--set batch: wanted KEY=VALUE, got no =");
-        assert_eq!(message("batch=none"), "--set batch=none: wanted one of its values, such as 256, got none");
-        let wanted = "--set networks.activation=none: wanted one of its values, such as \"relu\", got none";
+        assert_eq!(
+            message("batch=none"),
+            "--set batch=none: wanted one of its values, such as 256, got none"
+        );
+        let wanted =
+            "--set networks.activation=none: wanted one of its values, such as \"relu\", got none";
         assert_eq!(message("networks.activation=none"), wanted);
         for (key, known) in [
             ("networks.activation", "`relu`, `tanh`, `silu`"),
@@ -242,9 +279,15 @@ mod tests {
             ("famo.decay", "`decoupled` or `l2`"),
         ] {
             let message = message(&format!("{key}=other"));
-            assert!(message.contains("unknown variant `other`") && message.contains(known), "{message}");
+            assert!(
+                message.contains("unknown variant `other`") && message.contains(known),
+                "{message}"
+            );
         }
-        assert_eq!(message("fmo=none"), "--set fmo=none: wanted a setting that there is, got none at fmo");
+        assert_eq!(
+            message("fmo=none"),
+            "--set fmo=none: wanted a setting that there is, got none at fmo"
+        );
     }
 
     #[test]

@@ -21,7 +21,12 @@ impl Evaluations {
     }
 
     /// Writes a row and returns the numbers that TensorBoard gets.
-    pub(crate) fn row(&mut self, step: u64, evaluation: &Evaluation, spec: &EnvSpec) -> Result<Numbers> {
+    pub(crate) fn row(
+        &mut self,
+        step: u64,
+        evaluation: &Evaluation,
+        spec: &EnvSpec,
+    ) -> Result<Numbers> {
         self.table.push(step, &columns(evaluation, spec))?;
         Ok(scalars(evaluation, spec))
     }
@@ -60,7 +65,10 @@ fn columns(evaluation: &Evaluation, spec: &EnvSpec) -> Numbers {
 }
 
 /// Q-values at the first step against the discounted returns observed from there.
-fn values<'a>(evaluation: &'a Evaluation, spec: &'a EnvSpec) -> impl Iterator<Item = (String, f64)> + 'a {
+fn values<'a>(
+    evaluation: &'a Evaluation,
+    spec: &'a EnvSpec,
+) -> impl Iterator<Item = (String, f64)> + 'a {
     let pairs = evaluation.promised.iter().zip(&evaluation.discounted);
     spec.names().into_iter().zip(pairs).flat_map(|(name, (&promised, &discounted))| {
         [(format!("promised/{name}"), promised), (format!("discounted/{name}"), discounted)]
@@ -68,11 +76,14 @@ fn values<'a>(evaluation: &'a Evaluation, spec: &'a EnvSpec) -> impl Iterator<It
 }
 
 fn scalars(evaluation: &Evaluation, spec: &EnvSpec) -> Numbers {
-    let mut numbers = vec![("evaluation/weighted_total".to_owned(), mean(&totals(evaluation, spec)))];
+    let mut numbers =
+        vec![("evaluation/weighted_total".to_owned(), mean(&totals(evaluation, spec)))];
     let returns = spec.names().into_iter().zip(evaluation.mean());
     numbers.extend(returns.map(|(name, value)| (format!("evaluation/return/{name}"), value)));
     numbers.push(("evaluation/length".to_owned(), evaluation.mean_length()));
-    numbers.extend(values(evaluation, spec).map(|(name, value)| (format!("evaluation/{name}"), value)));
+    numbers.extend(
+        values(evaluation, spec).map(|(name, value)| (format!("evaluation/{name}"), value)),
+    );
     numbers
 }
 
@@ -83,7 +94,8 @@ pub(crate) fn describe(step: u64, evaluation: &Evaluation, spec: &EnvSpec) -> St
         pairs.map(|(name, value)| format!("{name} {value:.1}")).collect::<Vec<_>>().join(", ")
     };
     format!(
-        "{:>9} steps: weighted total {:.1} ({}) in {:.0} steps an episode; Q promised {}, observed {}",
+        "{:>9} steps: weighted total {:.1} ({}) in {:.0} steps an episode; Q promised {}, \
+         observed {}",
         grouped(step),
         mean(&totals(evaluation, spec)),
         named(&evaluation.mean()),

@@ -23,7 +23,8 @@ use copq::files;
 /// | `curve.svg`, `curve.png` | the evaluations as a picture |
 /// | `checkpoint.safetensors` | everything needed to go on |
 ///
-/// Columns of `metrics.csv`, NAME being an objective's; all but the first three are of the updates' batches:
+/// Columns of `metrics.csv`, NAME being an objective's; all but the first three are of the updates'
+/// batches:
 ///
 /// | column | meaning |
 /// |---|---|
@@ -47,22 +48,28 @@ use copq::files;
 /// | `cost_estimate/NAME` | the pessimistic cost of the replayed actions, discounted |
 /// | `cost_violation/NAME` | how far that is above the discounted limit |
 ///
-/// `evaluations.csv` has mean, standard deviation, least and largest of the returns over its episodes, `promised/NAME` (the
-/// critics' mean value of an episode's first action: the value of the policy that they learn, so with its
-/// smoothing noise, or its samples and their entropy bonus) and `discounted/NAME` (what the episode then returned, discounted).
+/// `evaluations.csv` has mean, standard deviation, least and largest of the returns over its
+/// episodes, `promised/NAME` (the critics' mean value of an episode's first action: the value of
+/// the policy that they learn, so with its smoothing noise, or its samples and their entropy bonus)
+/// and `discounted/NAME` (what the episode then returned, discounted).
 ///
-/// A crash at any moment leaves a folder that can be resumed: the CSV files only grow and lose a torn last line on
-/// resume, the others are replaced by a rename.
+/// A crash at any moment leaves a folder that can be resumed: the CSV files only grow and lose a
+/// torn last line on resume, the others are replaced by a rename.
 #[derive(Debug)]
 pub struct RunFolder {
     path: PathBuf,
-    // Held for as long as the run writes; the system lets go of it when the process ends, however it ends.
+    // Held for as long as the run writes; the system lets go of it when the process ends, however
+    // it ends.
     _lock: File,
 }
 
 impl RunFolder {
     /// Makes the folder with its `config.toml`. Errors if there is something at `path` already.
-    pub fn create<S: Serialize>(path: impl Into<PathBuf>, plan: &Plan, settings: &S) -> Result<Self> {
+    pub fn create<S: Serialize>(
+        path: impl Into<PathBuf>,
+        plan: &Plan,
+        settings: &S,
+    ) -> Result<Self> {
         let path = path.into();
         plan.check()?;
         if is_taken(&path) {
@@ -70,7 +77,10 @@ impl RunFolder {
         }
         let part = part_of(&path)?;
         let made_with = MadeWith::here();
-        config::write(&part.join("config.toml"), &RunConfig { plan: plan.clone(), settings, made_with })?;
+        config::write(
+            &part.join("config.toml"),
+            &RunConfig { plan: plan.clone(), settings, made_with },
+        )?;
         // A folder appears with its configuration or not at all; an empty one may be in its place.
         fs::rename(&part, &path).map_err(|e| {
             // What is left of it matters less than why.
@@ -83,8 +93,8 @@ impl RunFolder {
 
     /// Reopens a folder to go on with its run.
     ///
-    /// Errors: no run there, another process writes to it, settings or a plan that differ from the saved ones; only
-    /// the number of steps may be larger than it was, and that of threads another.
+    /// Errors: no run there, another process writes to it, settings or a plan that differ from the
+    /// saved ones; only the number of steps may be larger than it was, and that of threads another.
     pub fn resume<S: Serialize + DeserializeOwned>(
         path: impl Into<PathBuf>,
         plan: &Plan,
@@ -141,12 +151,14 @@ pub fn read_config<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
     config::read(&file)
 }
 
-/// The last checkpoint of the run in a folder, for programs that only look: the run may go on meanwhile.
+/// The last checkpoint of the run in a folder, for programs that only look: the run may go on
+/// meanwhile.
 pub fn read_checkpoint(path: &Path) -> Result<State> {
     let file = path.join("checkpoint.safetensors");
     if !file.is_file() {
         let what = format!("run folder '{}'", path.display());
-        let wanted = "one with a checkpoint (runs write it every --checkpoint-every steps, on Ctrl-C and at their end)";
+        let wanted = "one with a checkpoint (runs write it every --checkpoint-every steps, on \
+             Ctrl-C and at their end)";
         return Err(Error::invalid(what, wanted, "one without"));
     }
     State::read_file(&file)
@@ -162,7 +174,9 @@ fn is_taken(path: &Path) -> bool {
 fn taken(path: &Path) -> Error {
     let shown = path.display();
     let wanted = if path.join("config.toml").is_file() {
-        format!("a new folder (go on with this run by copq resume {shown}, or choose another --out)")
+        format!(
+            "a new folder (go on with this run by copq resume {shown}, or choose another --out)"
+        )
     } else {
         "a new folder (choose another --out)".to_owned()
     };
@@ -195,7 +209,11 @@ fn check_plan(path: &Path, saved: &Plan, now: &Plan) -> Result<()> {
     now.check()?;
     if now.run.steps < saved.run.steps {
         let what = format!("steps of the run in '{}'", path.display());
-        return Err(Error::invalid(what, format!("at least its {}", saved.run.steps), now.run.steps));
+        return Err(Error::invalid(
+            what,
+            format!("at least its {}", saved.run.steps),
+            now.run.steps,
+        ));
     }
     let mut same = now.clone();
     (same.run.steps, same.threads) = (saved.run.steps, saved.threads);

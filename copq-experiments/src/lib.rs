@@ -1,15 +1,20 @@
-//! What a training run leaves behind: a folder with its configuration, metrics, checkpoint and figures.
+//! What a training run leaves behind: a folder with its configuration, metrics, checkpoint and
+//! figures.
 //!
-//! [`Run`] is the primary type: it drives a [`copq::Trainer`], evaluates, logs, saves, and goes on after any stop as if
-//! there had been none.
+//! [`Run`] is the primary type: it drives a [`copq::Trainer`], evaluates, logs, saves, and goes on
+//! after any stop as if there had been none.
 //!
 //! ```no_run
 //! use copq::{Agent, Env, Method, Result, Trainer};
 //! use copq_experiments::{Plan, Run, RunFolder};
 //!
-//! fn train(make_env: fn() -> Result<Box<dyn Env>>, make_agent: fn(Method) -> Result<Box<dyn Agent>>) -> Result<()> {
+//! fn train(
+//!     make_env: fn() -> Result<Box<dyn Env>>,
+//!     make_agent: fn(Method) -> Result<Box<dyn Agent>>,
+//! ) -> Result<()> {
 //!     let method = Method::cop_td3();
-//!     let (plan, config) = (Plan::new(&method), method.config.clone());
+//!     let plan = Plan::new(&method);
+//!     let config = method.config.clone();
 //!     let folder = RunFolder::create("runs/first", &plan, &config)?; // with its config.toml
 //!     let trainer = Trainer::new(make_env()?, make_agent(method)?)?;
 //!     let ending = Run::new(trainer, make_env()?, folder, plan.run)?.train()?;
@@ -18,8 +23,8 @@
 //! }
 //! ```
 //!
-//! The files are described at [`RunFolder`]. [`compare`] draws several runs in one picture, [`Sheet`] reads the CSV
-//! files, and [`read_checkpoint`] the checkpoints.
+//! The files are described at [`RunFolder`]. [`compare`] draws several runs in one picture,
+//! [`Sheet`] reads the CSV files, and [`read_checkpoint`] the checkpoints.
 
 mod config;
 mod evaluations;

@@ -37,14 +37,19 @@ impl Metrics {
         for (name, &value) in spec.names().into_iter().zip(&episode.returns) {
             self.scalar(step, &format!("train/return/{name}"), value);
         }
-        self.scalar(step, "train/weighted_total", weighted_total(&episode.returns, &spec.weights()));
+        self.scalar(
+            step,
+            "train/weighted_total",
+            weighted_total(&episode.returns, &spec.weights()),
+        );
         self.scalar(step, "train/length", episode.length as f64);
     }
 
     /// Writes the averages since the last row, begins new ones and returns what was written.
     pub fn row(&mut self, step: u64) -> Result<Numbers> {
         let sums = std::mem::take(&mut self.sums);
-        let averages: Numbers = sums.into_iter().map(|(name, (sum, count))| (name, sum / count as f64)).collect();
+        let averages: Numbers =
+            sums.into_iter().map(|(name, (sum, count))| (name, sum / count as f64)).collect();
         self.table.push(step, &averages)?;
         Ok(averages)
     }
@@ -70,7 +75,8 @@ impl Metrics {
     /// Goes on with the averages that [`Metrics::save`] wrote.
     pub fn load(&mut self, state: &State) -> Result<()> {
         let names = String::from_utf8_lossy(state.get::<u8>("names")?).into_owned();
-        let (sums, counts) = (state.get::<f64>("sums")?, state.get::<u64>("counts")?);
+        let sums = state.get::<f64>("sums")?;
+        let counts = state.get::<u64>("counts")?;
         let pairs = sums.iter().copied().zip(counts.iter().copied());
         self.sums = names.split('\n').map(str::to_owned).zip(pairs).collect();
         Ok(())

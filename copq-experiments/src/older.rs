@@ -5,8 +5,8 @@ use toml::{Table, Value};
 
 /// The configuration in today's words; none if it has them already, or is no configuration.
 ///
-/// The old ones named a `program`, in which `projection` was the target's bound or, for REDQ, the exploring one; the discount
-/// stood twice, and FAMO balanced separate critics wherever it was on.
+/// The old ones named a `program`, in which `projection` was the target's bound or, for REDQ, the
+/// exploring one; the discount stood twice, and FAMO balanced separate critics wherever it was on.
 pub(crate) fn modernised(text: &str) -> Option<Table> {
     let mut table: Table = text.parse().ok()?;
     let plan = table.get_mut("plan")?.as_table_mut()?;
@@ -51,10 +51,10 @@ fn method(program: &str, method: Option<&str>, explores: bool) -> String {
             let sac = if method.is_some_and(|method| method.contains("sac")) { "-sac" } else { "" };
             ["redq", sac, oac].concat()
         }
-        // At first these programs had but one method, without a name, and `cop-td3` explored by OAC.
-        ("td3", None | Some("cop-td3" | "cop-td3-oac" | "cop-td3-gaussian")) | ("swap_projection", _) => {
-            ["cop-td3", oac].concat()
-        }
+        // At first these programs had but one method, without a name, and `cop-td3` explored by
+        // OAC.
+        ("td3", None | Some("cop-td3" | "cop-td3-oac" | "cop-td3-gaussian"))
+        | ("swap_projection", _) => ["cop-td3", oac].concat(),
         ("td3", Some("td3")) if explores => "cop-td3-oac".to_owned(),
         ("sac_lagrangian", None) => "cop-cal".to_owned(),
         (_, Some(method)) => method.to_owned(),

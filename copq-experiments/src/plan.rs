@@ -9,7 +9,8 @@ const MAX_THREADS: usize = 256;
 const ENGINE: &str = "rapier";
 const PRESET: &str = "gym-v5";
 
-/// Names of a run's parts, and its length. The caller turns the names into an environment and an agent.
+/// Names of a run's parts, and its length. The caller turns the names into an environment and an
+/// agent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
@@ -112,8 +113,8 @@ impl Plan {
         plain(self) == plain(other)
     }
 
-    /// A folder's name that tells runs apart: `cop-td3-a-hopper-cholesky-s0`, or `cop-td3-a-hopper-mujoco-paper-cholesky-s0`
-    /// if engine and preset are not the usual ones.
+    /// A folder's name that tells runs apart: `cop-td3-a-hopper-cholesky-s0`, or
+    /// `cop-td3-a-hopper-mujoco-paper-cholesky-s0` if engine and preset are not the usual ones.
     pub fn folder_name(&self) -> String {
         let mut name = format!("{}-{}", self.method, self.task.replace(['/', '\\'], "-"));
         if let Some(order) = &self.order {

@@ -1,4 +1,5 @@
-//! What the user sees of a run: a bar on a terminal, plain lines in a log file. All of it goes to standard error.
+//! What the user sees of a run: a bar on a terminal, plain lines in a log file. All of it goes to
+//! standard error.
 
 use std::fmt;
 use std::io::IsTerminal;
@@ -26,7 +27,12 @@ impl Progress {
     /// A bar if standard error is a terminal, else lines.
     pub(crate) fn new(step: u64, steps: u64) -> Self {
         if !std::io::stderr().is_terminal() {
-            return Self::Lines(Lines { steps, printed: Instant::now(), since: Instant::now(), last_step: step });
+            return Self::Lines(Lines {
+                steps,
+                printed: Instant::now(),
+                since: Instant::now(),
+                last_step: step,
+            });
         }
         let bar = ProgressBar::new(steps).with_position(step);
         if let Ok(style) = ProgressStyle::with_template(BAR) {
@@ -48,7 +54,10 @@ impl Progress {
     /// A training episode is over.
     pub(crate) fn episode(&mut self, episode: &Episode, weights: &[f32]) {
         if let Self::Bar(bar) = self {
-            bar.set_message(format!("last episode {:.1}", weighted_total(&episode.returns, weights)));
+            bar.set_message(format!(
+                "last episode {:.1}",
+                weighted_total(&episode.returns, weights)
+            ));
         }
     }
 
@@ -96,7 +105,11 @@ impl Lines {
         }
         let rate = (step - self.last_step) as f64 / self.since.elapsed().as_secs_f64();
         let minutes = (self.steps - step) as f64 / rate / 60.0;
-        eprintln!("{:>9} of {} steps, {rate:.0} steps/s, {minutes:.0} min left", grouped(step), grouped(self.steps));
+        eprintln!(
+            "{:>9} of {} steps, {rate:.0} steps/s, {minutes:.0} min left",
+            grouped(step),
+            grouped(self.steps)
+        );
         (self.printed, self.since, self.last_step) = (Instant::now(), Instant::now(), step);
     }
 }

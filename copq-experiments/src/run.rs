@@ -20,8 +20,9 @@ use crate::timings::{self, Timings};
 
 /// A training run in its folder.
 ///
-/// Rows are written at multiples of their interval, and once more at the end. A checkpoint holds everything after the
-/// rows of its step; going on from it drops later rows, so that a resumed run's files equal an uninterrupted one's.
+/// Rows are written at multiples of their interval, and once more at the end. A checkpoint holds
+/// everything after the rows of its step; going on from it drops later rows, so that a resumed
+/// run's files equal an uninterrupted one's.
 pub struct Run {
     trainer: Trainer,
     eval_env: Box<dyn Env>,
@@ -56,9 +57,16 @@ pub enum Ending {
 impl fmt::Display for Ending {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Finished { folder } => write!(f, "finished; everything is in {}", folder.display()),
+            Self::Finished { folder } => {
+                write!(f, "finished; everything is in {}", folder.display())
+            }
             Self::Interrupted { step, folder } => {
-                write!(f, "stopped and saved at step {}; go on with copq resume {}", grouped(*step), folder.display())
+                write!(
+                    f,
+                    "stopped and saved at step {}; go on with copq resume {}",
+                    grouped(*step),
+                    folder.display()
+                )
             }
         }
     }
@@ -75,9 +83,14 @@ impl fmt::Debug for Run {
 }
 
 impl Run {
-    /// Takes a fresh trainer, an environment of its own for evaluation (a second instance of the same task) and a
-    /// folder; goes back to the folder's checkpoint if it has one.
-    pub fn new(mut trainer: Trainer, eval_env: Box<dyn Env>, folder: RunFolder, settings: RunSettings) -> Result<Self> {
+    /// Takes a fresh trainer, an environment of its own for evaluation (a second instance of the
+    /// same task) and a folder; goes back to the folder's checkpoint if it has one.
+    pub fn new(
+        mut trainer: Trainer,
+        eval_env: Box<dyn Env>,
+        folder: RunFolder,
+        settings: RunSettings,
+    ) -> Result<Self> {
         settings.check()?;
         check_same_task(&trainer, eval_env.as_ref())?;
         if trainer.agent().seed() != settings.seed {
@@ -94,8 +107,12 @@ impl Run {
             check_not_begun(&folder, &settings)?;
         }
         if let Some(saved) = &saved {
-            let failed =
-                |e| Error::other(format!("going on from '{}'", folder.file("checkpoint.safetensors").display()), e);
+            let failed = |e| {
+                Error::other(
+                    format!("going on from '{}'", folder.file("checkpoint.safetensors").display()),
+                    e,
+                )
+            };
             saved.child("trainer").and_then(|saved| trainer.load(saved)).map_err(failed)?;
         }
         let step = trainer.steps();
@@ -107,7 +124,10 @@ impl Run {
         }
         Ok(Self {
             metrics,
-            evaluations: Evaluations::open(&folder.file("evaluations.csv"), keep(settings.eval_every))?,
+            evaluations: Evaluations::open(
+                &folder.file("evaluations.csv"),
+                keep(settings.eval_every),
+            )?,
             timings: Timings::open(&folder.file("timings.csv"), step, keep(settings.log_every))?,
             events: EventFile::create(folder.path(), step)?,
             progress: Progress::new(step, settings.steps),
@@ -190,8 +210,10 @@ impl Run {
 
     fn evaluate(&mut self) -> Result<()> {
         let began = Instant::now();
-        let evaluation = evaluate(self.trainer.agent_mut(), &mut self.eval_env, self.settings.eval_episodes)?;
-        let (step, spec) = (self.trainer.steps(), self.trainer.spec());
+        let evaluation =
+            evaluate(self.trainer.agent_mut(), &mut self.eval_env, self.settings.eval_episodes)?;
+        let step = self.trainer.steps();
+        let spec = self.trainer.spec();
         let numbers = self.evaluations.row(step, &evaluation, spec)?;
         self.progress.line(&evaluations::describe(step, &evaluation, spec));
         self.events.scalars(step, &numbers)?;
@@ -214,9 +236,11 @@ impl Run {
         self.folder.save(&state)
     }
 
-    /// Writes the last rows, which a longer run would not have; the checkpoint knows nothing of them.
+    /// Writes the last rows, which a longer run would not have; the checkpoint knows nothing of
+    /// them.
     fn close(&mut self) -> Result<Ending> {
-        let (step, folder) = (self.trainer.steps(), self.folder.path().to_owned());
+        let step = self.trainer.steps();
+        let folder = self.folder.path().to_owned();
         if step < self.settings.steps {
             return Ok(Ending::Interrupted { step, folder });
         }
@@ -242,15 +266,21 @@ fn check_not_begun(folder: &RunFolder, settings: &RunSettings) -> Result<()> {
     match last {
         Some(step) if step > settings.checkpoint_every => {
             let what = format!("run folder '{}'", folder.path().display());
-            let wanted = "its checkpoint.safetensors, to go on from (the command in config.toml, with a new --out, repeats the run)";
-            Err(Error::invalid(what, wanted, format!("none, but evaluations up to step {}", grouped(step))))
+            let wanted = "its checkpoint.safetensors, to go on from (the command in config.toml, \
+                 with a new --out, repeats the run)";
+            Err(Error::invalid(
+                what,
+                wanted,
+                format!("none, but evaluations up to step {}", grouped(step)),
+            ))
         }
         _ => Ok(()),
     }
 }
 
 fn check_same_task(trainer: &Trainer, eval_env: &dyn Env) -> Result<()> {
-    let (wanted, got) = (trainer.spec(), eval_env.spec());
+    let wanted = trainer.spec();
+    let got = eval_env.spec();
     if wanted == got {
         return Ok(());
     }

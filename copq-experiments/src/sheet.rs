@@ -1,4 +1,5 @@
-//! A CSV of numbers in memory: how metrics are read back, cut at a checkpoint and given new columns.
+//! A CSV of numbers in memory: how metrics are read back, cut at a checkpoint and given new
+//! columns.
 
 use std::path::Path;
 
@@ -6,7 +7,8 @@ use copq::{Error, Result};
 
 use copq::files;
 
-/// Named columns of numbers, one row a logged step. The first column is `step`; an empty cell is a number not logged.
+/// Named columns of numbers, one row a logged step. The first column is `step`; an empty cell is a
+/// number not logged.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sheet {
     columns: Vec<String>,
@@ -21,10 +23,13 @@ impl Sheet {
         let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
         let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole.as_bytes());
         let broken = |e: csv::Error| Error::other(format!("reading '{}'", path.display()), e);
-        let columns: Vec<String> = reader.headers().map_err(broken)?.iter().map(str::to_owned).collect();
+        let columns: Vec<String> =
+            reader.headers().map_err(broken)?.iter().map(str::to_owned).collect();
         let rows = reader.records().map_while(|record| record.ok());
         let rows = rows.map(|record| record.iter().map(str::to_owned).collect());
-        let rows = rows.take_while(|row: &Vec<String>| row.len() == columns.len() && step_of(row).is_some()).collect();
+        let rows = rows
+            .take_while(|row: &Vec<String>| row.len() == columns.len() && step_of(row).is_some())
+            .collect();
         Ok(Self { columns, rows })
     }
 
@@ -38,7 +43,8 @@ impl Sheet {
         self.rows.iter().filter_map(|row| step_of(row)).collect()
     }
 
-    /// A column's numbers, one per row, NaN where nothing was logged; nothing if there is no such column.
+    /// A column's numbers, one per row, NaN where nothing was logged; nothing if there is no such
+    /// column.
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
         let index = self.columns.iter().position(|column| column == name)?;
         Some(self.rows.iter().map(|row| row[index].parse().unwrap_or(f64::NAN)).collect())
@@ -47,7 +53,9 @@ impl Sheet {
     /// Drops the rows whose step is not wanted, and then the columns without any number.
     pub(crate) fn retain(&mut self, keep: impl Fn(u64) -> bool) {
         self.rows.retain(|row| step_of(row).is_some_and(&keep));
-        let used: Vec<bool> = (0..self.columns.len()).map(|i| self.rows.iter().any(|row| !row[i].is_empty())).collect();
+        let used: Vec<bool> = (0..self.columns.len())
+            .map(|i| self.rows.iter().any(|row| !row[i].is_empty()))
+            .collect();
         let strip = |cells: &mut Vec<String>| {
             let mut used = used.iter();
             cells.retain(|_| used.next() == Some(&true));

@@ -18,7 +18,8 @@ impl Stop {
     pub(crate) fn catch() -> Result<Self> {
         let mut stop = Self { asked: Arc::default(), handlers: Vec::new() };
         for signal in [SIGINT, SIGTERM] {
-            // Handlers run in this order, so that the first signal only sets the flag. 128 + signal is the shell's custom.
+            // Handlers run in this order, so that the first signal only sets the flag. 128 + signal
+            // is the shell's custom.
             let end = flag::register_conditional_shutdown(signal, 128 + signal, stop.asked.clone());
             stop.handlers.push(end.map_err(|e| Error::other("catching signals", e))?);
             let set = flag::register(signal, stop.asked.clone());

@@ -29,8 +29,10 @@ impl Table {
 
     fn start(path: &Path, sheet: &Sheet) -> Result<Self> {
         sheet.write(path)?;
-        let file = File::options().append(true).open(path).map_err(files::failed("opening", path))?;
-        let (columns, last) = (sheet.columns().to_vec(), sheet.steps().last().copied());
+        let file =
+            File::options().append(true).open(path).map_err(files::failed("opening", path))?;
+        let columns = sheet.columns().to_vec();
+        let last = sheet.steps().last().copied();
         Ok(Self { path: path.to_owned(), columns, file, last })
     }
 

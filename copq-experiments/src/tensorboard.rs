@@ -1,4 +1,5 @@
-//! TensorBoard's event files: scalars in protocol-buffer messages, each framed by its length and two checksums.
+//! TensorBoard's event files: scalars in protocol-buffer messages, each framed by its length and
+//! two checksums.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -61,8 +62,8 @@ pub struct EventFile {
 }
 
 impl EventFile {
-    /// Begins a file that goes on after `step`, or from the start at 0; TensorBoard forgets what earlier files said of
-    /// these steps.
+    /// Begins a file that goes on after `step`, or from the start at 0; TensorBoard forgets what
+    /// earlier files said of these steps.
     pub fn create(folder: &Path, step: u64) -> Result<Self> {
         let path = unused_name(folder);
         let file = File::options().create_new(true).append(true).open(&path);
@@ -73,9 +74,13 @@ impl EventFile {
         Ok(events)
     }
 
-    /// Writes numbers at a step; tags that share what comes before the first `/` share a section of TensorBoard's page.
+    /// Writes numbers at a step; tags that share what comes before the first `/` share a section of
+    /// TensorBoard's page.
     pub fn scalars(&mut self, step: u64, numbers: &Numbers) -> Result<()> {
-        let scalar = |(tag, number): &(String, f64)| Scalar { tag: tag.clone(), simple_value: *number as f32 };
+        let scalar = |(tag, number): &(String, f64)| Scalar {
+            tag: tag.clone(),
+            simple_value: *number as f32,
+        };
         self.write(step, What::Summary(Summary { values: numbers.iter().map(scalar).collect() }))
     }
 
@@ -90,16 +95,23 @@ fn seconds_now() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }
 
-/// TensorBoard reads a folder's files in the order of their names, which begin with the time in seconds; a run that is
-/// resumed within a second must still sort after the one before.
+/// TensorBoard reads a folder's files in the order of their names, which begin with the time in
+/// seconds; a run that is resumed within a second must still sort after the one before.
 fn unused_name(folder: &Path) -> PathBuf {
     let seconds = newest_time(folder).map_or(0, |newest| newest + 1).max(seconds_now() as u64);
     folder.join(format!("events.out.tfevents.{seconds:010}.copq.{}.0", std::process::id()))
 }
 
 fn newest_time(folder: &Path) -> Option<u64> {
-    let names = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
-    names.filter_map(|name| name.strip_prefix("events.out.tfevents.")?.split('.').next()?.parse().ok()).max()
+    let names = fs::read_dir(folder)
+        .ok()?
+        .flatten()
+        .map(|entry| entry.file_name().to_string_lossy().into_owned());
+    names
+        .filter_map(|name| {
+            name.strip_prefix("events.out.tfevents.")?.split('.').next()?.parse().ok()
+        })
+        .max()
 }
 
 /// A TFRecord: length, checksum of the length, content, checksum of the content.
@@ -113,7 +125,8 @@ fn frame(content: &[u8]) -> Vec<u8> {
     record
 }
 
-/// CRC-32C, rotated and shifted by a constant, so that a checksum of a checksum stays useful (TensorFlow's `crc32c.h`).
+/// CRC-32C, rotated and shifted by a constant, so that a checksum of a checksum stays useful
+/// (TensorFlow's `crc32c.h`).
 fn masked_crc(bytes: &[u8]) -> u32 {
     crc32c::crc32c(bytes).rotate_right(15).wrapping_add(0xa282_ead8)
 }
@@ -126,9 +139,12 @@ pub fn read_scalars(path: &Path) -> Result<Vec<(u64, String, f32)>> {
     let mut scalars = Vec::new();
     let mut rest = bytes.as_slice();
     while let Some((content, after)) = unframe(rest).map_err(files::failed("reading", path))? {
-        let event = Event::decode(content).map_err(|e| Error::other(format!("reading '{}'", path.display()), e))?;
+        let event = Event::decode(content)
+            .map_err(|e| Error::other(format!("reading '{}'", path.display()), e))?;
         if let Some(What::Summary(summary)) = event.what {
-            scalars.extend(summary.values.into_iter().map(|s| (event.step as u64, s.tag, s.simple_value)));
+            scalars.extend(
+                summary.values.into_iter().map(|s| (event.step as u64, s.tag, s.simple_value)),
+            );
         }
         rest = after;
     }
@@ -140,14 +156,21 @@ fn unframe(bytes: &[u8]) -> io::Result<Option<(&[u8], &[u8])>> {
     let Some((length, after)) = bytes.split_first_chunk::<8>() else { return Ok(None) };
     let Some((length_crc, after)) = after.split_first_chunk::<4>() else { return Ok(None) };
     check_crc(length, *length_crc)?;
-    let Some((content, after)) = after.split_at_checked(u64::from_le_bytes(*length) as usize) else { return Ok(None) };
+    let Some((content, after)) = after.split_at_checked(u64::from_le_bytes(*length) as usize)
+    else {
+        return Ok(None);
+    };
     let Some((content_crc, after)) = after.split_first_chunk::<4>() else { return Ok(None) };
     check_crc(content, *content_crc)?;
     Ok(Some((content, after)))
 }
 
 fn check_crc(bytes: &[u8], crc: [u8; 4]) -> io::Result<()> {
-    if masked_crc(bytes) == u32::from_le_bytes(crc) { Ok(()) } else { Err(io::Error::other("a checksum is wrong")) }
+    if masked_crc(bytes) == u32::from_le_bytes(crc) {
+        Ok(())
+    } else {
+        Err(io::Error::other("a checksum is wrong"))
+    }
 }
 
 #[cfg(test)]
@@ -161,7 +184,8 @@ mod tests {
         let numbers = vec![("q/safety".to_owned(), 1.5), ("loss/critic".to_owned(), -2.0)];
         events.scalars(1_000, &numbers).unwrap();
         events.scalars(2_000, &numbers[..1].to_vec()).unwrap();
-        let wanted = [(1_000, "q/safety", 1.5), (1_000, "loss/critic", -2.0), (2_000, "q/safety", 1.5)];
+        let wanted =
+            [(1_000, "q/safety", 1.5), (1_000, "loss/critic", -2.0), (2_000, "q/safety", 1.5)];
         let wanted = wanted.map(|(step, tag, value)| (step, tag.to_owned(), value));
         assert_eq!(read_scalars(&events.path).unwrap(), wanted);
 
@@ -178,7 +202,10 @@ mod tests {
     fn the_checksum_is_crc_32c_rotated_and_shifted() {
         // The check value of CRC-32C's catalogue entry.
         assert_eq!(crc32c::crc32c(b"123456789"), 0xe306_9283);
-        assert_eq!(masked_crc(b"123456789"), 0xe306_9283u32.rotate_right(15).wrapping_add(0xa282_ead8));
+        assert_eq!(
+            masked_crc(b"123456789"),
+            0xe306_9283u32.rotate_right(15).wrapping_add(0xa282_ead8)
+        );
     }
 
     #[test]

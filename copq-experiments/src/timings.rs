@@ -1,4 +1,5 @@
-//! `timings.csv`: where the time of each logging interval went. Apart from the metrics, which are the same in every run.
+//! `timings.csv`: where the time of each logging interval went. Apart from the metrics, which are
+//! the same in every run.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -22,7 +23,8 @@ impl Timings {
     /// Opens or makes the file and starts the clock; rows whose step `keep` refuses are dropped.
     pub(crate) fn open(path: &Path, step: u64, keep: impl Fn(u64) -> bool) -> Result<Self> {
         let table = Table::open(path, keep)?;
-        let (before, evaluation) = (Timing::default(), Duration::ZERO);
+        let before = Timing::default();
+        let evaluation = Duration::ZERO;
         Ok(Self { table, began: Instant::now(), first_step: step, before, evaluation })
     }
 
@@ -31,7 +33,8 @@ impl Timings {
         self.evaluation += time;
     }
 
-    /// Writes the interval up to `step` and returns what TensorBoard gets; `timing` counts from the start.
+    /// Writes the interval up to `step` and returns what TensorBoard gets; `timing` counts from the
+    /// start.
     pub(crate) fn row(&mut self, step: u64, timing: Timing) -> Result<Numbers> {
         let seconds = self.began.elapsed().as_secs_f64();
         let numbers = [
@@ -44,17 +47,24 @@ impl Timings {
         ];
         let numbers: Numbers = numbers.map(|(name, value)| (name.to_owned(), value)).into();
         self.table.push(step, &numbers)?;
-        (self.began, self.first_step, self.before, self.evaluation) = (Instant::now(), step, timing, Duration::ZERO);
+        (self.began, self.first_step, self.before, self.evaluation) =
+            (Instant::now(), step, timing, Duration::ZERO);
         Ok(numbers.into_iter().map(|(name, value)| (format!("time/{name}"), value)).collect())
     }
 }
 
 /// One line for the terminal: the shares of the time since the start, in per cent.
-pub(crate) fn describe(steps: u64, total: Duration, timing: Timing, evaluation: Duration) -> String {
+pub(crate) fn describe(
+    steps: u64,
+    total: Duration,
+    timing: Timing,
+    evaluation: Duration,
+) -> String {
     let share = |part: Duration| 100.0 * part.as_secs_f64() / total.as_secs_f64();
     let rest = total.saturating_sub(timing.act + timing.env + timing.update + evaluation);
     format!(
-        "{:.0} steps/s; time: acting {:.0}%, environment {:.0}%, updates {:.0}%, evaluation {:.0}%, saving and drawing {:.0}%",
+        "{:.0} steps/s; time: acting {:.0}%, environment {:.0}%, updates {:.0}%, evaluation \
+         {:.0}%, saving and drawing {:.0}%",
         steps as f64 / total.as_secs_f64(),
         share(timing.act),
         share(timing.env),

@@ -23,7 +23,8 @@ pub(crate) fn rasterise(svg: &str) -> Result<Vec<u8>> {
     let size = tree.size().to_int_size().scale_by(SCALE).ok_or_else(empty)?;
     let mut sheet = Pixmap::new(size.width(), size.height()).ok_or_else(empty)?;
     resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut sheet.as_mut());
-    let pixels: Vec<u8> = sheet.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
+    let pixels: Vec<u8> =
+        sheet.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
     encode_png(&pixels, size.width(), size.height())
 }
 

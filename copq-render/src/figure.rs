@@ -106,7 +106,11 @@ impl Figure {
         match path.extension().and_then(|ending| ending.to_str()) {
             Some("svg") => files::replace(path, self.svg()?.as_bytes()),
             Some("png") => files::replace(path, &self.png()?),
-            _ => Err(Error::invalid("figure's file", "a name that ends in .svg or .png", path.display())),
+            _ => Err(Error::invalid(
+                "figure's file",
+                "a name that ends in .svg or .png",
+                path.display(),
+            )),
         }
     }
 }

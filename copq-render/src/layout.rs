@@ -11,9 +11,17 @@ const MARGIN: f64 = 14.0;
 const LEGEND_SIZE: f64 = 13.0;
 const SAMPLE: f64 = 26.0;
 
-/// The colours of Okabe and Ito, which people with any colour vision can tell apart; yellow is too pale for a line.
-const COLOURS: [Colour; 7] =
-    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [60, 60, 60]];
+/// The colours of Okabe and Ito, which people with any colour vision can tell apart; yellow is too
+/// pale for a line.
+const COLOURS: [Colour; 7] = [
+    [0, 114, 178],
+    [213, 94, 0],
+    [0, 158, 115],
+    [204, 121, 167],
+    [86, 180, 233],
+    [230, 159, 0],
+    [60, 60, 60],
+];
 
 /// The colour of the n-th label.
 pub(crate) fn colour(n: usize) -> Colour {
@@ -40,10 +48,15 @@ fn grid(panels: usize) -> (usize, usize) {
 /// The legend's labels; a single curve needs none.
 fn labels(figure: &Figure) -> Vec<&str> {
     let series: &[Series] = figure.panels.first().map_or(&[], |panel| &panel.series);
-    if series.len() < 2 { Vec::new() } else { series.iter().map(|series| series.label.as_str()).collect() }
+    if series.len() < 2 {
+        Vec::new()
+    } else {
+        series.iter().map(|series| series.label.as_str()).collect()
+    }
 }
 
-/// Width of a label with its sample. From its number of letters, as no font is at hand before there is paper.
+/// Width of a label with its sample. From its number of letters, as no font is at hand before there
+/// is paper.
 fn item_width(label: &str) -> f64 {
     SAMPLE + 32.0 + 0.58 * LEGEND_SIZE * label.chars().count() as f64
 }
@@ -71,7 +84,8 @@ pub(crate) fn draw(pen: &mut Pen, figure: &Figure) {
     let (columns, rows) = grid(figure.panels.len());
     let top = f64::from(height) - MARGIN - rows as f64 * PANEL.1;
     for (i, content) in figure.panels.iter().enumerate() {
-        let (column, row) = ((i % columns) as f64, (i / columns) as f64);
+        let column = (i % columns) as f64;
+        let row = (i / columns) as f64;
         let frame = Frame::inside(MARGIN + column * PANEL.0, top + row * PANEL.1, PANEL);
         panel::draw(pen, &frame, content);
     }
@@ -88,7 +102,8 @@ fn heading(pen: &mut Pen, figure: &Figure, width: f64) {
 fn legend(pen: &mut Pen, figure: &Figure, width: f64) {
     for (row, items) in legend_rows(figure, width).into_iter().enumerate() {
         let y = HEADER + 6.0 + row as f64 * LEGEND_ROW;
-        let mut x = 0.5 * (width - items.iter().map(|(_, label)| item_width(label)).sum::<f64>()) + 12.0;
+        let mut x =
+            0.5 * (width - items.iter().map(|(_, label)| item_width(label)).sum::<f64>()) + 12.0;
         for (i, label) in items {
             let band = [(x, y - 6.0), (x + SAMPLE, y - 6.0), (x + SAMPLE, y + 6.0), (x, y + 6.0)];
             pen.fill(&band, colour(i), panel::BAND);

@@ -1,4 +1,5 @@
-//! Pictures for copq: curves with bands as SVG and PNG ([`Figure`]), and robots in motion ([`animation`]).
+//! Pictures for copq: curves with bands as SVG and PNG ([`Figure`]), and robots in motion
+//! ([`animation`]).
 //!
 //! ```
 //! use copq_render::{Figure, Panel, Point, Series};

@@ -43,13 +43,21 @@ struct Axes {
 
 impl Axes {
     fn new(frame: &Frame, panel: &Panel) -> Self {
-        let points = || panel.series.iter().flat_map(|series| &series.points).filter(|point| point.is_drawable());
+        let points = || {
+            panel
+                .series
+                .iter()
+                .flat_map(|series| &series.points)
+                .filter(|point| point.is_drawable())
+        };
         let last_step = points().map(|point| point.step).fold(0.0, f64::max);
         let low = points().map(|point| point.low).fold(f64::INFINITY, f64::min);
         let high = points().map(|point| point.high).fold(f64::NEG_INFINITY, f64::max);
         let limit = panel.limit;
-        let (low, high) =
-            widened(limit.map_or(low, |limit| low.min(limit)), limit.map_or(high, |limit| high.max(limit)));
+        let (low, high) = widened(
+            limit.map_or(low, |limit| low.min(limit)),
+            limit.map_or(high, |limit| high.max(limit)),
+        );
         let last_step = if last_step > 0.0 { last_step } else { 1.0 };
         Self { frame: *frame, last_step, low, high }
     }
@@ -59,7 +67,8 @@ impl Axes {
     }
 
     fn y(&self, value: f64) -> f64 {
-        self.frame.bottom - (self.frame.bottom - self.frame.top) * (value - self.low) / (self.high - self.low)
+        self.frame.bottom
+            - (self.frame.bottom - self.frame.top) * (value - self.low) / (self.high - self.low)
     }
 
     fn at(&self, step: f64, value: f64) -> At {
@@ -73,7 +82,8 @@ fn widened(low: f64, high: f64) -> (f64, f64) {
         return (0.0, 1.0);
     }
     let size = low.abs().max(high.abs());
-    let room = if high - low > ROUNDING * size { 0.05 * (high - low) } else { (0.05 * size).max(0.5) };
+    let room =
+        if high - low > ROUNDING * size { 0.05 * (high - low) } else { (0.05 * size).max(0.5) };
     // An axis of positive numbers may end at 0, not below.
     let keep_sign = |end: f64, moved: f64| if end * moved < 0.0 { 0.0 } else { moved };
     (keep_sign(low, low - room), keep_sign(high, high + room))
@@ -89,8 +99,11 @@ impl Point {
 pub(crate) fn draw(pen: &mut Pen, frame: &Frame, panel: &Panel) {
     let axes = Axes::new(frame, panel);
     grid(pen, &axes);
-    let curves: Vec<Vec<Point>> =
-        panel.series.iter().map(|series| series.points.iter().copied().filter(Point::is_drawable).collect()).collect();
+    let curves: Vec<Vec<Point>> = panel
+        .series
+        .iter()
+        .map(|series| series.points.iter().copied().filter(Point::is_drawable).collect())
+        .collect();
     for (i, points) in curves.iter().enumerate() {
         band(pen, &axes, points, colour(i));
     }
@@ -151,7 +164,8 @@ fn dashes(pen: &mut Pen, axes: &Axes, value: f64) {
 }
 
 fn names(pen: &mut Pen, frame: &Frame, title: &str) {
-    let (middle, centre) = (0.5 * (frame.left + frame.right), 0.5 * (frame.top + frame.bottom));
+    let middle = 0.5 * (frame.left + frame.right);
+    let centre = 0.5 * (frame.top + frame.bottom);
     pen.word(title, (middle, frame.top - 22.0), 14.0, Anchor::Top);
     pen.word("environment steps", (middle, frame.bottom + 24.0), TICK_SIZE, Anchor::Top);
     pen.word("return of an episode", (frame.left - 58.0, centre), TICK_SIZE, Anchor::Turned);

@@ -17,7 +17,8 @@ pub(crate) type Colour = [u8; 3];
 pub(crate) const INK: Colour = [45, 45, 45];
 /// Light grey, for grids.
 pub(crate) const GRID: Colour = [226, 226, 226];
-/// How far below a word's middle its baseline lies, in parts of its size, and how far below its upper edge.
+/// How far below a word's middle its baseline lies, in parts of its size, and how far below its
+/// upper edge.
 const MIDDLE: f64 = 0.36;
 const ASCENT: f64 = 0.9;
 
@@ -42,9 +43,14 @@ pub(crate) struct Pen {
 
 impl Pen {
     pub(crate) fn new(width: u32, height: u32) -> Result<Self> {
-        let font = FontRef::try_from_slice(DEJAVU_SANS).map_err(|e| Error::other("reading the font", e))?;
-        let white = Rectangle::new().set("width", "100%").set("height", "100%").set("fill", "white");
-        let sheet = Document::new().set("width", width).set("height", height).set("viewBox", (0, 0, width, height));
+        let font = FontRef::try_from_slice(DEJAVU_SANS)
+            .map_err(|e| Error::other("reading the font", e))?;
+        let white =
+            Rectangle::new().set("width", "100%").set("height", "100%").set("fill", "white");
+        let sheet = Document::new()
+            .set("width", width)
+            .set("height", height)
+            .set("viewBox", (0, 0, width, height));
         Ok(Self { sheet: sheet.add(white), font })
     }
 
@@ -75,8 +81,12 @@ impl Pen {
             Anchor::Top => ("middle", ASCENT),
             Anchor::Turned => ("middle", MIDDLE),
         };
-        let word = Text::new(text).set("x", tidy(x)).set("y", tidy(y + below * size)).set("text-anchor", side);
-        let word = word.set("font-family", FAMILY).set("font-size", tidy(size)).set("fill", css(INK));
+        let word = Text::new(text)
+            .set("x", tidy(x))
+            .set("y", tidy(y + below * size))
+            .set("text-anchor", side);
+        let word =
+            word.set("font-family", FAMILY).set("font-size", tidy(size)).set("fill", css(INK));
         self.sheet.append(match anchor {
             Anchor::Turned => word.set("transform", format!("rotate(-90 {} {})", tidy(x), tidy(y))),
             _ => word,

@@ -84,7 +84,8 @@ impl Plane {
     fn draw(&self, pen: &mut Pen) {
         let axes = [0, 1].map(|axis| self.range(axis));
         let [left, right, top, bottom] = ROOM;
-        let (right, bottom) = (f64::from(WIDTH) - right, f64::from(HEIGHT) - bottom);
+        let right = f64::from(WIDTH) - right;
+        let bottom = f64::from(HEIGHT) - bottom;
         let share = |value: f64, [low, high]: [f64; 2]| (value - low) / (high - low);
         let at = |[x, y]: [f64; 2]| -> At {
             (left + (right - left) * share(x, axes[0]), bottom - (bottom - top) * share(y, axes[1]))
@@ -106,9 +107,12 @@ impl Plane {
         let mut legend = left;
         for (n, (name, mark)) in self.marks.iter().enumerate() {
             match mark {
-                Mark::Points(points) => points.iter().for_each(|&point| pen.dot(at(point), 3.0, colour(n))),
+                Mark::Points(points) => {
+                    points.iter().for_each(|&point| pen.dot(at(point), 3.0, colour(n)))
+                }
                 Mark::Closed(points) => {
-                    let edge: Vec<At> = points.iter().chain(points.first()).map(|&point| at(point)).collect();
+                    let edge: Vec<At> =
+                        points.iter().chain(points.first()).map(|&point| at(point)).collect();
                     pen.fill(&edge, colour(n), 0.1);
                     pen.line(&edge, 1.5, colour(n));
                 }
@@ -126,7 +130,8 @@ impl Plane {
 
     /// An axis from the smallest to the largest of what is shown, with a little room.
     fn range(&self, axis: usize) -> [f64; 2] {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut low = f64::INFINITY;
+        let mut high = f64::NEG_INFINITY;
         for place in self.places().filter(|place| place[axis].is_finite()) {
             low = low.min(place[axis]);
             high = high.max(place[axis]);

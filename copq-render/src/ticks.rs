@@ -1,10 +1,12 @@
 //! Where an axis has ticks, and what they say.
 
-/// Positions at a round distance (1, 2 or 5 times a power of ten), about `count` of them, from low to high.
+/// Positions at a round distance (1, 2 or 5 times a power of ten), about `count` of them, from low
+/// to high.
 pub(crate) fn ticks(low: f64, high: f64, count: usize) -> Vec<f64> {
     let distance = round_distance((high - low) / count as f64);
     // A hair of tolerance again, for ends that are round themselves.
-    let (first, last) = ((low / distance - 1e-9).ceil() as i64, (high / distance + 1e-9).floor() as i64);
+    let first = (low / distance - 1e-9).ceil() as i64;
+    let last = (high / distance + 1e-9).floor() as i64;
     (first..=last).map(|i| i as f64 * distance).collect()
 }
 

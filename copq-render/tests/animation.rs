@@ -23,8 +23,9 @@ fn draw() -> Box<Draw<'static>> {
 /// A hundred scenes of 8 ms and a last one of a second: a ball rolls, then leaps.
 fn film() -> Animation {
     let mut film = Animation::default();
-    (0..100_i32)
-        .for_each(|step| film.push(scene(0.02 * f64::from(step), 0.5 + 0.01 * f64::from((step - 50).max(0))), STEP));
+    (0..100_i32).for_each(|step| {
+        film.push(scene(0.02 * f64::from(step), 0.5 + 0.01 * f64::from((step - 50).max(0))), STEP)
+    });
     film.push(scene(2.0, 1.0), 1.0);
     film
 }
@@ -45,7 +46,8 @@ fn decode(path: &std::path::Path) -> Vec<(u64, Vec<u8>)> {
 
 #[test]
 fn a_gif_runs_in_real_time_and_shows_the_motion() {
-    let (folder, film) = (tempfile::tempdir().unwrap(), film());
+    let folder = tempfile::tempdir().unwrap();
+    let film = film();
     let path = folder.path().join("ball.gif");
     film.write_gif(&path, &mut *draw()).unwrap();
     let frames = decode(&path);
@@ -61,7 +63,8 @@ fn a_gif_runs_in_real_time_and_shows_the_motion() {
 /// The palette must not spoil what was drawn.
 #[test]
 fn png_frames_are_those_of_the_gif() {
-    let (folder, film) = (tempfile::tempdir().unwrap(), film());
+    let folder = tempfile::tempdir().unwrap();
+    let film = film();
     film.write_gif(&folder.path().join("ball.gif"), &mut *draw()).unwrap();
     film.write_png(&folder.path().join("frames"), &mut *draw()).unwrap();
     let frames = decode(&folder.path().join("ball.gif"));
@@ -71,25 +74,36 @@ fn png_frames_are_those_of_the_gif() {
         let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
         let mut png = vec![0; reader.output_buffer_size().unwrap()];
         reader.next_frame(&mut png).unwrap();
-        let pairs = gif.chunks(4).zip(png.chunks(3)).flat_map(|(gif, png)| gif[..3].iter().zip(png));
+        let pairs =
+            gif.chunks(4).zip(png.chunks(3)).flat_map(|(gif, png)| gif[..3].iter().zip(png));
         let off: usize = pairs.map(|(gif, png)| usize::from(gif.abs_diff(*png))).sum();
         let mean = off as f64 / png.len() as f64;
         assert!(mean < 0.5, "frame {index}: {mean} of 255 off");
     }
 }
 
-/// Where the ball's colour is in a picture: its lowest and highest row, and its leftmost and rightmost column.
+/// Where the ball's colour is in a picture: its lowest and highest row, and its leftmost and
+/// rightmost column.
 fn extent(pixels: &[u8], width: usize) -> [usize; 4] {
-    let near = |pixel: &[u8]| pixel[..3].iter().zip(limb_colour(1)).all(|(got, wanted)| got.abs_diff(wanted) < 30);
-    let found =
-        || pixels.chunks(4).enumerate().filter(|(_, pixel)| near(pixel)).map(|(at, _)| (at % width, at / width));
-    let (columns, rows) = (found().map(|at| at.0), found().map(|at| at.1));
+    let near = |pixel: &[u8]| {
+        pixel[..3].iter().zip(limb_colour(1)).all(|(got, wanted)| got.abs_diff(wanted) < 30)
+    };
+    let found = || {
+        pixels
+            .chunks(4)
+            .enumerate()
+            .filter(|(_, pixel)| near(pixel))
+            .map(|(at, _)| (at % width, at / width))
+    };
+    let columns = found().map(|at| at.0);
+    let rows = found().map(|at| at.1);
     [rows.clone().max(), rows.min(), columns.clone().min(), columns.max()].map(Option::unwrap)
 }
 
 #[test]
 fn the_ball_is_round_stays_in_the_middle_and_rises_with_its_height() {
-    let (folder, film) = (tempfile::tempdir().unwrap(), film());
+    let folder = tempfile::tempdir().unwrap();
+    let film = film();
     let path = folder.path().join("ball.gif");
     film.write_gif(&path, &mut *draw()).unwrap();
     let frames = decode(&path);
@@ -99,13 +113,17 @@ fn the_ball_is_round_stays_in_the_middle_and_rises_with_its_height() {
         assert!((left + right).abs_diff(640) <= 2, "not in the middle");
     }
     // The ball is 1 m across, with a dark outline of a pixel or two, and has risen by half of that.
-    let (rise, across) = (first[0] - last[0], first[0] - first[1] + 3);
+    let rise = first[0] - last[0];
+    let across = first[0] - first[1] + 3;
     assert!(rise.abs_diff(across / 2) <= 2, "{rise} of {across}");
 }
 
 #[test]
 fn an_animation_of_nothing_is_an_error() {
-    assert_eq!(refused(&Animation::default(), &mut *draw()), "animation: wanted at least one scene, got none");
+    assert_eq!(
+        refused(&Animation::default(), &mut *draw()),
+        "animation: wanted at least one scene, got none"
+    );
 }
 
 fn refused(film: &Animation, draw: &mut Draw<'_>) -> String {
@@ -115,5 +133,9 @@ fn refused(film: &Animation, draw: &mut Draw<'_>) -> String {
 #[test]
 fn a_picture_of_another_size_is_an_error() {
     let mut small = |_: &[f64]| -> Result<Vec<u8>> { Ok(vec![0; 3]) };
-    assert!(refused(&film(), &mut small).starts_with("picture: wanted"), "{}", refused(&film(), &mut small));
+    assert!(
+        refused(&film(), &mut small).starts_with("picture: wanted"),
+        "{}",
+        refused(&film(), &mut small)
+    );
 }

@@ -28,7 +28,9 @@ impl Adam {
         let correct1 = 1.0 - libm::pow(BETA1, self.steps as f64);
         let correct2 = 1.0 - libm::pow(BETA2, self.steps as f64);
         for (i, parameter) in parameters.iter_mut().enumerate() {
-            let (grad, m, v) = (grad(i, *parameter), &mut self.first[i], &mut self.second[i]);
+            let grad = grad(i, *parameter);
+            let m = &mut self.first[i];
+            let v = &mut self.second[i];
             *m = BETA1 * *m + (1.0 - BETA1) * grad;
             *v = BETA2 * *v + (1.0 - BETA2) * grad * grad;
             let direction = (*m / correct1) / ((*v / correct2).sqrt() + EPSILON);

@@ -28,13 +28,15 @@ pub struct Transition<'a> {
 
 /// A learner that acts.
 pub trait Agent: Send {
-    /// The seed that all its random numbers come from, and with them a [`Trainer`](crate::Trainer)'s episodes.
+    /// The seed that all its random numbers come from, and with them a
+    /// [`Trainer`](crate::Trainer)'s episodes.
     fn seed(&self) -> u64;
 
     /// gamma, the discount of its values, which evaluation compares with discounted returns.
     fn discount(&self) -> f64;
 
-    /// An error for a world that it was not made for: another task, other objectives or another order of them.
+    /// An error for a world that it was not made for: another task, other objectives or another
+    /// order of them.
     fn check_spec(&self, _spec: &EnvSpec) -> Result<()> {
         Ok(())
     }
@@ -45,10 +47,12 @@ pub trait Agent: Send {
     /// Takes in one transition.
     fn observe(&mut self, transition: Transition<'_>) -> Result<()>;
 
-    /// Does the learning that one environment step is worth: nothing during the warm-up, UTD updates after it.
+    /// Does the learning that one environment step is worth: nothing during the warm-up, UTD
+    /// updates after it.
     fn update(&mut self, log: &mut dyn Observer) -> Result<()>;
 
-    /// The mean critic's Q(s, a), one per objective: what the agent believes this action will return.
+    /// The mean critic's Q(s, a), one per objective: what the agent believes this action will
+    /// return.
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()>;
 
     /// Writes everything that learning depends on.

@@ -14,13 +14,15 @@ pub struct EnvReport {
     pub outcomes: Vec<Outcome>,
     /// The smallest and the largest reward of each objective.
     pub reward_range: Vec<(f32, f32)>,
-    /// Whether an episode can be saved and goes on exactly; without, a run cannot stop in mid-episode.
+    /// Whether an episode can be saved and goes on exactly; without, a run cannot stop in
+    /// mid-episode.
     pub saves: bool,
 }
 
-/// Plays seeded random episodes and returns what it saw, or an error that says which rule was broken and how:
-/// the description is consistent, every observation and reward is written and finite, the same seed gives the same
-/// episode, episodes end by the horizon with the right [`Outcome`], and a saved episode, if it can be saved, goes on exactly.
+/// Plays seeded random episodes and returns what it saw, or an error that says which rule was
+/// broken and how: the description is consistent, every observation and reward is written and
+/// finite, the same seed gives the same episode, episodes end by the horizon with the right
+/// [`Outcome`], and a saved episode, if it can be saved, goes on exactly.
 pub fn check_env(env: &mut dyn Env) -> Result<EnvReport> {
     let spec = env.spec().clone();
     spec.check()?;
@@ -38,7 +40,10 @@ pub fn check_env(env: &mut dyn Env) -> Result<EnvReport> {
     }
     report.check_horizon(&spec)?;
     if env.spec() != &spec {
-        return Err(broken(&spec, "spec() changed while it ran; it must be the same at every call"));
+        return Err(broken(
+            &spec,
+            "spec() changed while it ran; it must be the same at every call",
+        ));
     }
     Ok(report)
 }
@@ -58,7 +63,8 @@ struct Step {
     outcome: Outcome,
 }
 
-/// One step's buffers, filled with NaN before each call so that what the environment does not write is found.
+/// One step's buffers, filled with NaN before each call so that what the environment does not write
+/// is found.
 struct Player<'a> {
     env: &'a mut dyn Env,
     spec: &'a EnvSpec,
@@ -70,8 +76,11 @@ struct Player<'a> {
 
 impl<'a> Player<'a> {
     fn new(env: &'a mut dyn Env, spec: &'a EnvSpec, seed: u64) -> Self {
-        let (obs, reward, action) =
-            (vec![0.0; spec.obs_len], vec![0.0; spec.objectives.len()], vec![0.0; spec.action_len()]);
+        let (obs, reward, action) = (
+            vec![0.0; spec.obs_len],
+            vec![0.0; spec.objectives.len()],
+            vec![0.0; spec.action_len()],
+        );
         Self { env, spec, actions: Rng::with_stream(seed, 0xac7), obs, reward, action }
     }
 
@@ -83,7 +92,8 @@ impl<'a> Player<'a> {
     }
 
     fn step(&mut self, number: usize) -> Result<Step> {
-        let unit: Vec<f32> = self.action.iter().map(|_| self.actions.uniform_in(-1.0, 1.0) as f32).collect();
+        let unit: Vec<f32> =
+            self.action.iter().map(|_| self.actions.uniform_in(-1.0, 1.0) as f32).collect();
         self.spec.scale_action(&unit, &mut self.action);
         self.obs.fill(f32::NAN);
         self.reward.fill(f32::NAN);
@@ -98,8 +108,10 @@ impl<'a> Player<'a> {
         match values.iter().position(|x| !x.is_finite()) {
             None => Ok(()),
             Some(i) => {
-                let what =
-                    format!("{when}: {what}[{i}] is not finite, or was not written (it was NaN before the call)");
+                let what = format!(
+                    "{when}: {what}[{i}] is not finite, or was not written (it was NaN before \
+                     the call)"
+                );
                 Err(broken(self.spec, what))
             }
         }
@@ -117,7 +129,10 @@ fn play(env: &mut dyn Env, spec: &EnvSpec, seed: u64) -> Result<Played> {
             return Ok(played);
         }
         if played.steps.len() >= spec.horizon {
-            let what = format!("still Running after {} steps; the horizon says it is Truncated by then", spec.horizon);
+            let what = format!(
+                "still Running after {} steps; the horizon says it is Truncated by then",
+                spec.horizon
+            );
             return Err(broken(spec, what));
         }
     }
@@ -134,13 +149,15 @@ fn check_repeat(env: &mut dyn Env, spec: &EnvSpec, seed: u64, first: &Played) ->
         Some(i) => format!("first at step {}", i + 1),
         None => "in the episode's length".to_owned(),
     };
-    let what =
-        format!("two episodes of seed {seed} with the same actions differ, {when}; reset(seed) must decide everything");
+    let what = format!(
+        "two episodes of seed {seed} with the same actions differ, {when}; reset(seed) must \
+         decide everything"
+    );
     Err(broken(spec, what))
 }
 
-/// Saves in mid-episode, plays another seed, loads, and expects the rest of the episode bit for bit; false if it cannot
-/// be saved at all.
+/// Saves in mid-episode, plays another seed, loads, and expects the rest of the episode bit for
+/// bit; false if it cannot be saved at all.
 fn check_restore(env: &mut dyn Env, spec: &EnvSpec, seed: u64, first: &Played) -> Result<bool> {
     let half = first.steps.len() / 2;
     let mut player = Player::new(env, spec, seed);
@@ -159,7 +176,8 @@ fn check_restore(env: &mut dyn Env, spec: &EnvSpec, seed: u64, first: &Played) -
     for (i, wanted) in first.steps.iter().enumerate().skip(half) {
         if player.step(i + 1)? != *wanted {
             let what = format!(
-                "saved after step {half} of seed {seed} and loaded: step {} differs; save() must hold all",
+                "saved after step {half} of seed {seed} and loaded: step {} differs; save() must \
+                 hold all",
                 i + 1
             );
             return Err(broken(spec, what));
@@ -183,11 +201,15 @@ impl EnvReport {
     /// Every episode ending at the horizon as Terminated is a time limit reported as a failure.
     fn check_horizon(&self, spec: &EnvSpec) -> Result<()> {
         let ends = self.lengths.iter().zip(&self.outcomes);
-        let at_horizon: Vec<_> =
-            ends.filter(|&(&length, _)| length == spec.horizon).map(|(_, &outcome)| outcome).collect();
-        if at_horizon.len() > 1 && at_horizon.iter().all(|&outcome| outcome == Outcome::Terminated) {
+        let at_horizon: Vec<_> = ends
+            .filter(|&(&length, _)| length == spec.horizon)
+            .map(|(_, &outcome)| outcome)
+            .collect();
+        if at_horizon.len() > 1 && at_horizon.iter().all(|&outcome| outcome == Outcome::Terminated)
+        {
             let what = format!(
-                "{} episodes end exactly at the horizon ({}) as Terminated; a time limit is Truncated, or values are learned as if the world ended there",
+                "{} episodes end exactly at the horizon ({}) as Terminated; a time limit is \
+                 Truncated, or values are learned as if the world ended there",
                 at_horizon.len(),
                 spec.horizon
             );

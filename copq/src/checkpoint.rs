@@ -1,7 +1,7 @@
 //! A [`State`] as one safetensors file: a tree of named arrays.
 //!
-//! An array's name is its path in the tree, `trainer/agent/critic/weight`; a name that ends in `/` marks a subtree
-//! without content. A `/` or `%` inside a name is written `%2F` or `%25`.
+//! An array's name is its path in the tree, `trainer/agent/critic/weight`; a name that ends in `/`
+//! marks a subtree without content. A `/` or `%` inside a name is written `%2F` or `%25`.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -16,20 +16,25 @@ use crate::files;
 
 const FORMAT: &str = "copq checkpoint 1";
 
-/// Writes a state to a file that any safetensors reader opens, matrices as matrices; the file that was there stays until the new one is whole.
+/// Writes a state to a file that any safetensors reader opens, matrices as matrices; the file that
+/// was there stays until the new one is whole.
 pub fn write(path: &Path, state: &State) -> Result<()> {
     let mut arrays = Vec::new();
     flatten(state, "", &mut arrays);
     // As the format recommends: wide numbers first, so that every array is aligned.
     arrays.sort_by_key(|array| std::cmp::Reverse(dtype(array.value).bitsize()));
     let header = header(&arrays).map_err(|e| Error::other("describing the checkpoint", e))?;
-    files::replace_with(path, |part| stream(part, &header, &arrays).map_err(files::failed("writing", part)))
+    files::replace_with(path, |part| {
+        stream(part, &header, &arrays).map_err(files::failed("writing", part))
+    })
 }
 
 /// Reads the state that [`write()`] wrote.
 pub fn read(path: &Path) -> Result<State> {
     let bytes = std::fs::read(path).map_err(files::failed("reading", path))?;
-    let broken = |e: SafeTensorError| Error::other(format!("reading the checkpoint '{}'", path.display()), e);
+    let broken = |e: SafeTensorError| {
+        Error::other(format!("reading the checkpoint '{}'", path.display()), e)
+    };
     let (_, metadata) = SafeTensors::read_metadata(&bytes).map_err(broken)?;
     check_format(path, &metadata)?;
     let arrays = SafeTensors::deserialize(&bytes).map_err(broken)?;
@@ -83,7 +88,8 @@ fn header(arrays: &[Array<'_>]) -> Result<Vec<u8>, Box<dyn std::error::Error + S
     for Array { path, shape, value } in arrays {
         let start = end;
         end += length(value) * dtype(value).bitsize() / 8;
-        let info = TensorInfo { dtype: dtype(value), shape: shape.clone(), data_offsets: (start, end) };
+        let info =
+            TensorInfo { dtype: dtype(value), shape: shape.clone(), data_offsets: (start, end) };
         infos.push((path.clone(), info));
     }
     // One entry only: the order of several would change from run to run.
@@ -99,9 +105,15 @@ fn stream(path: &Path, header: &[u8], arrays: &[Array<'_>]) -> io::Result<()> {
     out.write_all(header)?;
     for array in arrays {
         match array.value {
-            Value::F32(values) => values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?,
-            Value::F64(values) => values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?,
-            Value::U64(values) => values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?,
+            Value::F32(values) => {
+                values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?
+            }
+            Value::F64(values) => {
+                values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?
+            }
+            Value::U64(values) => {
+                values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?
+            }
             Value::U8(values) => out.write_all(values)?,
         }
     }
@@ -128,9 +140,15 @@ fn length(value: &Value) -> usize {
 
 fn decode(path: &Path, dtype: Dtype, data: &[u8]) -> Result<Value> {
     Ok(match dtype {
-        Dtype::F32 => Value::F32(data.as_chunks().0.iter().map(|&bytes| f32::from_le_bytes(bytes)).collect()),
-        Dtype::F64 => Value::F64(data.as_chunks().0.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect()),
-        Dtype::U64 => Value::U64(data.as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes)).collect()),
+        Dtype::F32 => {
+            Value::F32(data.as_chunks().0.iter().map(|&bytes| f32::from_le_bytes(bytes)).collect())
+        }
+        Dtype::F64 => {
+            Value::F64(data.as_chunks().0.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect())
+        }
+        Dtype::U64 => {
+            Value::U64(data.as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes)).collect())
+        }
         Dtype::U8 => Value::U8(data.to_vec()),
         other => {
             let what = format!("array type in the checkpoint '{}'", path.display());
@@ -168,7 +186,8 @@ mod tests {
     #[test]
     fn a_tree_comes_back_bit_for_bit_and_the_file_is_the_same_every_time() {
         let folder = tempfile::tempdir().unwrap();
-        let (first, second) = (folder.path().join("a"), folder.path().join("b"));
+        let first = folder.path().join("a");
+        let second = folder.path().join("b");
         write(&first, &sample()).unwrap();
         let state = read(&first).unwrap();
         assert_eq!(format!("{state:?}"), format!("{:?}", sample()));
@@ -186,9 +205,14 @@ mod tests {
             std::fs::write(&path, &bytes[..length]).unwrap();
             assert!(read(&path).unwrap_err().to_string().contains("checkpoint.safetensors"));
         }
-        let foreign =
-            safetensors::serialize(Vec::<(String, safetensors::tensor::TensorView<'_>)>::new(), None).unwrap();
+        let foreign = safetensors::serialize(
+            Vec::<(String, safetensors::tensor::TensorView<'_>)>::new(),
+            None,
+        )
+        .unwrap();
         std::fs::write(&path, foreign).unwrap();
-        assert!(read(&path).unwrap_err().to_string().contains("wanted copq checkpoint 1, got none"));
+        assert!(
+            read(&path).unwrap_err().to_string().contains("wanted copq checkpoint 1, got none")
+        );
     }
 }

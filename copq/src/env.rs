@@ -2,7 +2,8 @@
 
 use crate::{Error, Result, State};
 
-/// How a step left the episode. Only [`Outcome::Terminated`] stops the bootstrap (`d = 1` in the TD target).
+/// How a step left the episode. Only [`Outcome::Terminated`] stops the bootstrap (`d = 1` in the TD
+/// target).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// The episode goes on.
@@ -21,7 +22,8 @@ pub struct Objective {
     pub name: String,
     /// Its scalarisation weight w, not normalised (paper Table 1); at most 0 for a cost.
     pub weight: f32,
-    /// The limit of a cost's undiscounted sum over an episode; `None` makes it a reward. A cost is told as a positive number.
+    /// The limit of a cost's undiscounted sum over an episode; `None` makes it a reward. A cost is
+    /// told as a positive number.
     pub limit: Option<f32>,
 }
 
@@ -31,7 +33,8 @@ impl Objective {
         Self { name: name.into(), weight, limit: None }
     }
 
-    /// A cost with its limit, and weight 0: a multiplier weighs it ([`Constraint`](crate::Constraint)).
+    /// A cost with its limit, and weight 0: a multiplier weighs it
+    /// ([`Constraint`](crate::Constraint)).
     pub fn cost(name: impl Into<String>, limit: f32) -> Self {
         Self { name: name.into(), weight: 0.0, limit: Some(limit) }
     }
@@ -47,12 +50,19 @@ impl Objective {
 /// ```
 /// use copq::EnvSpec;
 ///
-/// // A cart that sees 2 numbers and pushes with 1, in priority order: no crash first, then progress, for 200 steps.
-/// let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("progress", 1.0).horizon(200);
+/// // A cart that sees 2 numbers and pushes with 1, for 200 steps. In priority order: no crash
+/// // first, then progress.
+/// let spec = EnvSpec::new("cart", 2, 1)
+///     .reward("safety", 1.0)
+///     .reward("progress", 1.0)
+///     .horizon(200);
 /// spec.check()?;
 ///
 /// // A cost has a limit; forces here are in newtons.
-/// let spec = EnvSpec::new("cart", 2, 1).cost("speed", 740.2).reward("progress", 1.0).action_bounds(&[-10.0], &[10.0]);
+/// let spec = EnvSpec::new("cart", 2, 1)
+///     .cost("speed", 740.2)
+///     .reward("progress", 1.0)
+///     .action_bounds(&[-10.0], &[10.0]);
 /// assert_eq!((spec.limit(0), spec.limit(1)), (Some(740.2), None));
 /// # Ok::<(), copq::Error>(())
 /// ```
@@ -69,15 +79,16 @@ pub struct EnvSpec {
     pub action_high: Vec<f32>,
     /// The rewards, highest priority first.
     pub objectives: Vec<Objective>,
-    /// The reward that a stochastic policy's entropy bonus is added to, by its name; `None` means the last reward.
+    /// The reward that a stochastic policy's entropy bonus is added to, by its name; `None` means
+    /// the last reward.
     pub entropy: Option<String>,
     /// Steps after which an episode is truncated at the latest; it is an error to run on.
     pub horizon: usize,
 }
 
 impl EnvSpec {
-    /// A world that shows `obs_len` numbers and takes `action_len` from -1 to 1, in episodes of at most 1,000 steps. It needs
-    /// at least one objective.
+    /// A world that shows `obs_len` numbers and takes `action_len` from -1 to 1, in episodes of at
+    /// most 1,000 steps. It needs at least one objective.
     pub fn new(name: impl Into<String>, obs_len: usize, action_len: usize) -> Self {
         Self {
             name: name.into(),
@@ -149,22 +160,27 @@ impl EnvSpec {
         }
     }
 
-    /// An error for an episode that runs on past its horizon: whoever waits for its end would wait for ever.
+    /// An error for an episode that runs on past its horizon: whoever waits for its end would wait
+    /// for ever.
     pub(crate) fn check_length(&self, length: u64, outcome: Outcome) -> Result<()> {
         if outcome != Outcome::Running || length < self.horizon as u64 {
             return Ok(());
         }
-        let what =
-            format!("still running after {length} steps; wanted Outcome::Truncated at its horizon, {}", self.horizon);
+        let what = format!(
+            "still running after {length} steps; wanted Outcome::Truncated at its horizon, {}",
+            self.horizon
+        );
         Err(Error::Env { env: self.name.clone(), what })
     }
 
-    /// Maps an action from [-1, 1], the units of policies and replay, to the environment's bounds: exactly there at the
-    /// ends, and never beyond them.
+    /// Maps an action from [-1, 1], the units of policies and replay, to the environment's bounds:
+    /// exactly there at the ends, and never beyond them.
     pub fn scale_action(&self, unit: &[f32], out: &mut [f32]) {
         for (i, (out, &unit)) in out.iter_mut().zip(unit).enumerate() {
-            let (low, high) = (self.action_low[i], self.action_high[i]);
-            // Halves first, which no finite bounds overflow; centre and half range keep [-1, 1] as it is.
+            let low = self.action_low[i];
+            let high = self.action_high[i];
+            // Halves first, which no finite bounds overflow; centre and half range keep [-1, 1] as
+            // it is.
             let scaled = (0.5 * low + 0.5 * high) + (0.5 * high - 0.5 * low) * unit;
             *out = match unit {
                 -1.0 => low,
@@ -196,12 +212,20 @@ impl EnvSpec {
     fn check_actions(&self) -> Result<()> {
         if self.action_low.is_empty() || self.action_low.len() != self.action_high.len() {
             let got = format!("{} and {}", self.action_low.len(), self.action_high.len());
-            return Err(self.error("action bounds", "as many lower as upper bounds, at least 1", got));
+            return Err(self.error(
+                "action bounds",
+                "as many lower as upper bounds, at least 1",
+                got,
+            ));
         }
         for (i, (low, high)) in self.action_low.iter().zip(&self.action_high).enumerate() {
             if !(low.is_finite() && high.is_finite() && low < high) {
                 let got = format!("[{low}, {high}]");
-                return Err(self.error(&format!("bounds of action {i}"), "finite, lower < upper", got));
+                return Err(self.error(
+                    &format!("bounds of action {i}"),
+                    "finite, lower < upper",
+                    got,
+                ));
             }
         }
         Ok(())
@@ -214,7 +238,11 @@ impl EnvSpec {
         let names = self.names();
         for (i, Objective { name, weight, .. }) in self.objectives.iter().enumerate() {
             if names[..i].contains(&name.as_str()) {
-                return Err(self.error("objectives", "names that differ", format!("'{name}' twice")));
+                return Err(self.error(
+                    "objectives",
+                    "names that differ",
+                    format!("'{name}' twice"),
+                ));
             }
             if !weight.is_finite() {
                 return Err(self.error(&format!("weight of '{name}'"), "a finite number", weight));
@@ -231,7 +259,11 @@ impl EnvSpec {
             }
             if *weight > 0.0 {
                 let what = format!("weight of the cost '{name}'");
-                return Err(self.error(&what, "at most 0, as costs are positive and unwanted", weight));
+                return Err(self.error(
+                    &what,
+                    "at most 0, as costs are positive and unwanted",
+                    weight,
+                ));
             }
         }
         Ok(())
@@ -283,10 +315,12 @@ pub trait Env: Send {
     /// Begins an episode that depends on nothing but `seed`; writes the first observation.
     fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()>;
 
-    /// Applies an action within the bounds; writes the next observation and the reward vector, raw (unweighted).
+    /// Applies an action within the bounds; writes the next observation and the reward vector, raw
+    /// (unweighted).
     fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome>;
 
-    /// Writes all that [`Env::load`] needs to go on bit for bit, in mid-episode. An error that says so unless implemented.
+    /// Writes all that [`Env::load`] needs to go on bit for bit, in mid-episode. An error that says
+    /// so unless implemented.
     fn save(&self, _state: &mut State) -> Result<()> {
         Err(cannot_be_saved(self.spec()))
     }
@@ -298,7 +332,10 @@ pub trait Env: Send {
 }
 
 fn cannot_be_saved(spec: &EnvSpec) -> Error {
-    let what = format!("environment '{}' cannot be saved: Env::save and Env::load are not implemented", spec.name);
+    let what = format!(
+        "environment '{}' cannot be saved: Env::save and Env::load are not implemented",
+        spec.name
+    );
     Error::Unsupported { what }
 }
 

@@ -87,7 +87,10 @@ impl Error {
     }
 
     /// Wraps another library's error with what was being done.
-    pub fn other(what: impl Into<String>, cause: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+    pub fn other(
+        what: impl Into<String>,
+        cause: impl Into<Box<dyn std::error::Error + Send + Sync>>,
+    ) -> Self {
         Self::Other { what: what.into(), cause: cause.into() }
     }
 }
@@ -100,8 +103,15 @@ pub fn check_len(what: &str, got: usize, wanted: usize) -> Result<()> {
 /// An error unless `chosen` names one or more different critics out of `critics`.
 pub fn check_chosen(chosen: &[usize], critics: usize) -> Result<()> {
     let repeated = |(i, k)| chosen[..i].contains(k);
-    if chosen.is_empty() || chosen.iter().any(|&k| k >= critics) || chosen.iter().enumerate().any(repeated) {
-        return Err(Error::invalid("chosen critics", format!("different ones below {critics}"), format!("{chosen:?}")));
+    if chosen.is_empty()
+        || chosen.iter().any(|&k| k >= critics)
+        || chosen.iter().enumerate().any(repeated)
+    {
+        return Err(Error::invalid(
+            "chosen critics",
+            format!("different ones below {critics}"),
+            format!("{chosen:?}"),
+        ));
     }
     Ok(())
 }
@@ -128,7 +138,10 @@ mod tests {
     #[test]
     fn both_ways_of_printing_give_the_words() {
         let error = Error::other("reading 'x'", "no such file");
-        assert_eq!((format!("{error:?}"), error.to_string()), ("reading 'x': no such file".into(), format!("{error}")));
+        assert_eq!(
+            (format!("{error:?}"), error.to_string()),
+            ("reading 'x': no such file".into(), format!("{error}"))
+        );
         assert!(std::error::Error::source(&error).is_none(), "its cause would be printed twice");
     }
 }

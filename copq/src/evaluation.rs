@@ -4,7 +4,8 @@ use std::fmt;
 
 use crate::{Agent, Env, Error, Mode, Outcome, Result, Rng, Rollout, Stream};
 
-/// Deterministic episodes of a policy, with what its critics promised for them. Prints as a small table.
+/// Deterministic episodes of a policy, with what its critics promised for them. Prints as a small
+/// table.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Evaluation {
@@ -16,10 +17,11 @@ pub struct Evaluation {
     pub lengths: Vec<u64>,
     /// Discounted returns from the first step, averaged over the episodes, one per objective.
     pub discounted: Vec<f64>,
-    /// The mean critic's Q at the first step, averaged over the episodes: compare with `discounted`, but know that critics
-    /// value the policy they are taught with, not the bare one that is evaluated. With target smoothing (TD3) its noise
-    /// costs what noise costs (on benchmark A's hopper 11.6 of control: 3 components x 0.039, clipped, x 0.99 / (1 - 0.99)); with
-    /// an entropy bonus (SAC) they include the bonus of the steps to come.
+    /// The mean critic's Q at the first step, averaged over the episodes: compare with
+    /// `discounted`, but know that critics value the policy they are taught with, not the bare one
+    /// that is evaluated. With target smoothing (TD3) its noise costs what noise costs (on
+    /// benchmark A's hopper 11.6 of control: 3 components x 0.039, clipped, x 0.99 / (1 - 0.99));
+    /// with an entropy bonus (SAC) they include the bonus of the steps to come.
     pub promised: Vec<f64>,
 }
 
@@ -27,7 +29,9 @@ impl Evaluation {
     /// The mean return of each objective.
     pub fn mean(&self) -> Vec<f64> {
         let n = self.returns.len() as f64;
-        (0..self.discounted.len()).map(|i| self.returns.iter().map(|r| r[i]).sum::<f64>() / n).collect()
+        (0..self.discounted.len())
+            .map(|i| self.returns.iter().map(|r| r[i]).sum::<f64>() / n)
+            .collect()
     }
 
     /// The mean number of steps of an episode.
@@ -48,8 +52,13 @@ impl fmt::Display for Evaluation {
     }
 }
 
-/// Runs `episodes` episodes without exploration, on seeds drawn from the agent's alone: the same episodes every time.
-pub fn evaluate<A: Agent + ?Sized>(agent: &mut A, env: impl Env, episodes: usize) -> Result<Evaluation> {
+/// Runs `episodes` episodes without exploration, on seeds drawn from the agent's alone: the same
+/// episodes every time.
+pub fn evaluate<A: Agent + ?Sized>(
+    agent: &mut A,
+    env: impl Env,
+    episodes: usize,
+) -> Result<Evaluation> {
     if episodes == 0 {
         return Err(Error::invalid("evaluation episodes", "at least 1", 0));
     }

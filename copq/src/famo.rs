@@ -1,4 +1,5 @@
-//! FAMO: weights for the objectives' critic losses, so that every objective's log-loss falls at a like rate.
+//! FAMO: weights for the objectives' critic losses, so that every objective's log-loss falls at a
+//! like rate.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,26 +17,29 @@ pub struct FamoConfig {
     pub weight_decay: f64,
     /// Where that decay acts.
     pub decay: FamoDecay,
-    /// Whether losses that share no network are balanced, too ([`SeparateCritics`](crate::SeparateCritics)), as in the
-    /// paper's comparison. Otherwise FAMO rests there: Adam undoes the scale of such a loss.
+    /// Whether losses that share no network are balanced, too
+    /// ([`SeparateCritics`](crate::SeparateCritics)), as in the paper's comparison. Otherwise FAMO
+    /// rests there: Adam undoes the scale of such a loss.
     pub separate: bool,
 }
 
-/// Where the decay of FAMO's logits acts. The paper says AdamW, and has the decay from code that says Adam with L2.
+/// Where the decay of FAMO's logits acts. The paper says AdamW, and has the decay from code that
+/// says Adam with L2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FamoDecay {
-    /// Beside Adam's step (AdamW, paper sec. 5). A step of 0.025 then meets a decay of 2.5e-5 of the logit: in long runs
-    /// the logits can drift until one objective hardly learns.
+    /// Beside Adam's step (AdamW, paper sec. 5). A step of 0.025 then meets a decay of 2.5e-5 of
+    /// the logit: in long runs the logits can drift until one objective hardly learns.
     #[default]
     Decoupled,
-    /// In the gradient, before Adam divides by its size, as FAMO's authors' code has it. The gradients are small, so
-    /// this holds the logits together.
+    /// In the gradient, before Adam divides by its size, as FAMO's authors' code has it. The
+    /// gradients are small, so this holds the logits together.
     L2,
 }
 
 impl Default for FamoConfig {
-    /// Step size 0.025, decoupled weight decay 0.001 (paper Table D.1), for losses that share networks.
+    /// Step size 0.025, decoupled weight decay 0.001 (paper Table D.1), for losses that share
+    /// networks.
     fn default() -> Self {
         Self { lr: 0.025, weight_decay: 0.001, decay: FamoDecay::Decoupled, separate: false }
     }
@@ -43,8 +47,8 @@ impl Default for FamoConfig {
 
 const LOSS_EPS: f64 = 1e-8;
 
-/// Fast adaptive multitask optimisation (Liu et al., NeurIPS 2023): one logit per objective, stepped by how much each
-/// objective's loss improved in the last update.
+/// Fast adaptive multitask optimisation (Liu et al., NeurIPS 2023): one logit per objective,
+/// stepped by how much each objective's loss improved in the last update.
 #[derive(Clone, Debug)]
 pub struct Famo {
     logits: Vec<f64>,
@@ -81,7 +85,8 @@ impl Famo {
     }
 
     /// The weights omega_i of the losses' gradients for these losses: positive, summing to one,
-    /// `omega_i ~ softmax(xi)_i / loss_i`, so that `sum omega_i grad l_i` descends `sum softmax(xi)_i log l_i`.
+    /// `omega_i ~ softmax(xi)_i / loss_i`, so that `sum omega_i grad l_i` descends
+    /// `sum softmax(xi)_i log l_i`.
     pub fn weigh(&mut self, losses: &[f64], weights: &mut [f64]) {
         self.refresh_softmax();
         for ((weight, z), loss) in weights.iter_mut().zip(&self.softmax).zip(losses) {
@@ -91,14 +96,15 @@ impl Famo {
         weights.iter_mut().for_each(|weight| *weight /= sum);
     }
 
-    /// One Adam step of the logits from the losses before and after the critics' step, on the same batch and targets:
-    /// an objective whose log-loss fell more than the others' loses weight.
+    /// One Adam step of the logits from the losses before and after the critics' step, on the same
+    /// batch and targets: an objective whose log-loss fell more than the others' loses weight.
     pub fn step(&mut self, before: &[f64], after: &[f64]) {
         self.refresh_softmax();
         for ((delta, before), after) in self.improvement.iter_mut().zip(before).zip(after) {
             *delta = libm::log(before + LOSS_EPS) - libm::log(after + LOSS_EPS);
         }
-        let mean: f64 = self.softmax.iter().zip(&self.improvement).map(|(z, delta)| z * delta).sum();
+        let mean: f64 =
+            self.softmax.iter().zip(&self.improvement).map(|(z, delta)| z * delta).sum();
         let Self { adam, l2, logits, softmax, improvement } = self;
         adam.step(logits, |i, logit| softmax[i] * (improvement[i] - mean) + *l2 * logit);
     }
@@ -130,7 +136,10 @@ mod tests {
     use super::*;
 
     fn close(got: &[f64], want: &[f64]) {
-        assert!(got.iter().zip(want).all(|(g, w)| (g - w).abs() < 1e-9), "got {got:?}, want {want:?}");
+        assert!(
+            got.iter().zip(want).all(|(g, w)| (g - w).abs() < 1e-9),
+            "got {got:?}, want {want:?}"
+        );
     }
 
     /// The numbers were computed independently from the method's equations.
@@ -150,7 +159,9 @@ mod tests {
     #[test]
     fn decay_acts_beside_the_step_or_before_it() {
         for decay in [FamoDecay::Decoupled, FamoDecay::L2] {
-            let mut famo = Famo::new(FamoConfig { lr: 0.1, weight_decay: 0.5, decay, separate: false }, 2).unwrap();
+            let mut famo =
+                Famo::new(FamoConfig { lr: 0.1, weight_decay: 0.5, decay, separate: false }, 2)
+                    .unwrap();
             let mut logits = [0.0; 2];
             let mut m = [0.0; 2];
             let mut v = [0.0; 2];
@@ -166,12 +177,19 @@ mod tests {
                     let grad = z[i] * (improvement[i] - mean) + l2;
                     m[i] = 0.9 * m[i] + 0.1 * grad;
                     v[i] = 0.999 * v[i] + 0.001 * grad * grad;
-                    let direction = m[i] / (1.0 - 0.9f64.powi(step)) / ((v[i] / (1.0 - 0.999f64.powi(step))).sqrt());
+                    let direction = m[i]
+                        / (1.0 - 0.9f64.powi(step))
+                        / ((v[i] / (1.0 - 0.999f64.powi(step))).sqrt());
                     let beside = if decay == FamoDecay::Decoupled { 0.5 * logits[i] } else { 0.0 };
                     logits[i] -= 0.1 * (direction + beside);
                 }
             }
-            let error = famo.logits().iter().zip(logits).map(|(got, want)| (got - want).abs()).fold(0.0, f64::max);
+            let error = famo
+                .logits()
+                .iter()
+                .zip(logits)
+                .map(|(got, want)| (got - want).abs())
+                .fold(0.0, f64::max);
             assert!(error < 1e-6, "{decay:?}: {:?}, not {logits:?}", famo.logits());
         }
     }

@@ -1,4 +1,5 @@
-//! Reading and replacing whole files so that a crash at any moment leaves the old file or the new one, never a mixture.
+//! Reading and replacing whole files so that a crash at any moment leaves the old file or the new
+//! one, never a mixture.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -20,11 +21,14 @@ pub fn read_text(path: &Path) -> Result<String> {
 /// Replaces a file's content by `bytes`, atomically.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     replace_with(path, |part| {
-        File::create(part).and_then(|mut file| file.write_all(bytes)).map_err(failed("writing", part))
+        File::create(part)
+            .and_then(|mut file| file.write_all(bytes))
+            .map_err(failed("writing", part))
     })
 }
 
-/// Lets `write` make a file under a temporary name, then gives it its real one: written, synced, renamed, folder synced.
+/// Lets `write` make a file under a temporary name, then gives it its real one: written, synced,
+/// renamed, folder synced.
 pub fn replace_with(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let part = part_of(path);
     write(&part)?;
@@ -49,7 +53,9 @@ pub fn sync_folder_of(path: &Path) -> Result<()> {
     };
     // Other systems offer no way to sync a folder.
     if cfg!(unix) {
-        File::open(folder).and_then(|folder| folder.sync_all()).map_err(failed("syncing", folder))?;
+        File::open(folder)
+            .and_then(|folder| folder.sync_all())
+            .map_err(failed("syncing", folder))?;
     }
     Ok(())
 }

@@ -1,10 +1,11 @@
 //! Safe first, fast second: deep Q-learning with a *vector* of values, in priority order.
 //!
-//! An ensemble of K critics gives K guesses at the N values of an action (safety, speed, effort). copq turns their
-//! disagreement into one confidence bound for the whole vector: it factors the critics' covariance in priority order,
-//! so that each objective's bound is conditioned only on those above it. The lower bound goes into TD targets and the
-//! actor, the upper one explores. That is COP-Q; the other ways to be pessimistic (eigenvectors, extreme points,
-//! standard deviations, double-Q minima) are here too, behind one trait, [`Projection`].
+//! An ensemble of K critics gives K guesses at the N values of an action (safety, speed, effort).
+//! copq turns their disagreement into one confidence bound for the whole vector: it factors the
+//! critics' covariance in priority order, so that each objective's bound is conditioned only on
+//! those above it. The lower bound goes into TD targets and the actor, the upper one explores. That
+//! is COP-Q; the other ways to be pessimistic (eigenvectors, extreme points, standard deviations,
+//! double-Q minima) are here too, behind one trait, [`Projection`].
 //!
 //! ```
 //! use copq::projection::{Bound, Cholesky, Projection, QView, Scratch};
@@ -12,7 +13,8 @@
 //! // Three critics, one row, two objectives in priority order: safety, then speed.
 //! let q = [10.0, 5.0,  12.0, 4.0,  11.0, 9.0];
 //! let q = QView::new(&q, 3, 2)?;
-//! let (mut scratch, mut low) = (Scratch::default(), [0.0; 2]);
+//! let mut scratch = Scratch::default();
+//! let mut low = [0.0; 2];
 //!
 //! // A step of -1 is the lower bound of the TD target.
 //! Cholesky.project(Bound { q, weights: &[1.0, 1.0], step: -1.0 }, &mut scratch, &mut low)?;
@@ -46,24 +48,28 @@
 //!
 //! # Cookbook
 //!
-//! **Explore otherwise**: a policy's own noise explores unless [`Method::explore`] says how far its actions move towards the
-//! critics' upper bound ([`Method::cop_td3_oac`]); [`Optimism::projection`] names whose. [`Learner::explore`] takes a rule of
-//! your own.
+//! **Explore otherwise**: a policy's own noise explores unless [`Method::explore`] says how far its
+//! actions move towards the critics' upper bound ([`Method::cop_td3_oac`]);
+//! [`Optimism::projection`] names whose. [`Learner::explore`] takes a rule of your own.
 //!
-//! **Change the priorities**: [`OrderedEnv`] is the same world with its objectives in another order.
+//! **Change the priorities**: [`OrderedEnv`] is the same world with its objectives in another
+//! order.
 //!
-//! **Train, save, resume**: [`Trainer::step`] is one environment step with its learning, [`Trainer::save`] holds everything;
-//! a loaded trainer goes on bit for bit, and refuses what is of another method, task or seed.
+//! **Train, save, resume**: [`Trainer::step`] is one environment step with its learning,
+//! [`Trainer::save`] holds everything; a loaded trainer goes on bit for bit, and refuses what is of
+//! another method, task or seed.
 //!
-//! **See why a run fails**: give [`Trainer::step`] an [`Observer`]; the learner reports values, targets, losses, the critics'
-//! spread, how often the clip fires, and FAMO's weights, all by objective.
+//! **See why a run fails**: give [`Trainer::step`] an [`Observer`]; the learner reports values,
+//! targets, losses, the critics' spread, how often the clip fires, and FAMO's weights, all by
+//! objective.
 //!
 //! # Words
 //!
-//! *Objective*: one component of the reward vector; *priority*: their order, most important first. *Bound*: what a
-//! *projection* makes of an ensemble's values, one vector a row; its *step* is signed, -1 the lower bound. *Critics*:
-//! networks of all N values, or *separate* ones of one value each. *Weights*: the scalarisation w, not a network's
-//! parameters. *Target*: the slow copy of a network, or the value that critics learn towards (a TD target).
+//! *Objective*: one component of the reward vector; *priority*: their order, most important first.
+//! *Bound*: what a *projection* makes of an ensemble's values, one vector a row; its *step* is
+//! signed, -1 the lower bound. *Critics*: networks of all N values, or *separate* ones of one value
+//! each. *Weights*: the scalarisation w, not a network's parameters. *Target*: the slow copy of a
+//! network, or the value that critics learn towards (a TD target).
 
 mod actor;
 mod adam;
@@ -106,9 +112,12 @@ pub use evaluation::{Evaluation, evaluate};
 pub use explore::{Context, Explore, GaussianNoise, Optimistic, PolicySamples, UniformActions};
 pub use famo::{Famo, FamoConfig, FamoDecay};
 pub use learner::Learner;
-pub use method::{Activation, Config, Ensemble, Init, Method, Networks, Optimism, Smoothing, WarmUp};
+pub use method::{
+    Activation, Config, Ensemble, Init, Method, Networks, Optimism, Smoothing, WarmUp,
+};
 pub use multiplier::{
-    Constraint, FixedWeights, Lagrangian, LagrangianConfig, Multiplier, Pid, PidConfig, discounted_limit,
+    Constraint, FixedWeights, Lagrangian, LagrangianConfig, Multiplier, Pid, PidConfig,
+    discounted_limit,
 };
 pub use normaliser::Normaliser;
 pub use observer::{Observer, Silent};

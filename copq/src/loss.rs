@@ -1,4 +1,5 @@
-//! The critics' losses, one per objective, their gradient, and the checks that keep a diverged run from going on.
+//! The critics' losses, one per objective, their gradient, and the checks that keep a diverged run
+//! from going on.
 
 use crate::{Error, QView, Result};
 
@@ -22,16 +23,20 @@ pub(crate) fn squared_errors(q: QView<'_>, target: &[f32], losses: &mut [f64]) {
 pub(crate) fn squared_error_grad(q: QView<'_>, target: &[f32], weights: &[f64], grad: &mut [f32]) {
     let n = q.objectives();
     let scale = 2.0 / (q.critics() * q.rows()) as f64;
-    for (critic, grad) in q.values().chunks_exact(target.len()).zip(grad.chunks_exact_mut(target.len())) {
+    for (critic, grad) in
+        q.values().chunks_exact(target.len()).zip(grad.chunks_exact_mut(target.len()))
+    {
         for (i, ((grad, q), y)) in grad.iter_mut().zip(critic).zip(target).enumerate() {
             *grad = (scale * weights[i % n]) as f32 * (q - y);
         }
     }
 }
 
-/// Means over critics and rows, and the critics' standard deviation (the root of the mean variance over rows).
+/// Means over critics and rows, and the critics' standard deviation (the root of the mean variance
+/// over rows).
 pub(crate) fn mean_and_spread(q: QView<'_>, objective: usize) -> (f64, f64) {
-    let (mut total, mut variance) = (0.0, 0.0);
+    let mut total = 0.0;
+    let mut variance = 0.0;
     let critics = q.critics() as f64;
     for row in 0..q.rows() {
         let value = |critic| f64::from(q.get(critic, row)[objective]);
@@ -42,7 +47,8 @@ pub(crate) fn mean_and_spread(q: QView<'_>, objective: usize) -> (f64, f64) {
     (total / q.rows() as f64, (variance / q.rows() as f64).sqrt())
 }
 
-/// How far a bound (`rows x objectives`) lies below the critics' mean: `w . (mean - bound)`, averaged over the rows.
+/// How far a bound (`rows x objectives`) lies below the critics' mean: `w . (mean - bound)`,
+/// averaged over the rows.
 pub(crate) fn margin(q: QView<'_>, bound: &[f32], weights: &[f64]) -> f64 {
     let total = |values: &[f32]| -> f64 {
         let rows = values.chunks_exact(weights.len());
@@ -51,7 +57,8 @@ pub(crate) fn margin(q: QView<'_>, bound: &[f32], weights: &[f64]) -> f64 {
     (total(q.values()) / q.critics() as f64 - total(bound)) / q.rows() as f64
 }
 
-/// An error that names the objective and the first rows if a `rows x objectives` array is not finite.
+/// An error that names the objective and the first rows if a `rows x objectives` array is not
+/// finite.
 pub(crate) fn finite(what: &str, values: &[f32], objectives: &[String], step: u64) -> Result<()> {
     let n = objectives.len();
     let Some(first) = values.iter().position(|x| !x.is_finite()) else { return Ok(()) };
@@ -69,7 +76,12 @@ pub(crate) fn finite(what: &str, values: &[f32], objectives: &[String], step: u6
 pub(crate) fn finite_row(what: &str, values: &[f32], step: u64, hint: &'static str) -> Result<()> {
     match values.iter().position(|x| !x.is_finite()) {
         None => Ok(()),
-        Some(i) => Err(Error::NonFinite { what: format!("{what}, component {i}"), step, rows: vec![0], hint }),
+        Some(i) => Err(Error::NonFinite {
+            what: format!("{what}, component {i}"),
+            step,
+            rows: vec![0],
+            hint,
+        }),
     }
 }
 

@@ -1,4 +1,5 @@
-//! Observations in units of their own spread: a running mean and standard deviation of every component.
+//! Observations in units of their own spread: a running mean and standard deviation of every
+//! component.
 
 use crate::error::check_len;
 use crate::{Error, Result, State};
@@ -10,8 +11,8 @@ const CLIP: f64 = 5.0;
 
 /// Running mean and standard deviation of observations, component by component, in f64.
 ///
-/// `clamp((x - mean) / max(std, 0.01), -5, 5)`, with the deviation over n - 1 (OmniSafe's normaliser). Fewer than two
-/// observations have no deviation: then a value is left as it is.
+/// `clamp((x - mean) / max(std, 0.01), -5, 5)`, with the deviation over n - 1 (OmniSafe's
+/// normaliser). Fewer than two observations have no deviation: then a value is left as it is.
 ///
 /// ```
 /// use copq::Normaliser;
@@ -67,7 +68,11 @@ impl Normaliser {
     pub fn normalise(&self, obs: &mut [f32]) -> Result<()> {
         let width = self.mean.len();
         if width == 0 || !obs.len().is_multiple_of(width) {
-            return Err(Error::invalid("observations", format!("a multiple of {width} values"), obs.len()));
+            return Err(Error::invalid(
+                "observations",
+                format!("a multiple of {width} values"),
+                obs.len(),
+            ));
         }
         if self.count < 2 {
             return Ok(());
@@ -84,7 +89,9 @@ impl Normaliser {
     pub(crate) fn restore(normaliser: &mut Option<Self>, agent: &State) -> Result<()> {
         match (normaliser, agent.child("normaliser")) {
             (Some(normaliser), saved) => normaliser.load(saved?),
-            (None, Ok(_)) => Err(Error::invalid("saved agent", "one without a normaliser", "one with it")),
+            (None, Ok(_)) => {
+                Err(Error::invalid("saved agent", "one without a normaliser", "one with it"))
+            }
             (None, Err(_)) => Ok(()),
         }
     }

@@ -2,10 +2,11 @@
 
 use crate::{Env, EnvSpec, Error, Outcome, Result, State};
 
-/// An environment whose objectives come in another order, highest priority first; weights and limits follow, and the
-/// entropy bonus stays with its objective.
+/// An environment whose objectives come in another order, highest priority first; weights and
+/// limits follow, and the entropy bonus stays with its objective.
 ///
-/// Only methods that know priorities care: for Cholesky the order says whose uncertainty is answered for first.
+/// Only methods that know priorities care: for Cholesky the order says whose uncertainty is
+/// answered for first.
 ///
 /// ```
 /// # use copq::{Env, EnvSpec, OrderedEnv, Outcome, Result};
@@ -32,7 +33,9 @@ pub struct OrderedEnv {
 
 impl std::fmt::Debug for OrderedEnv {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("OrderedEnv").field("objectives", &self.spec.objectives).finish_non_exhaustive()
+        f.debug_struct("OrderedEnv")
+            .field("objectives", &self.spec.objectives)
+            .finish_non_exhaustive()
     }
 }
 
@@ -43,9 +46,13 @@ impl OrderedEnv {
         old.check()?;
         let names = old.names();
         let position = |name: &str| {
-            names.iter().position(|known| *known == name).ok_or_else(|| Error::unknown("objective", name, &names))
+            names
+                .iter()
+                .position(|known| *known == name)
+                .ok_or_else(|| Error::unknown("objective", name, &names))
         };
-        let from = objectives.iter().map(|name| position(name.as_ref())).collect::<Result<Vec<_>>>()?;
+        let from =
+            objectives.iter().map(|name| position(name.as_ref())).collect::<Result<Vec<_>>>()?;
         if from.len() != names.len() || (0..names.len()).any(|i| !from.contains(&i)) {
             let got: Vec<_> = objectives.iter().map(AsRef::as_ref).collect();
             return Err(Error::invalid(
@@ -62,13 +69,15 @@ impl OrderedEnv {
         Ok(Self { reward: vec![0.0; from.len()], env: Box::new(env), spec, from })
     }
 
-    /// The order as people write it: names with commas between, or first letters, such as `vsc` (velocity, safety,
-    /// control).
+    /// The order as people write it: names with commas between, or first letters, such as `vsc`
+    /// (velocity, safety, control).
     pub fn parse(env: impl Env + 'static, order: &str) -> Result<Self> {
         let names = env.spec().names();
         let objectives = match order.contains(',') || names.contains(&order) {
             true => order.split(',').map(str::trim).collect::<Vec<_>>(),
-            false => order.chars().map(|letter| only(&names, letter)).collect::<Result<Vec<_>>>()?,
+            false => {
+                order.chars().map(|letter| only(&names, letter)).collect::<Result<Vec<_>>>()?
+            }
         };
         let objectives: Vec<_> = objectives.into_iter().map(str::to_owned).collect();
         Self::new(env, &objectives)
@@ -81,8 +90,10 @@ fn only<'a>(names: &[&'a str], letter: char) -> Result<&'a str> {
     match (found.next(), found.next()) {
         (Some(name), None) => Ok(name),
         _ => {
-            let wanted =
-                format!("first letters, one objective each, or names with commas between: {}", names.join(","));
+            let wanted = format!(
+                "first letters, one objective each, or names with commas between: {}",
+                names.join(",")
+            );
             Err(Error::invalid("order of objectives", wanted, format!("'{letter}'")))
         }
     }

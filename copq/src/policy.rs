@@ -4,11 +4,12 @@ use std::path::Path;
 
 use crate::error::check_len;
 use crate::{
-    Activation, Actor, ActorKind, Backend, EnvSpec, Error, Method, Net, Networks, Normaliser, Result, Rng, State,
-    Stream,
+    Activation, Actor, ActorKind, Backend, EnvSpec, Error, Method, Net, Networks, Normaliser,
+    Result, Rng, State, Stream,
 };
 
-/// An actor with the normaliser of its observations, if it learned with one, and the bounds of its actions; all frozen.
+/// An actor with the normaliser of its observations, if it learned with one, and the bounds of its
+/// actions; all frozen.
 ///
 /// ```
 /// # use copq::*;
@@ -22,12 +23,14 @@ use crate::{
 /// # }
 /// ```
 ///
-/// The file is safetensors, for any reader: `actor/layer.0.weight` (output x input), `actor/layer.0.bias` and so on, hidden
-/// layers followed by `policy/activation`, the output by tanh (of a Gaussian policy its first half, the means);
-/// `policy/action_low` and `policy/action_high`; and of the normaliser, if there is one, `normaliser/mean`, `normaliser/squares`
-/// and `normaliser/count`, so that x becomes (x - mean) / max(sqrt(squares / (count - 1)), 0.01), clipped at 5. Texts
-/// (`policy/task`, `policy/kind`, `policy/activation`) are UTF-8 bytes; `policy/hidden` and `policy/obs_len` are the layers' widths. A
-/// policy of modules ([`Backend`]) has their own paths instead, and is read back by the same backend.
+/// The file is safetensors, for any reader: `actor/layer.0.weight` (output x input),
+/// `actor/layer.0.bias` and so on, hidden layers followed by `policy/activation`, the output by
+/// tanh (of a Gaussian policy its first half, the means); `policy/action_low` and
+/// `policy/action_high`; and of the normaliser, if there is one, `normaliser/mean`,
+/// `normaliser/squares` and `normaliser/count`, so that x becomes (x - mean) / max(sqrt(squares /
+/// (count - 1)), 0.01), clipped at 5. Texts (`policy/task`, `policy/kind`, `policy/activation`) are
+/// UTF-8 bytes; `policy/hidden` and `policy/obs_len` are the layers' widths. A policy of modules
+/// ([`Backend`]) has their own paths instead, and is read back by the same backend.
 pub struct Policy {
     actor: Box<dyn Actor>,
     normaliser: Option<Normaliser>,
@@ -40,14 +43,24 @@ pub struct Policy {
 
 impl std::fmt::Debug for Policy {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Policy").field("kind", &self.kind).field("normaliser", &self.normaliser).finish_non_exhaustive()
+        f.debug_struct("Policy")
+            .field("kind", &self.kind)
+            .field("normaliser", &self.normaliser)
+            .finish_non_exhaustive()
     }
 }
 
 impl Policy {
-    /// The policy in the saved state of an agent that learned by `method` (the child `agent` of a trainer's).
-    pub fn load(method: &Method, spec: &EnvSpec, backend: &dyn Backend, agent: &State) -> Result<Self> {
-        let (networks, kind) = (method.config.networks.clone(), method.actor());
+    /// The policy in the saved state of an agent that learned by `method` (the child `agent` of a
+    /// trainer's).
+    pub fn load(
+        method: &Method,
+        spec: &EnvSpec,
+        backend: &dyn Backend,
+        agent: &State,
+    ) -> Result<Self> {
+        let networks = method.config.networks.clone();
+        let kind = method.actor();
         // What was saved takes the place of these weights.
         let mut actor = backend.actor(spec, &networks, kind, &mut Rng::new(0, Stream::Init))?;
         actor.load(agent.child("actor")?)?;
@@ -61,11 +74,13 @@ impl Policy {
         let state = State::read_file(path)?;
         let about = state.child("policy")?;
         let obs_len = about.get_one::<u64>("obs_len")? as usize;
-        let (low, high) = (about.get("action_low")?, about.get("action_high")?);
+        let low = about.get("action_low")?;
+        let high = about.get("action_high")?;
         check_len("the policy's upper action bounds", high.len(), low.len())?;
         // A policy knows nothing of rewards, but a description needs one.
-        let spec =
-            EnvSpec::new(about.get_text("task")?, obs_len, low.len()).action_bounds(low, high).reward("any", 1.0);
+        let spec = EnvSpec::new(about.get_text("task")?, obs_len, low.len())
+            .action_bounds(low, high)
+            .reward("any", 1.0);
         let networks = Networks {
             hidden: about.get::<u64>("hidden")?.iter().map(|&width| width as usize).collect(),
             activation: activation(about.get_text("activation")?)?,

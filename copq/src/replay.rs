@@ -10,8 +10,9 @@ const CHUNK: usize = 1 << 16;
 
 /// A uniform replay buffer.
 ///
-/// A transition's next observation is its successor's observation, found by index. Only where an episode ends, or
-/// where the caller breaks off and starts elsewhere, the last observation is kept apart. All numbers are f32.
+/// A transition's next observation is its successor's observation, found by index. Only where an
+/// episode ends, or where the caller breaks off and starts elsewhere, the last observation is kept
+/// apart. All numbers are f32.
 #[derive(Clone, Debug)]
 pub struct Replay {
     capacity: usize,
@@ -58,13 +59,24 @@ pub struct Batch {
 
 impl Replay {
     /// An empty buffer for at most `capacity` transitions.
-    pub fn new(capacity: usize, observation: usize, action: usize, objectives: usize) -> Result<Self> {
+    pub fn new(
+        capacity: usize,
+        observation: usize,
+        action: usize,
+        objectives: usize,
+    ) -> Result<Self> {
         if capacity == 0 || u32::try_from(capacity).is_err() {
             return Err(Error::invalid("replay capacity", format!("1 to {}", u32::MAX), capacity));
         }
-        for (what, length) in [("observation", observation), ("action", action), ("reward", objectives)] {
+        for (what, length) in
+            [("observation", observation), ("action", action), ("reward", objectives)]
+        {
             if length == 0 {
-                return Err(Error::invalid(format!("length of a replayed {what}"), "at least 1", 0));
+                return Err(Error::invalid(
+                    format!("length of a replayed {what}"),
+                    "at least 1",
+                    0,
+                ));
             }
         }
         Ok(Self {
@@ -95,7 +107,10 @@ impl Replay {
 
     /// Bytes of memory that the storage takes.
     pub fn bytes(&self) -> usize {
-        let floats = self.obs.capacity() + self.act.capacity() + self.reward.capacity() + self.finals.capacity();
+        let floats = self.obs.capacity()
+            + self.act.capacity()
+            + self.reward.capacity()
+            + self.finals.capacity();
         floats * size_of::<f32>() + self.end.capacity() * size_of::<End>()
     }
 
@@ -109,7 +124,10 @@ impl Replay {
         self.make_room();
         let end = match t.outcome {
             Outcome::Running => End::Next,
-            outcome => End::Final { number: self.keep_final(t.next_obs), terminated: outcome == Outcome::Terminated },
+            outcome => End::Final {
+                number: self.keep_final(t.next_obs),
+                terminated: outcome == Outcome::Terminated,
+            },
         };
         let i = self.cursor;
         write_row(&mut self.obs, i, t.obs);
@@ -122,7 +140,8 @@ impl Replay {
         Ok(())
     }
 
-    /// If the newest transition does not lead to `obs`, the caller has started elsewhere: keep where it did lead.
+    /// If the newest transition does not lead to `obs`, the caller has started elsewhere: keep
+    /// where it did lead.
     fn close_interrupted(&mut self, obs: &[f32]) {
         let Some(newest) = self.newest() else { return };
         if self.end[newest] == End::Next && self.latest != obs {
@@ -199,10 +218,15 @@ impl Replay {
     /// An error if what was read points to where nothing is; `ends` last observations were read.
     fn check_positions(&self, ends: usize) -> Result<()> {
         // A ring that is not full is written at its end.
-        let (len, cursor) = (self.len(), self.cursor);
+        let len = self.len();
+        let cursor = self.cursor;
         let sound = if len < self.capacity { cursor == len } else { cursor < len };
         if !sound {
-            return Err(Error::invalid("saved replay's cursor", format!("a place among {len} transitions"), cursor));
+            return Err(Error::invalid(
+                "saved replay's cursor",
+                format!("a place among {len} transitions"),
+                cursor,
+            ));
         }
         for end in &self.end {
             if let End::Final { number, .. } = *end
@@ -247,7 +271,8 @@ impl Replay {
         fresh.cursor = state.get_one::<u64>("cursor")? as usize;
         fresh.dropped = state.get_one::<u64>("dropped")? as u32;
         fresh.check_positions(ends)?;
-        let (held, room) = (fresh.len(), fresh.len().next_multiple_of(CHUNK).min(self.capacity));
+        let held = fresh.len();
+        let room = fresh.len().next_multiple_of(CHUNK).min(self.capacity);
         fresh.obs.reserve_exact((room - held) * self.observation);
         fresh.act.reserve_exact((room - held) * self.action);
         fresh.reward.reserve_exact((room - held) * self.objectives);
@@ -268,7 +293,9 @@ impl Batch {
     }
 
     fn clear(&mut self) {
-        for column in [&mut self.obs, &mut self.action, &mut self.reward, &mut self.next_obs, &mut self.alive] {
+        for column in
+            [&mut self.obs, &mut self.action, &mut self.reward, &mut self.next_obs, &mut self.alive]
+        {
             column.clear();
         }
     }

@@ -1,4 +1,5 @@
-//! Every random number of a run: ChaCha8 streams, one for each purpose, whose position can be saved.
+//! Every random number of a run: ChaCha8 streams, one for each purpose, whose position can be
+//! saved.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng};
@@ -25,7 +26,8 @@ pub enum Stream {
     Evaluation = 6,
 }
 
-/// A seeded, saveable generator; the distributions are copq's own, so that no crate's update changes a run.
+/// A seeded, saveable generator; the distributions are copq's own, so that no crate's update
+/// changes a run.
 #[derive(Clone, Debug)]
 pub struct Rng(ChaCha8Rng);
 
@@ -35,8 +37,8 @@ impl Rng {
         Self::with_stream(seed, stream as u64)
     }
 
-    /// A stream by number, for purposes that [`Stream`] does not name, such as an environment's own noise. Those from 100 to
-    /// 999 are yours.
+    /// A stream by number, for purposes that [`Stream`] does not name, such as an environment's own
+    /// noise. Those from 100 to 999 are yours.
     pub fn with_stream(seed: u64, stream: u64) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
@@ -102,9 +104,9 @@ impl Rng {
     /// Restores the position that [`Rng::save`] wrote under `name`.
     pub fn load(&mut self, name: &str, state: &State) -> Result<()> {
         let bytes: &[u8] = state.get(name)?;
-        let bytes: &[u8; 56] = bytes
-            .try_into()
-            .map_err(|_| Error::invalid(format!("saved generator '{name}'"), "56 bytes", bytes.len()))?;
+        let bytes: &[u8; 56] = bytes.try_into().map_err(|_| {
+            Error::invalid(format!("saved generator '{name}'"), "56 bytes", bytes.len())
+        })?;
         let (key, rest) = bytes.split_at(32);
         let (stream, position) = rest.split_at(8);
         let sized = "split_at above gives exactly this length";

@@ -55,7 +55,8 @@ impl<E: Env> std::fmt::Debug for Rollout<E> {
 }
 
 impl<E: Env> Rollout<E> {
-    /// Takes an environment, whose description is checked; there is no episode before [`Rollout::reset`].
+    /// Takes an environment, whose description is checked; there is no episode before
+    /// [`Rollout::reset`].
     pub fn new(env: E) -> Result<Self> {
         let spec = env.spec();
         spec.check()?;
@@ -65,7 +66,11 @@ impl<E: Env> Rollout<E> {
             previous_obs: vec![0.0; spec.obs_len],
             action: vec![0.0; spec.action_len()],
             reward: vec![0.0; objectives],
-            episode: Episode { returns: vec![0.0; objectives], length: 0, outcome: Outcome::Truncated },
+            episode: Episode {
+                returns: vec![0.0; objectives],
+                length: 0,
+                outcome: Outcome::Truncated,
+            },
             env,
         })
     }
@@ -79,12 +84,16 @@ impl<E: Env> Rollout<E> {
         Ok(())
     }
 
-    /// One step with an action in [-1, 1]. An episode that runs on past the horizon is an error: whoever waits for its
-    /// end would wait for ever.
+    /// One step with an action in [-1, 1]. An episode that runs on past the horizon is an error:
+    /// whoever waits for its end would wait for ever.
     pub fn step(&mut self, unit_action: &[f32]) -> Result<Outcome> {
         check_len("action", unit_action.len(), self.action.len())?;
         if !self.is_running() {
-            return Err(Error::invalid("Rollout::step", "an episode that runs (see Rollout::reset)", "none"));
+            return Err(Error::invalid(
+                "Rollout::step",
+                "an episode that runs (see Rollout::reset)",
+                "none",
+            ));
         }
         self.env.spec().scale_action(unit_action, &mut self.action);
         std::mem::swap(&mut self.obs, &mut self.previous_obs);

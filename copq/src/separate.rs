@@ -4,18 +4,20 @@ use crate::critic::values_by_copy;
 use crate::error::check_len;
 use crate::{Critic, Error, Net, QGrad, QView, Result, State};
 
-/// Separate scalar networks for every objective: 2 for the reward and 4 for the cost (CAL), or a pair each (independent
-/// double-Q, "N pairs of critics").
+/// Separate scalar networks for every objective: 2 for the reward and 4 for the cost (CAL), or a
+/// pair each (independent double-Q, "N pairs of critics").
 ///
-/// To projections and losses it is an ensemble of K critics of N values, with K the least common multiple of the counts:
-/// an objective with fewer networks shows each of them equally often. That changes no mean, no least value and no
-/// standard deviation (over K), and the gradients of a network's copies add up.
+/// To projections and losses it is an ensemble of K critics of N values, with K the least common
+/// multiple of the counts: an objective with fewer networks shows each of them equally often. That
+/// changes no mean, no least value and no standard deviation (over K), and the gradients of a
+/// network's copies add up.
 ///
 /// With unequal counts a drawn subset (REDQ) could hold one network twice, so it is refused.
 ///
-/// They learn best without FAMO, which rests here unless [`FamoConfig::separate`](crate::FamoConfig::separate) is set. Adam
-/// undoes the scale of a loss, so weights of losses that share no network balance nothing: under a decoupled decay they
-/// drift, until an objective's gradients are as small as Adam's epsilon and its networks hardly move.
+/// They learn best without FAMO, which rests here unless
+/// [`FamoConfig::separate`](crate::FamoConfig::separate) is set. Adam undoes the scale of a loss,
+/// so weights of losses that share no network balance nothing: under a decoupled decay they drift,
+/// until an objective's gradients are as small as Adam's epsilon and its networks hardly move.
 pub struct SeparateCritics {
     networks: Box<dyn Critic>,
     /// Networks of each objective, which lie one objective after another.
@@ -37,12 +39,20 @@ impl SeparateCritics {
     /// `counts[i]` of the scalar critics in `networks` for objective i, in order.
     pub fn new(networks: Box<dyn Critic>, counts: &[usize]) -> Result<Self> {
         if counts.is_empty() || counts.contains(&0) {
-            return Err(Error::invalid("critics of each objective", "at least 1", format!("{counts:?}")));
+            return Err(Error::invalid(
+                "critics of each objective",
+                "at least 1",
+                format!("{counts:?}"),
+            ));
         }
         check_len("a separate critic's objectives", networks.objectives(), 1)?;
         let wanted = counts.iter().sum::<usize>();
         if networks.critics() != wanted {
-            return Err(Error::invalid("scalar critics", format!("{wanted} for {counts:?}"), networks.critics()));
+            return Err(Error::invalid(
+                "scalar critics",
+                format!("{wanted} for {counts:?}"),
+                networks.critics(),
+            ));
         }
         let critics = counts.iter().copied().fold(1, least_common_multiple);
         let (values, q, grad) = Default::default();
@@ -50,9 +60,15 @@ impl SeparateCritics {
     }
 
     /// Runs `call` on the scalar critics with a gradient that is `grad` as they see it.
-    fn through(&mut self, grad: QGrad<'_>, call: impl FnOnce(&mut dyn Critic, QGrad<'_>) -> Result<()>) -> Result<()> {
+    fn through(
+        &mut self,
+        grad: QGrad<'_>,
+        call: impl FnOnce(&mut dyn Critic, QGrad<'_>) -> Result<()>,
+    ) -> Result<()> {
         let Self { networks, counts, critics, q, grad: grad_q, .. } = self;
-        let (counts, critics, n) = (counts.as_slice(), *critics, counts.len());
+        let counts = counts.as_slice();
+        let critics = *critics;
+        let n = counts.len();
         call(networks.as_mut(), &mut |scalar, grad_scalar| {
             let len = critics * scalar.rows() * n;
             q.resize(len, 0.0);
@@ -81,7 +97,11 @@ impl Critic for SeparateCritics {
     fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
         let n = self.counts.len();
         if !q.len().is_multiple_of(self.critics * n) {
-            return Err(Error::invalid("critic values", format!("a multiple of {}", self.critics * n), q.len()));
+            return Err(Error::invalid(
+                "critic values",
+                format!("a multiple of {}", self.critics * n),
+                q.len(),
+            ));
         }
         self.values.resize(q.len() / (self.critics * n) * self.networks.critics(), 0.0);
         self.networks.values(net, obs, act, &mut self.values)?;
@@ -89,10 +109,21 @@ impl Critic for SeparateCritics {
         Ok(())
     }
 
-    fn values_of(&mut self, net: Net, chosen: &[usize], obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
+    fn values_of(
+        &mut self,
+        net: Net,
+        chosen: &[usize],
+        obs: &[f32],
+        act: &[f32],
+        q: &mut [f32],
+    ) -> Result<()> {
         if chosen.len() < self.critics && self.counts.iter().any(|&count| count != self.critics) {
             let wanted = "as many separate critics of every objective";
-            return Err(Error::invalid("a subset of the critics", wanted, format!("{:?}", self.counts)));
+            return Err(Error::invalid(
+                "a subset of the critics",
+                wanted,
+                format!("{:?}", self.counts),
+            ));
         }
         values_by_copy(self, net, chosen, obs, act, q)
     }
@@ -101,7 +132,13 @@ impl Critic for SeparateCritics {
         self.through(grad, |networks, grad| networks.fit(obs, act, grad, tau))
     }
 
-    fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()> {
+    fn action_grad(
+        &mut self,
+        obs: &[f32],
+        act: &[f32],
+        grad: QGrad<'_>,
+        out: &mut [f32],
+    ) -> Result<()> {
         self.through(grad, |networks, grad| networks.action_grad(obs, act, grad, out))
     }
 
@@ -114,15 +151,16 @@ impl Critic for SeparateCritics {
     }
 }
 
-/// Calls `pair` with every (position in `critics x rows x objectives`, position in `networks x rows`) that belong
-/// together.
+/// Calls `pair` with every (position in `critics x rows x objectives`, position in
+/// `networks x rows`) that belong together.
 fn pairs(counts: &[usize], len: usize, mut pair: impl FnMut(usize, usize)) {
     let n = counts.len();
     let rows = len / n / counts.iter().copied().fold(1, least_common_multiple);
     let mut first = 0;
     for (i, &count) in counts.iter().enumerate() {
         for position in 0..len / n {
-            let (critic, row) = (position / rows, position % rows);
+            let critic = position / rows;
+            let row = position % rows;
             pair(position * n + i, (first + critic % count) * rows + row);
         }
         first += count;
@@ -139,7 +177,8 @@ fn gather(counts: &[usize], grad_q: &[f32], grad: &mut [f32]) {
 }
 
 fn least_common_multiple(a: usize, b: usize) -> usize {
-    let (mut x, mut y) = (a, b);
+    let mut x = a;
+    let mut y = b;
     while y > 0 {
         (x, y) = (y, x % y);
     }

@@ -61,8 +61,14 @@ impl State {
         self.put_value(name, &[], T::wrap(values.into()));
     }
 
-    /// Stores an array of several dimensions under a name, row-major. The product of `shape` must be the array's length.
-    pub fn put_shaped<T: Element>(&mut self, name: &str, shape: &[usize], values: impl Into<Vec<T>>) {
+    /// Stores an array of several dimensions under a name, row-major. The product of `shape` must
+    /// be the array's length.
+    pub fn put_shaped<T: Element>(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        values: impl Into<Vec<T>>,
+    ) {
         let values: Vec<T> = values.into();
         debug_assert_eq!(shape.iter().product::<usize>(), values.len(), "shape of '{name}'");
         self.put_value(name, shape, T::wrap(values));
@@ -84,7 +90,8 @@ impl State {
         std::str::from_utf8(bytes).map_err(|e| Error::other(format!("saved text '{name}'"), e))
     }
 
-    /// Writes the tree to a safetensors file, atomically: a crash leaves the old file or the new one.
+    /// Writes the tree to a safetensors file, atomically: a crash leaves the old file or the new
+    /// one.
     pub fn write_file(&self, path: impl AsRef<Path>) -> Result<()> {
         checkpoint::write(path.as_ref(), self)
     }
@@ -97,7 +104,8 @@ impl State {
     /// The array under a name; an error says which name or type was missing.
     pub fn get<T: Element>(&self, name: &str) -> Result<&[T]> {
         let value = self.values.get(name).ok_or_else(|| self.missing(name))?;
-        T::unwrap(value).ok_or_else(|| Error::invalid(format!("saved array '{name}'"), T::NAME, "another type"))
+        T::unwrap(value)
+            .ok_or_else(|| Error::invalid(format!("saved array '{name}'"), T::NAME, "another type"))
     }
 
     /// The single number under a name.
@@ -148,6 +156,10 @@ impl State {
 
     fn missing(&self, name: &str) -> Error {
         let known: Vec<_> = self.values.keys().chain(self.children.keys()).cloned().collect();
-        Error::Unknown { kind: "entry of a saved state", name: name.to_owned(), known: known.join(", ") }
+        Error::Unknown {
+            kind: "entry of a saved state",
+            name: name.to_owned(),
+            known: known.join(", "),
+        }
     }
 }

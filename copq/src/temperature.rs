@@ -1,4 +1,5 @@
-//! SAC's entropy bonus: its weight, the temperature alpha, learned so that the policy keeps a wanted entropy.
+//! SAC's entropy bonus: its weight, the temperature alpha, learned so that the policy keeps a
+//! wanted entropy.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +17,8 @@ pub struct Entropy {
     pub lr: f64,
     /// The entropy to hold, in nats for actions in [-1, 1]; minus the action's length unless given.
     pub target: Option<f64>,
-    /// The objective that the bonus is added to; the one that the task names ([`EnvSpec::entropy`]) unless given.
+    /// The objective that the bonus is added to; the one that the task names ([`EnvSpec::entropy`])
+    /// unless given.
     pub objective: Option<String>,
 }
 
@@ -40,7 +42,11 @@ impl Temperature {
     /// The bonus of a task's policy.
     pub(crate) fn new(entropy: &Entropy, spec: &EnvSpec) -> Result<Self> {
         if !(entropy.temperature.is_finite() && entropy.temperature > 0.0) {
-            return Err(Error::invalid("entropy.temperature", "a positive number", entropy.temperature));
+            return Err(Error::invalid(
+                "entropy.temperature",
+                "a positive number",
+                entropy.temperature,
+            ));
         }
         check_not_negative("entropy.lr", entropy.lr)?;
         let target = entropy.target.unwrap_or(-(spec.action_len() as f64));
@@ -71,7 +77,8 @@ impl Temperature {
         self.objective
     }
 
-    /// One step down `alpha * mean(-log pi - target)` (Haarnoja et al. 2018, eq. 18): up when the entropy is too small.
+    /// One step down `alpha * mean(-log pi - target)` (Haarnoja et al. 2018, eq. 18): up when the
+    /// entropy is too small.
     pub(crate) fn update(&mut self, mean_log_prob: f64) {
         let grad = self.alpha() * (-mean_log_prob - self.target);
         self.adam.step(&mut self.log_alpha, |_, _| grad);
@@ -104,7 +111,11 @@ fn objective(entropy: &Entropy, spec: &EnvSpec) -> Result<usize> {
     };
     match found {
         Some(i) if spec.limit(i).is_none() && spec.objectives[i].weight > 0.0 => Ok(i),
-        Some(i) => Err(Error::invalid("the entropy bonus's objective", "a reward with a positive weight", names[i])),
+        Some(i) => Err(Error::invalid(
+            "the entropy bonus's objective",
+            "a reward with a positive weight",
+            names[i],
+        )),
         None => Err(Error::invalid("the entropy bonus's objective", "a reward", "only costs")),
     }
 }
@@ -118,7 +129,11 @@ mod tests {
 
     fn spec() -> EnvSpec {
         let cost = Objective::cost("cost", 10.0).weight(-1.0);
-        EnvSpec::new("test", 1, 3).objective(cost).reward("speed", 1.0).reward("effort", 0.5).horizon(100)
+        EnvSpec::new("test", 1, 3)
+            .objective(cost)
+            .reward("speed", 1.0)
+            .reward("effort", 0.5)
+            .horizon(100)
     }
 
     #[test]
@@ -128,7 +143,8 @@ mod tests {
             temperature.update(mean_log_prob);
             temperature.alpha()
         };
-        // The entropy to hold is -3, so a log-probability of 3 is just right; Adam's first step is its step size.
+        // The entropy to hold is -3, so a log-probability of 3 is just right; Adam's first step is
+        // its step size.
         assert_abs_diff_eq!(libm::log(step(3.5)), 5e-4, epsilon = 1e-9);
         assert!((libm::log(step(2.5)) + 5e-4).abs() < 1e-9);
         assert_eq!(step(3.0), 1.0);
@@ -141,15 +157,24 @@ mod tests {
         };
         assert_eq!((on(None).unwrap(), on(Some("speed")).unwrap()), (2, 1));
         let error = on(Some("cost")).unwrap_err().to_string();
-        assert_eq!(error, "the entropy bonus's objective: wanted a reward with a positive weight, got cost");
+        assert_eq!(
+            error,
+            "the entropy bonus's objective: wanted a reward with a positive weight, got cost"
+        );
         assert!(on(Some("sped")).unwrap_err().to_string().contains("'sped'; known: speed,"));
         let named = EnvSpec { entropy: Some("speed".into()), ..spec() };
-        assert_eq!(objective(&Entropy::default(), &named).unwrap(), 1, "what the task names comes before the last");
+        assert_eq!(
+            objective(&Entropy::default(), &named).unwrap(),
+            1,
+            "what the task names comes before the last"
+        );
     }
 
     #[test]
     fn an_entropy_out_of_reach_is_refused() {
-        let of = |target| Temperature::new(&Entropy { target: Some(target), ..Default::default() }, &spec());
+        let of = |target| {
+            Temperature::new(&Entropy { target: Some(target), ..Default::default() }, &spec())
+        };
         assert!(of(2.0).is_ok());
         let error = of(2.1).unwrap_err().to_string();
         assert_eq!(error, "entropy.target: wanted less than 2.08, the most there can be, got 2.1");

@@ -4,8 +4,8 @@ use std::fmt;
 use std::time::{Duration, Instant};
 
 use crate::{
-    Agent, Env, EnvSpec, Episode, Error, Evaluation, Mode, Observer, Result, Rng, Rollout, State, Stream, Transition,
-    evaluate,
+    Agent, Env, EnvSpec, Episode, Error, Evaluation, Mode, Observer, Result, Rng, Rollout, State,
+    Stream, Transition, evaluate,
 };
 
 /// Wall-clock time spent since the trainer was made (not saved: it is no part of the result).
@@ -64,7 +64,10 @@ pub struct Trainer<A = Box<dyn Agent>> {
 
 impl<A> fmt::Debug for Trainer<A> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Trainer").field("rollout", &self.rollout).field("steps", &self.steps).finish_non_exhaustive()
+        f.debug_struct("Trainer")
+            .field("rollout", &self.rollout)
+            .field("steps", &self.steps)
+            .finish_non_exhaustive()
     }
 }
 
@@ -138,8 +141,9 @@ impl<A: Agent> Trainer<A> {
         Ok(ended)
     }
 
-    /// What the policy is worth now: so many episodes without exploration, the same ones every time. They are played in
-    /// the trainer's own environment, which then goes on where it was; if it cannot be saved, a new training episode begins.
+    /// What the policy is worth now: so many episodes without exploration, the same ones every
+    /// time. They are played in the trainer's own environment, which then goes on where it was; if
+    /// it cannot be saved, a new training episode begins.
     pub fn evaluate(&mut self, episodes: usize) -> Result<Evaluation> {
         let mut running = State::default();
         match self.rollout.save(&mut running) {

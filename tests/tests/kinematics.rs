@@ -8,8 +8,11 @@ use copq_envs_rapier::Rapier;
 fn rapier_and_the_robots_kinematics_agree_on_the_centre_of_mass() {
     let task = task("a/hopper").unwrap();
     let boxed: Box<dyn Physics> = Box::new(Rapier::new(&task.robot).unwrap());
-    let (mut world, mut bare) = (Locomotion::new(task, boxed).unwrap(), copq_envs_rapier::make("a/hopper").unwrap());
-    let (mut obs, mut reward, mut action) = ([vec![0.0; 11], vec![0.0; 11]], [vec![0.0; 3], vec![0.0; 3]], [0.0; 3]);
+    let mut world = Locomotion::new(task, boxed).unwrap();
+    let mut bare = copq_envs_rapier::make("a/hopper").unwrap();
+    let mut obs = [vec![0.0; 11], vec![0.0; 11]];
+    let mut reward = [vec![0.0; 3], vec![0.0; 3]];
+    let mut action = [0.0; 3];
     let mut rng = Rng::new(0, Stream::Explore);
     world.reset(0, &mut obs[0]).unwrap();
     bare.reset(0, &mut obs[1]).unwrap();

@@ -16,7 +16,9 @@ fn read(run: &Path) -> RunConfig<Config> {
 #[test]
 fn every_stored_run_opens() {
     let mut runs = 0;
-    for group in std::fs::read_dir(folder("")).unwrap().flatten().filter(|entry| entry.path().is_dir()) {
+    for group in
+        std::fs::read_dir(folder("")).unwrap().flatten().filter(|entry| entry.path().is_dir())
+    {
         for run in std::fs::read_dir(group.path()).unwrap().flatten() {
             if run.path().join("config.toml").exists() {
                 read(&run.path());
@@ -38,7 +40,12 @@ fn old_words_become_todays() {
         ("hopper-mujoco-constrained/cal-s0", "cal", "mean-std", cal),
         ("hopper-mujoco-constrained/cop-cal-s0", "cop-cal", "cholesky", Ensemble::Spanning),
         ("hopper-mujoco-constrained/saclag-ucb-s0", "saclag-ucb", "independent-min", pairs),
-        ("hopper-rapier-oac/scalarised-min-s0", "cop-td3-oac", "scalarised-min", Ensemble::Joint(2)),
+        (
+            "hopper-rapier-oac/scalarised-min-s0",
+            "cop-td3-oac",
+            "scalarised-min",
+            Ensemble::Joint(2),
+        ),
         ("hopper-rapier-oac/extremum-s0", "cop-td3-oac", "extremum", Ensemble::Spanning),
         ("hopper-search/norm-noise03-s11", "cop-td3", "cholesky", Ensemble::Spanning),
         ("hopper-search/norm-oac2-s10", "cop-td3-oac", "cholesky", Ensemble::Spanning),
@@ -46,10 +53,17 @@ fn old_words_become_todays() {
         ("robots/rapier-ant", "cop-td3-oac", "cholesky", Ensemble::Spanning),
     ] {
         let plan = read(&folder(run)).plan;
-        assert_eq!((plan.method.as_str(), plan.bound.as_str(), plan.critics), (method, bound, critics), "{run}");
+        assert_eq!(
+            (plan.method.as_str(), plan.bound.as_str(), plan.critics),
+            (method, bound, critics),
+            "{run}"
+        );
     }
     let famo = |run| read(&folder(run)).settings.famo;
-    assert!(famo("hopper-rapier-oac/independent-min-s0").unwrap().separate, "its critics were balanced");
+    assert!(
+        famo("hopper-rapier-oac/independent-min-s0").unwrap().separate,
+        "its critics were balanced"
+    );
     assert!(!famo("hopper-rapier-oac/extremum-s0").unwrap().separate);
     assert!(famo("hopper-mujoco-oac/independent-min-no-famo-s0").is_none());
     let explores = read(&folder("hopper-mujoco-redq/redq-cop-oac-s0")).settings.optimism.unwrap();

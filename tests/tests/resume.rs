@@ -41,7 +41,8 @@ fn the_same_seed_gives_the_same_bits_with_one_thread_or_two() {
 fn a_resumed_trainer_goes_on_bit_for_bit() {
     let whole = state_after(&mut trainer(0, 1).unwrap(), 2_000);
     let half = state_after(&mut trainer(0, 1).unwrap(), 1_000);
-    // The second half begins in a trainer that has been elsewhere: nothing but the saved state may matter.
+    // The second half begins in a trainer that has been elsewhere: nothing but the saved state may
+    // matter.
     let mut resumed = trainer(0, 1).unwrap();
     resumed.run(1_200, &mut Silent).unwrap();
     resumed.load(&half).unwrap();
@@ -65,10 +66,15 @@ fn a_checkpoint_says_what_it_is_of_and_anything_else_is_refused() {
         let learner = Learner::new(method, env.spec(), &Candle::default(), seed).unwrap();
         Trainer::new(env, learner).unwrap().load(&state).unwrap_err().to_string()
     };
-    let other = |what: &str, own: &str, saved: &str| format!("{what} of the saved learner: wanted {own}, got {saved}");
+    let other = |what: &str, own: &str, saved: &str| {
+        format!("{what} of the saved learner: wanted {own}, got {saved}")
+    };
     assert_eq!(refused(method(), "a/hopper", 1), other("seed", "1", "0"));
     assert_eq!(refused(method().named("mine"), "a/hopper", 0), other("method", "mine", "cop-td3"));
-    assert_eq!(refused(method().bound(Extremum), "a/hopper", 0), other("bound", "Extremum", "Cholesky"));
+    assert_eq!(
+        refused(method().bound(Extremum), "a/hopper", 0),
+        other("bound", "Extremum", "Cholesky")
+    );
     assert_eq!(refused(method(), "a/walker2d", 0), other("task", "a/walker2d", "a/hopper"));
     let env = OrderedEnv::parse(copq_envs_rapier::make("a/hopper").unwrap(), "vsc").unwrap();
     let learner = Learner::new(method(), env.spec(), &Candle::default(), 0).unwrap();
@@ -107,7 +113,13 @@ fn a_policy_comes_back_without_its_run() {
 fn a_resumed_run_leaves_the_same_files() {
     let temporary = tempfile::tempdir().unwrap();
     let run = |name: &str, steps: u64| {
-        let settings = RunSettings { steps, eval_every: 500, eval_episodes: 2, log_every: 250, ..Default::default() };
+        let settings = RunSettings {
+            steps,
+            eval_every: 500,
+            eval_episodes: 2,
+            log_every: 250,
+            ..Default::default()
+        };
         let plan = Plan { run: settings, ..Plan::new(&method()) };
         let path = temporary.path().join(name);
         let open = if path.exists() { RunFolder::resume } else { RunFolder::create };

@@ -1,5 +1,5 @@
-//! Draws medians of updates as bars: `chart OUT.SVG CSV...`, one block of bars a workload and thread count; the files are
-//! what `bench/run.py` writes.
+//! Draws medians of updates as bars: `chart OUT.SVG CSV...`, one block of bars a workload and
+//! thread count; the files are what `bench/run.py` writes.
 
 use anyhow::{Context, Result, bail};
 use copq_bench::spread;
@@ -54,8 +54,11 @@ fn read(text: &str) -> Result<Vec<Block>> {
     let mut rounds: Vec<(String, Programs)> = Vec::new();
     for line in text.lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
-        let [workload, threads, program, _, wall, _] = cells[..] else { bail!("wanted six cells: {line}") };
-        let title = format!("{workload}, {threads} thread{}", if threads == "1" { "" } else { "s" });
+        let [workload, threads, program, _, wall, _] = cells[..] else {
+            bail!("wanted six cells: {line}")
+        };
+        let title =
+            format!("{workload}, {threads} thread{}", if threads == "1" { "" } else { "s" });
         if rounds.last().is_none_or(|last| last.0 != title) {
             rounds.push((title, Vec::new()));
         }
@@ -72,8 +75,16 @@ fn read(text: &str) -> Result<Vec<Block>> {
 
 fn draw(area: &Area<'_>, block: &Block, top: i32) -> Result<()> {
     let longest = block.bars.iter().map(|(_, [_, median, _])| *median).fold(0.0, f64::max);
-    let x = |time: f64| LEFT + (f64::from(WIDTH - LEFT - RIGHT) * time.min(longest) / longest).round() as i32;
-    word(area, &format!("{}: ms an update, median", block.title), (MARGIN, top + TITLE / 2), 15, HPos::Left)?;
+    let x = |time: f64| {
+        LEFT + (f64::from(WIDTH - LEFT - RIGHT) * time.min(longest) / longest).round() as i32
+    };
+    word(
+        area,
+        &format!("{}: ms an update, median", block.title),
+        (MARGIN, top + TITLE / 2),
+        15,
+        HPos::Left,
+    )?;
     for (i, (name, [low, median, high])) in block.bars.iter().enumerate() {
         let middle = top + TITLE + i as i32 * ROW + ROW / 2;
         let colour = match name.as_str() {
@@ -81,10 +92,19 @@ fn draw(area: &Area<'_>, block: &Block, top: i32) -> Result<()> {
             "products" => FLOOR,
             _ => PEER,
         };
-        area.draw(&Rectangle::new([(LEFT, middle - 8), (x(*median), middle + 8)], colour.filled()))?;
+        area.draw(&Rectangle::new(
+            [(LEFT, middle - 8), (x(*median), middle + 8)],
+            colour.filled(),
+        ))?;
         area.draw(&PathElement::new([(x(*low), middle), (x(*high), middle)], INK.stroke_width(1)))?;
         word(area, label(name), (LEFT - 8, middle), 13, HPos::Right)?;
-        word(area, &format!("{median:.2}"), (x(*median).max(x(*high)) + 6, middle), 13, HPos::Left)?;
+        word(
+            area,
+            &format!("{median:.2}"),
+            (x(*median).max(x(*high)) + 6, middle),
+            13,
+            HPos::Left,
+        )?;
     }
     Ok(())
 }
@@ -104,6 +124,8 @@ fn label(name: &str) -> &str {
 }
 
 fn word(area: &Area<'_>, text: &str, at: (i32, i32), size: i32, side: HPos) -> Result<()> {
-    let style = TextStyle::from(("sans-serif", size).into_font()).color(&INK).pos(Pos::new(side, VPos::Center));
+    let style = TextStyle::from(("sans-serif", size).into_font())
+        .color(&INK)
+        .pos(Pos::new(side, VPos::Center));
     Ok(area.draw(&Text::new(text.to_owned(), at, style))?)
 }

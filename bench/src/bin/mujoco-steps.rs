@@ -1,7 +1,9 @@
-//! What a step costs on MuJoCo 3.17.0, in CPU time of its thread: the bare C calls, our engine, our environment.
+//! What a step costs on MuJoCo 3.17.0, in CPU time of its thread: the bare C calls, our engine, our
+//! environment.
 //!
-//! By itself it prints a table of medians over interleaved rounds. With `--serve` it measures on demand for
-//! `bench/peers/gymnasium_steps.py`: a line `WHAT ROBOT STEPS` is answered with nanoseconds a step.
+//! By itself it prints a table of medians over interleaved rounds. With `--serve` it measures on
+//! demand for `bench/peers/gymnasium_steps.py`: a line `WHAT ROBOT STEPS` is answered with
+//! nanoseconds a step.
 
 use std::io::{BufRead, Write, stdin, stdout};
 
@@ -33,7 +35,10 @@ fn serve() -> Result<()> {
 }
 
 fn table() -> Result<()> {
-    println!("us a step, median (smallest-largest) of {ROUNDS} interleaved rounds of {STEPS} steps; ratio by round");
+    println!(
+        "us a step, median (smallest-largest) of {ROUNDS} interleaved rounds of {STEPS} steps; \
+         ratio by round"
+    );
     for robot in ROBOTS {
         let mut times = WHATS.map(|_| Vec::new());
         for _ in 0..ROUNDS {
@@ -41,10 +46,13 @@ fn table() -> Result<()> {
                 times.push(measure(what, robot, STEPS)? / 1e3);
             }
         }
-        let mut ratios: Vec<_> = times[1].iter().zip(&times[0]).map(|(engine, bare)| engine / bare).collect();
+        let mut ratios: Vec<_> =
+            times[1].iter().zip(&times[0]).map(|(engine, bare)| engine / bare).collect();
         let [bare, engine, env] = times.each_mut().map(|times| text(spread(times)));
         let ratio = text(spread(&mut ratios));
-        println!("{robot:<12} bare {bare}  engine {engine}  engine/bare {ratio}  environment {env}");
+        println!(
+            "{robot:<12} bare {bare}  engine {engine}  engine/bare {ratio}  environment {env}"
+        );
     }
     Ok(())
 }
@@ -65,7 +73,9 @@ fn measure(what: &str, robot: &str, steps: usize) -> Result<f64> {
 /// Controls that the motors can follow, a row per step.
 fn controls(robot: &RobotSpec, steps: usize) -> Vec<Vec<f64>> {
     let mut rng = Rng::with_stream(1, 1);
-    let row = |_| robot.actuators.iter().map(|motor| rng.uniform_in(motor.range[0], motor.range[1])).collect();
+    let row = |_| {
+        robot.actuators.iter().map(|motor| rng.uniform_in(motor.range[0], motor.range[1])).collect()
+    };
     (0..steps).map(row).collect()
 }
 

@@ -1,5 +1,5 @@
-//! What each projection costs in a whole TD3-COP update on walker2d's shapes, against the clipped double-Q choice by
-//! scalarised minimum with as many critics, and against that with two.
+//! What each projection costs in a whole TD3-COP update on walker2d's shapes, against the clipped
+//! double-Q choice by scalarised minimum with as many critics, and against that with two.
 
 use std::sync::Arc;
 
@@ -31,25 +31,30 @@ fn main() -> Result<()> {
     let cli = Cli::parse();
     let four = Workload::named("walker2d", 1)?;
     let two = Workload { critics: 2, ..four.clone() };
-    let mut running = vec![Running::new(Box::new(Copq::projecting(&two, Arc::new(ScalarisedMin))?), &two)];
+    let mut running =
+        vec![Running::new(Box::new(Copq::projecting(&two, Arc::new(ScalarisedMin))?), &two)];
     for name in names() {
         running.push(Running::new(Box::new(Copq::projecting(&four, by_name(name)?)?), &four));
     }
     let times = interleave(&mut running, cli.rounds, UPDATES)?;
-    let cases: Vec<_> = [("scalarised-min", 2)].into_iter().chain(names().iter().map(|&name| (name, 4))).collect();
+    let cases: Vec<_> =
+        [("scalarised-min", 2)].into_iter().chain(names().iter().map(|&name| (name, 4))).collect();
     print(&cases, &times, cli.rounds)?;
     cli.csv.map_or(Ok(()), |file| Ok(std::fs::write(file, csv(&cases, &times)?)?))
 }
 
 /// A table of all (projection, critics).
 fn print(cases: &[(&str, usize)], times: &[Vec<Time>], rounds: usize) -> Result<()> {
-    let position = |case| cases.iter().position(|&other| other == case).context("no scalarised minimum");
-    let (two, four) = (position(("scalarised-min", 2))?, position(("scalarised-min", 4))?);
+    let position =
+        |case| cases.iter().position(|&other| other == case).context("no scalarised minimum");
+    let two = position(("scalarised-min", 2))?;
+    let four = position(("scalarised-min", 4))?;
     println!("{rounds} interleaved rounds of {UPDATES} updates, one thread; ratios of CPU time.\n");
     println!("| projection | critics | ms | CPU ms | to scalarised-min, 4 critics | 2 critics |");
     println!("|---|--:|--:|--:|--:|--:|");
     for (&(name, critics), of) in cases.iter().zip(times) {
-        let (wall, cpu) = (text(of, |t| t.wall), text(of, |t| t.cpu));
+        let wall = text(of, |t| t.wall);
+        let cpu = text(of, |t| t.cpu);
         let to = |other: usize| ratio(of, &times[other], |t| t.cpu);
         println!("| {name} | {critics} | {wall} | {cpu} | {} | {} |", to(four), to(two));
     }

@@ -1,4 +1,5 @@
-//! How an update's time and memory grow with critics, objectives, rows and width, from walker2d's shapes on.
+//! How an update's time and memory grow with critics, objectives, rows and width, from walker2d's
+//! shapes on.
 //!
 //! Prints a table, one thread. Sizes that take long get fewer rounds.
 
@@ -47,7 +48,10 @@ fn main() -> Result<()> {
         println!("{}", peak(&workload(axis, value.parse()?)?)?);
         return Ok(());
     }
-    println!("at most {} interleaved rounds of {UPDATES} updates, one thread; ratios of CPU time.\n", cli.rounds);
+    println!(
+        "at most {} interleaved rounds of {UPDATES} updates, one thread; ratios of CPU time.\n",
+        cli.rounds
+    );
     println!("| size | ms an update | CPU ms | to its products | peak MB |\n|---|--:|--:|--:|--:|");
     let mut csv = "axis,value,program,round,wall_ms,cpu_ms,peak_mb\n".to_owned();
     for (axis, values) in AXES {
@@ -66,8 +70,12 @@ fn measure(axis: &str, value: usize, cli: &Cli, csv: &mut String) -> Result<()> 
     let rounds = affordable(&mut running, cli)?;
     let times = interleave(&mut running, rounds, UPDATES)?;
     let megabytes = peak_of(axis, value)?;
-    let (wall, cpu) = (text(&times[0], |t| t.wall), text(&times[0], |t| t.cpu));
-    println!("| {axis} {value} | {wall} | {cpu} | {} | {megabytes} |", ratio(&times[0], &times[1], |t| t.cpu));
+    let wall = text(&times[0], |t| t.wall);
+    let cpu = text(&times[0], |t| t.cpu);
+    println!(
+        "| {axis} {value} | {wall} | {cpu} | {} | {megabytes} |",
+        ratio(&times[0], &times[1], |t| t.cpu)
+    );
     for (program, of) in PROGRAMS.iter().zip(&times) {
         for (round, Time { wall, cpu }) in of.iter().enumerate() {
             writeln!(csv, "{axis},{value},{program},{round},{wall},{cpu},{megabytes}")?;
@@ -78,7 +86,8 @@ fn measure(axis: &str, value: usize, cli: &Cli, csv: &mut String) -> Result<()> 
 
 /// How many rounds fit into the time of a size, by a first one.
 fn affordable(running: &mut [Running], cli: &Cli) -> Result<usize> {
-    let times = running.iter_mut().map(|running| running.time(UPDATES)).collect::<Result<Vec<_>>>()?;
+    let times =
+        running.iter_mut().map(|running| running.time(UPDATES)).collect::<Result<Vec<_>>>()?;
     let seconds: f64 = times.iter().map(|time| 1e-3 * time.wall * UPDATES as f64).sum();
     Ok(((cli.seconds / seconds) as usize).clamp(cli.rounds.min(3), cli.rounds))
 }
@@ -96,17 +105,23 @@ fn workload(axis: &str, value: usize) -> Result<Workload> {
 
 /// Peak memory (MB) of a process of its own that does a few updates.
 fn peak_of(axis: &str, value: usize) -> Result<u64> {
-    let child = Command::new(std::env::current_exe()?).args(["--peak", axis, &value.to_string()]).output()?;
+    let child = Command::new(std::env::current_exe()?)
+        .args(["--peak", axis, &value.to_string()])
+        .output()?;
     let answer = String::from_utf8(child.stdout)?;
     answer.trim().parse().with_context(|| String::from_utf8_lossy(&child.stderr).into_owned())
 }
 
 /// This process's peak memory (MB) after a few updates on one batch.
 fn peak(workload: &Workload) -> Result<u64> {
-    let (mut update, batch) = (make("copq", workload)?, workload.batch());
+    let mut update = make("copq", workload)?;
+    let batch = workload.batch();
     (1..=4).try_for_each(|number| update.update(number, &batch).map(drop))?;
     let status = std::fs::read_to_string("/proc/self/status")?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).context("no VmHWM in /proc/self/status")?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))
+        .context("no VmHWM in /proc/self/status")?;
     let kilobytes: u64 = line.trim().trim_end_matches(" kB").parse()?;
     Ok(kilobytes.div_ceil(1024))
 }

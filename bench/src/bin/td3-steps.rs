@@ -1,9 +1,11 @@
-//! Whole environment steps of training on MuJoCo's hopper, for `bench/run.py`: acting, stepping, storing, updating.
+//! Whole environment steps of training on MuJoCo's hopper, for `bench/run.py`: acting, stepping,
+//! storing, updating.
 //!
-//! A line `time NAME STEPS` is answered with a step's milliseconds, on the wall and on the processors; `shares NAME
-//! STEPS` with the parts of that many further steps' time that went into updates, into the environment and into acting.
-//! `td3` is plain TD3 as Stable-Baselines3 has it (2 critics, no more than it does); `cop` is COP-Q on TD3 with all that
-//! there is: FAMO and optimistic exploration.
+//! A line `time NAME STEPS` is answered with a step's milliseconds, on the wall and on the
+//! processors; `shares NAME STEPS` with the parts of that many further steps' time that went into
+//! updates, into the environment and into acting. `td3` is plain TD3 as Stable-Baselines3 has it (2
+//! critics, no more than it does); `cop` is COP-Q on TD3 with all that there is: FAMO and
+//! optimistic exploration.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write, stdin, stdout};
@@ -26,7 +28,9 @@ fn main() -> Result<()> {
     for line in stdin().lock().lines() {
         let line = line?;
         let words: Vec<_> = line.split_whitespace().collect();
-        let [question, name, steps] = words[..] else { bail!("wanted QUESTION NAME STEPS, got {line}") };
+        let [question, name, steps] = words[..] else {
+            bail!("wanted QUESTION NAME STEPS, got {line}")
+        };
         if !trainers.contains_key(name) {
             trainers.insert(name.to_owned(), trainer(name)?);
         }
@@ -42,16 +46,19 @@ fn main() -> Result<()> {
 }
 
 fn time(trainer: &mut Trainer<Learner>, steps: u64) -> Result<String> {
-    let (start, cpu) = (Instant::now(), process_time());
+    let start = Instant::now();
+    let cpu = process_time();
     run(trainer, steps)?;
     let scale = 1e-6 / steps as f64;
     Ok(format!("{} {}", start.elapsed().as_nanos() as f64 * scale, (process_time() - cpu) * scale))
 }
 
 fn shares(trainer: &mut Trainer<Learner>, steps: u64) -> Result<String> {
-    let (start, before) = (Instant::now(), trainer.timing());
+    let start = Instant::now();
+    let before = trainer.timing();
     run(trainer, steps)?;
-    let (whole, after) = (start.elapsed(), trainer.timing());
+    let whole = start.elapsed();
+    let after = trainer.timing();
     let parts = [after.update - before.update, after.env - before.env, after.act - before.act];
     Ok(parts.map(|part| part.div_duration_f64(whole).to_string()).join(" "))
 }

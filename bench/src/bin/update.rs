@@ -1,8 +1,9 @@
 //! What one TD3-COP update costs, in several programs whose losses agree.
 //!
-//! By itself it prints a table of medians over interleaved rounds. With `--serve` it measures on demand for
-//! `bench/run.py`: `check NAME UPDATES` is answered with the losses of a fresh start, `time NAME UPDATES` with an
-//! update's milliseconds on the wall and on the processors. With `--write` it writes weights and batches for the peers.
+//! By itself it prints a table of medians over interleaved rounds. With `--serve` it measures on
+//! demand for `bench/run.py`: `check NAME UPDATES` is answered with the losses of a fresh start,
+//! `time NAME UPDATES` with an update's milliseconds on the wall and on the processors. With
+//! `--write` it writes weights and batches for the peers.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write, stdin, stdout};
@@ -33,7 +34,8 @@ struct Cli {
     #[arg(long, default_value_t = 20)]
     updates: usize,
 
-    /// What to time, the first against the second and so on; copq, products, learner, plain and autograd by default.
+    /// What to time, the first against the second and so on; copq, products, learner, plain and
+    /// autograd by default.
     names: Vec<String>,
 
     /// Do --updates and no more, without a look at any clock: for what counts instructions.
@@ -60,13 +62,19 @@ fn main() -> Result<()> {
     match &cli.write {
         Some(folder) => workload.write(folder),
         None if cli.serve => serve(&workload),
-        None if cli.only => names(&cli).iter().try_for_each(|name| running(name, &workload)?.run(cli.updates)),
+        None if cli.only => {
+            names(&cli).iter().try_for_each(|name| running(name, &workload)?.run(cli.updates))
+        }
         None => table(&cli, &workload),
     }
 }
 
 fn names(cli: &Cli) -> Vec<&str> {
-    if cli.names.is_empty() { NAMES.to_vec() } else { cli.names.iter().map(String::as_str).collect() }
+    if cli.names.is_empty() {
+        NAMES.to_vec()
+    } else {
+        cli.names.iter().map(String::as_str).collect()
+    }
 }
 
 fn running(name: &str, workload: &Workload) -> Result<Running> {
@@ -75,13 +83,18 @@ fn running(name: &str, workload: &Workload) -> Result<Running> {
 
 fn table(cli: &Cli, workload: &Workload) -> Result<()> {
     let names = names(cli);
-    let mut running = names.iter().map(|name| running(name, workload)).collect::<Result<Vec<_>>>()?;
+    let mut running =
+        names.iter().map(|name| running(name, workload)).collect::<Result<Vec<_>>>()?;
     let times = interleave(&mut running, cli.rounds, cli.updates)?;
     println!("{workload:?}");
-    println!("ms an update, median (smallest-largest) of {} rounds of {} updates", cli.rounds, cli.updates);
+    println!(
+        "ms an update, median (smallest-largest) of {} rounds of {} updates",
+        cli.rounds, cli.updates
+    );
     println!("| program | wall | CPU | CPU to {} |\n|---|--:|--:|--:|", names[0]);
     for (name, of) in names.iter().zip(&times) {
-        let (wall, cpu) = (text(of, |t| t.wall), text(of, |t| t.cpu));
+        let wall = text(of, |t| t.wall);
+        let cpu = text(of, |t| t.cpu);
         println!("| {name} | {wall} | {cpu} | {} |", ratio(of, &times[0], |t| t.cpu));
     }
     Ok(())
@@ -92,7 +105,9 @@ fn serve(workload: &Workload) -> Result<()> {
     for line in stdin().lock().lines() {
         let line = line?;
         let words: Vec<_> = line.split_whitespace().collect();
-        let [question, name, updates] = words[..] else { bail!("wanted QUESTION NAME UPDATES, got {line}") };
+        let [question, name, updates] = words[..] else {
+            bail!("wanted QUESTION NAME UPDATES, got {line}")
+        };
         match question {
             "check" => println!("{}", losses(name, updates.parse()?, workload)?),
             "time" => {
@@ -112,7 +127,8 @@ fn serve(workload: &Workload) -> Result<()> {
 
 /// The losses of the first updates on one line: the critics' of each, then the actor's if it moved.
 fn losses(name: &str, updates: usize, workload: &Workload) -> Result<String> {
-    let (mut update, batches) = (make(name, workload)?, workload.batches());
+    let mut update = make(name, workload)?;
+    let batches = workload.batches();
     let mut all = Vec::new();
     for number in 1..=updates {
         let losses = update.update(number, &batches[(number - 1) % batches.len()])?;

@@ -1,4 +1,5 @@
-//! The update as one writes it with candle and candle-nn: layers, autograd, and an optimiser that steps on a loss.
+//! The update as one writes it with candle and candle-nn: layers, autograd, and an optimiser that
+//! steps on a loss.
 
 use anyhow::{Context, Result};
 use candle_core::{D, Device, Tensor, Var};
@@ -24,12 +25,19 @@ pub struct Autograd {
 impl Autograd {
     /// Starts from the weights that copq's own networks start from.
     pub fn new(workload: &Workload) -> Result<Self> {
-        let (spec, networks, mut rng) = (workload.spec(), workload.networks(), Rng::new(0, Stream::Init));
-        let (mut saved_critics, mut saved_actor) = (State::default(), State::default());
-        copq_candle::critic(&spec, workload.critics, &networks, &mut rng)?.save(&mut saved_critics)?;
+        let spec = workload.spec();
+        let networks = workload.networks();
+        let mut rng = Rng::new(0, Stream::Init);
+        let mut saved_critics = State::default();
+        let mut saved_actor = State::default();
+        copq_candle::critic(&spec, workload.critics, &networks, &mut rng)?
+            .save(&mut saved_critics)?;
         copq_candle::actor(&spec, &networks, &mut rng)?.save(&mut saved_actor)?;
-        let critics = || (0..workload.critics).map(|k| Mlp::load(saved_critics.child(&format!("critic.{k}"))?));
-        let (online, actor) = (critics().collect::<Result<Vec<_>>>()?, Mlp::load(&saved_actor)?);
+        let critics = || {
+            (0..workload.critics).map(|k| Mlp::load(saved_critics.child(&format!("critic.{k}"))?))
+        };
+        let online = critics().collect::<Result<Vec<_>>>()?;
+        let actor = Mlp::load(&saved_actor)?;
         let settings = || ParamsAdamW { lr: LR, weight_decay: 0.0, ..Default::default() };
         let critic_vars = online.iter().flat_map(|critic| critic.vars.clone()).collect();
         Ok(Self {
@@ -48,7 +56,8 @@ impl Autograd {
         let next_action = self.target_actor.forward(&batch.next_obs)?.tanh()?.detach();
         let next_action = (next_action + &batch.noise)?.clamp(-1.0, 1.0)?;
         let q = values(&self.target_critics, &batch.next_obs, &next_action)?.detach();
-        let discounted = (lower_bound(&q, &self.direction)?.broadcast_mul(&batch.alive)? * f64::from(DISCOUNT))?;
+        let discounted =
+            (lower_bound(&q, &self.direction)?.broadcast_mul(&batch.alive)? * f64::from(DISCOUNT))?;
         Ok((&batch.reward + discounted)?)
     }
 
@@ -73,7 +82,10 @@ impl Update for Autograd {
     fn update(&mut self, number: usize, batch: &Batch) -> Result<Losses> {
         let batch = Tensors::new(batch)?;
         let critic = self.fit_critics(&batch)?;
-        let actor = number.is_multiple_of(self.actor_delay).then(|| self.improve_actor(&batch)).transpose()?;
+        let actor = number
+            .is_multiple_of(self.actor_delay)
+            .then(|| self.improve_actor(&batch))
+            .transpose()?;
         for (target, online) in self.target_critics.iter().zip(&self.critics) {
             target.update_target(online)?;
         }
@@ -95,7 +107,8 @@ struct Tensors {
 impl Tensors {
     fn new(batch: &Batch) -> Result<Self> {
         let rows = batch.alive.len();
-        let tensor = |values: &[f32]| Tensor::from_slice(values, (rows, values.len() / rows), &Device::Cpu);
+        let tensor =
+            |values: &[f32]| Tensor::from_slice(values, (rows, values.len() / rows), &Device::Cpu);
         Ok(Self {
             obs: tensor(&batch.obs)?,
             action: tensor(&batch.action)?,
@@ -116,11 +129,13 @@ struct Mlp {
 impl Mlp {
     fn load(saved: &State) -> Result<Self> {
         let online = saved.child("online")?;
-        let (mut layers, mut vars) = (Vec::new(), Vec::new());
+        let mut layers = Vec::new();
+        let mut vars = Vec::new();
         for i in 0..3 {
             let bias = online.get::<f32>(&format!("layer.{i}.bias"))?;
             let weight = online.get::<f32>(&format!("layer.{i}.weight"))?;
-            let weight = Var::from_slice(weight, (bias.len(), weight.len() / bias.len()), &Device::Cpu)?;
+            let weight =
+                Var::from_slice(weight, (bias.len(), weight.len() / bias.len()), &Device::Cpu)?;
             let bias = Var::from_slice(bias, bias.len(), &Device::Cpu)?;
             layers.push(Linear::new(weight.as_tensor().clone(), Some(bias.as_tensor().clone())));
             vars.extend([weight, bias]);
@@ -139,7 +154,8 @@ impl Mlp {
 
     fn update_target(&self, online: &Self) -> Result<()> {
         for (target, online) in self.vars.iter().zip(&online.vars) {
-            let moved = (target.as_tensor() * f64::from(1.0 - TAU))? + (online.as_tensor() * f64::from(TAU))?;
+            let moved = (target.as_tensor() * f64::from(1.0 - TAU))?
+                + (online.as_tensor() * f64::from(TAU))?;
             target.set(&moved?.detach())?;
         }
         Ok(())
@@ -153,11 +169,14 @@ fn values(critics: &[Mlp], obs: &Tensor, action: &Tensor) -> Result<Tensor> {
     Ok(Tensor::stack(&q, 0)?)
 }
 
-/// COP-Q's lower bound with its clip, `rows x objectives`: Gram-Schmidt on the critics' deviations, column by column.
+/// COP-Q's lower bound with its clip, `rows x objectives`: Gram-Schmidt on the critics' deviations,
+/// column by column.
 fn lower_bound(q: &Tensor, direction: &[f64]) -> Result<Tensor> {
     let mean = q.mean(0)?;
     let deviations = q.broadcast_sub(&mean)?;
-    let x = (0..direction.len()).map(|i| deviations.narrow(D::Minus1, i, 1)).collect::<Result<Vec<_>, _>>()?;
+    let x = (0..direction.len())
+        .map(|i| deviations.narrow(D::Minus1, i, 1))
+        .collect::<Result<Vec<_>, _>>()?;
     let mut e: Vec<Tensor> = Vec::new();
     let mut factor: Vec<Vec<Tensor>> = Vec::new();
     for x in &x {
@@ -179,10 +198,13 @@ fn lower_bound(q: &Tensor, direction: &[f64]) -> Result<Tensor> {
     Ok((mean - Tensor::cat(&offsets, 1)?)?)
 }
 
-/// R u, `rows x objectives`: where `u . p` is negative for p = L'u, u without its part along p, and normalised.
+/// R u, `rows x objectives`: where `u . p` is negative for p = L'u, u without its part along p, and
+/// normalised.
 fn clip(factor: &[Vec<Tensor>], direction: &[f64]) -> Result<Tensor> {
     let n = direction.len();
-    let p = (0..n).map(|j| sum((j..n).map(|i| &factor[i][j] * direction[i]))).collect::<Result<Vec<_>>>()?;
+    let p = (0..n)
+        .map(|j| sum((j..n).map(|i| &factor[i][j] * direction[i])))
+        .collect::<Result<Vec<_>>>()?;
     let p = Tensor::cat(&p, 1)?;
     let u = Tensor::from_slice(direction, (1, n), p.device())?.to_dtype(p.dtype())?;
     let along = p.broadcast_mul(&u)?.sum_keepdim(1)?.minimum(0.0)?;

@@ -33,16 +33,22 @@ impl Copq {
 
     /// With the fast networks and another projection.
     pub fn projecting(workload: &Workload, projection: Arc<dyn Projection>) -> Result<Self> {
-        let (spec, networks, mut rng) = (workload.spec(), workload.networks(), Rng::new(0, Stream::Init));
-        let critic = copq_candle::critic(&spec, workload.critics, &networks, &mut rng)?.threads(workload.threads)?;
+        let spec = workload.spec();
+        let networks = workload.networks();
+        let mut rng = Rng::new(0, Stream::Init);
+        let critic = copq_candle::critic(&spec, workload.critics, &networks, &mut rng)?
+            .threads(workload.threads)?;
         let actor = copq_candle::actor(&spec, &networks, &mut rng)?.threads(workload.threads)?;
         Ok(Self::new(workload, Box::new(critic), Box::new(actor), projection))
     }
 
     /// With the readable networks.
     pub fn plain(workload: &Workload) -> Result<Self> {
-        let (spec, networks, mut rng) = (workload.spec(), workload.networks(), Rng::new(0, Stream::Init));
-        let critic = plain::Critics::new(&spec, workload.critics, &networks, &mut rng, &Device::Cpu)?;
+        let spec = workload.spec();
+        let networks = workload.networks();
+        let mut rng = Rng::new(0, Stream::Init);
+        let critic =
+            plain::Critics::new(&spec, workload.critics, &networks, &mut rng, &Device::Cpu)?;
         let actor = plain::Deterministic::new(&spec, &networks, &mut rng, &Device::Cpu)?;
         Ok(Self::new(workload, Box::new(critic), Box::new(actor), Arc::new(Cholesky)))
     }
@@ -92,7 +98,9 @@ impl Copq {
         let mut losses = vec![0.0; weights.len()];
         let grad = &mut |q: QView<'_>, grad: &mut [f32]| {
             let scale = 1.0 / (q.critics() * q.rows()) as f32;
-            for (q, grad) in q.values().chunks_exact(target.len()).zip(grad.chunks_exact_mut(target.len())) {
+            for (q, grad) in
+                q.values().chunks_exact(target.len()).zip(grad.chunks_exact_mut(target.len()))
+            {
                 for (i, ((grad, q), y)) in grad.iter_mut().zip(q).zip(target.iter()).enumerate() {
                     losses[i % weights.len()] += scale * (q - y) * (q - y);
                     *grad = 2.0 * scale * (q - y);
@@ -121,7 +129,10 @@ impl Update for Copq {
     fn update(&mut self, number: usize, batch: &Batch) -> Result<Losses> {
         self.targets(batch)?;
         let critic = self.fit_critics(batch)?;
-        let actor = number.is_multiple_of(self.actor_delay).then(|| self.improve_actor(batch)).transpose()?;
+        let actor = number
+            .is_multiple_of(self.actor_delay)
+            .then(|| self.improve_actor(batch))
+            .transpose()?;
         self.actor.update_target(TAU)?;
         Ok(Losses { critic, actor })
     }

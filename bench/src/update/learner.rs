@@ -13,11 +13,13 @@ pub struct Full(Learner);
 impl Full {
     /// COP-Q on TD3 as the paper has it.
     pub fn new(workload: &Workload) -> Result<Self> {
-        let mut method = Method::cop_td3_paper().critics(Ensemble::Joint(workload.critics)).warm_up(1);
+        let mut method =
+            Method::cop_td3_paper().critics(Ensemble::Joint(workload.critics)).warm_up(1);
         method.config.batch = workload.rows;
         method.config.actor_delay = workload.actor_delay as u64;
         method.config.networks = workload.networks();
-        let mut learner = Learner::new(method, &workload.spec(), &Candle::threads(workload.threads), 0)?;
+        let mut learner =
+            Learner::new(method, &workload.spec(), &Candle::threads(workload.threads), 0)?;
         for batch in workload.batches() {
             for row in 0..workload.rows {
                 learner.observe(transition(&batch, row, workload))?;

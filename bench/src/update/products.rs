@@ -1,4 +1,5 @@
-//! An update with everything left out but its matrix products: the floor under every program that computes them so.
+//! An update with everything left out but its matrix products: the floor under every program that
+//! computes them so.
 
 use anyhow::Result;
 use rayon::prelude::*;
@@ -33,7 +34,8 @@ impl Products {
     /// Arrays for a workload; more than one thread spreads the critics as copq does.
     pub fn new(workload: &Workload) -> Result<Self> {
         let Workload { observation, action, objectives, width, rows, .. } = *workload;
-        let critic = || Network::new(&[observation + action, width, width, objectives], rows, action);
+        let critic =
+            || Network::new(&[observation + action, width, width, objectives], rows, action);
         Ok(Self {
             critics: (0..workload.critics).map(|_| critic()).collect(),
             actor: Network::new(&[observation, width, width, action], rows, 0),
@@ -73,7 +75,9 @@ impl Network {
     fn new(widths: &[usize], rows: usize, action: usize) -> Self {
         let layers: Vec<_> = widths.windows(2).map(|pair| (pair[0], pair[1])).collect();
         // Of a size at which products neither grow nor fade from layer to layer.
-        let weights = || layers.iter().map(|&(input, output)| vec![1.0 / input as f32; input * output]).collect();
+        let weights = || {
+            layers.iter().map(|&(input, output)| vec![1.0 / input as f32; input * output]).collect()
+        };
         let widest = widths.iter().max().copied().unwrap_or(0);
         Self {
             online: weights(),
@@ -92,14 +96,20 @@ impl Network {
         for (i, &(input, output)) in self.layers.iter().enumerate() {
             let (below, above) = self.activations.split_at_mut(i + 1);
             let weight = Matrix::new(&weights[i], input).t();
-            product(&mut above[0], (self.rows, input, output), Matrix::new(&below[i], input), weight);
+            product(
+                &mut above[0],
+                (self.rows, input, output),
+                Matrix::new(&below[i], input),
+                weight,
+            );
         }
     }
 
     fn backward(&mut self) {
         self.begin_backward();
         for (i, &(input, output)) in self.layers.iter().enumerate().rev() {
-            let (delta, below) = (Matrix::new(&self.delta[0], output), Matrix::new(&self.activations[i], input));
+            let delta = Matrix::new(&self.delta[0], output);
+            let below = Matrix::new(&self.activations[i], input);
             product(&mut self.grad[i], (output, self.rows, input), delta.t(), below);
             if i > 0 {
                 step_down(&mut self.delta, (self.rows, output, input), &self.online[i]);
@@ -113,19 +123,25 @@ impl Network {
             step_down(&mut self.delta, (self.rows, output, input), &self.online[i]);
         }
         let (input, output) = self.layers[0];
-        let weight = Matrix { values: &self.online[0][first..], ..Matrix::new(&self.online[0], input) };
+        let weight =
+            Matrix { values: &self.online[0][first..], ..Matrix::new(&self.online[0], input) };
         let shape = (self.rows, output, input - first);
         product(&mut self.action_grad, shape, Matrix::new(&self.delta[0], output), weight);
     }
 
-    /// A fresh gradient of the output, lest what comes back fades to numbers so small that they cost extra.
+    /// A fresh gradient of the output, lest what comes back fades to numbers so small that they
+    /// cost extra.
     fn begin_backward(&mut self) {
         let output = self.layers.last().map_or(0, |&(_, output)| output);
         self.delta[0][..self.rows * output].fill(1.0);
     }
 }
 
-fn step_down([here, below]: &mut [Vec<f32>; 2], (rows, output, input): (usize, usize, usize), weight: &[f32]) {
+fn step_down(
+    [here, below]: &mut [Vec<f32>; 2],
+    (rows, output, input): (usize, usize, usize),
+    weight: &[f32],
+) {
     let out = &mut below[..rows * input];
     product(out, (rows, output, input), Matrix::new(here, output), Matrix::new(weight, input));
     std::mem::swap(here, below);
@@ -149,24 +165,33 @@ impl<'a> Matrix<'a> {
     }
 
     fn holds(self, rows: usize, cols: usize) -> bool {
-        rows > 0 && cols > 0 && (rows - 1) * self.row_step + (cols - 1) * self.col_step < self.values.len()
+        rows > 0
+            && cols > 0
+            && (rows - 1) * self.row_step + (cols - 1) * self.col_step < self.values.len()
     }
 }
 
 /// `out = left * right`, `m x k` times `k x n`, on one thread.
 fn product(out: &mut [f32], (m, k, n): (usize, usize, usize), left: Matrix<'_>, right: Matrix<'_>) {
-    assert!(out.len() == m * n && left.holds(m, k) && right.holds(k, n), "a matrix leaves its slice");
-    let (lhs, rhs) = (left.values.as_ptr(), right.values.as_ptr());
-    let (lhs_row, lhs_col) = (left.row_step as isize, left.col_step as isize);
-    let (rhs_row, rhs_col) = (right.row_step as isize, right.col_step as isize);
-    let (out, out_row) = (out.as_mut_ptr(), n as isize);
+    assert!(
+        out.len() == m * n && left.holds(m, k) && right.holds(k, n),
+        "a matrix leaves its slice"
+    );
+    let lhs = left.values.as_ptr();
+    let rhs = right.values.as_ptr();
+    let lhs_row = left.row_step as isize;
+    let lhs_col = left.col_step as isize;
+    let rhs_row = right.row_step as isize;
+    let rhs_col = right.col_step as isize;
+    let out = out.as_mut_ptr();
+    let out_row = n as isize;
     let one_thread = gemm::Parallelism::None;
-    // SAFETY: the assertion keeps every element that `gemm` reads or writes inside its slice, `out` is a `&mut` and so
-    // overlaps neither factor, and is only written (`read_dst` false).
+    // SAFETY: the assertion keeps every element that `gemm` reads or writes inside its slice, `out`
+    // is a `&mut` and so overlaps neither factor, and is only written (`read_dst` false).
     unsafe {
         gemm::gemm(
-            m, n, k, out, 1, out_row, false, lhs, lhs_col, lhs_row, rhs, rhs_col, rhs_row, 0.0, 1.0, false, false,
-            false, one_thread,
+            m, n, k, out, 1, out_row, false, lhs, lhs_col, lhs_row, rhs, rhs_col, rhs_row, 0.0,
+            1.0, false, false, false, one_thread,
         );
     }
 }

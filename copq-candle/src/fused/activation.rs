@@ -1,7 +1,8 @@
-//! Smooth activations and their slopes, as passes over a layer's outputs; ReLU is part of the product.
+//! Smooth activations and their slopes, as passes over a layer's outputs; ReLU is part of the
+//! product.
 //!
-//! Every value is made of the same additions, fused multiply-adds and one division, in vectors as wide as the processor has:
-//! its bits depend on none of them.
+//! Every value is made of the same additions, fused multiply-adds and one division, in vectors as
+//! wide as the processor has: its bits depend on none of them.
 
 use bytemuck::{cast_slice, cast_slice_mut};
 use copq::Activation;
@@ -12,12 +13,21 @@ use super::panels::Panels;
 /// Beyond this tanh is 1 but for 3e-7.
 const SATURATED: f32 = 7.905_311;
 
-/// tanh(x) as x P(x^2) / Q(x^2), from the highest power down: the minimax fit that Eigen uses for f32.
-const P: [f32; 7] =
-    [-2.760_768_5e-16, 2.000_188e-13, -8.604_672e-11, 5.122_297_1e-8, 1.485_722_4e-5, 6.372_619_3e-4, 4.893_524_6e-3];
+/// tanh(x) as x P(x^2) / Q(x^2), from the highest power down: the minimax fit that Eigen uses for
+/// f32.
+const P: [f32; 7] = [
+    -2.760_768_5e-16,
+    2.000_188e-13,
+    -8.604_672e-11,
+    5.122_297_1e-8,
+    1.485_722_4e-5,
+    6.372_619_3e-4,
+    4.893_524_6e-3,
+];
 const Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
 
-/// Puts a layer's outputs through the activation, and writes its slopes where they are wanted. ReLU has been done.
+/// Puts a layer's outputs through the activation, and writes its slopes where they are wanted. ReLU
+/// has been done.
 pub(super) fn activate(activation: Activation, out: &mut Panels, slopes: Option<&mut Panels>) {
     match activation {
         Activation::Relu => {}
@@ -54,7 +64,8 @@ fn each(out: &mut Panels, slopes: Option<&mut Panels>, function: impl Fn(f32) ->
 #[inline(always)]
 fn tanh(x: f32) -> f32 {
     let square = x * x;
-    let powers = |coefficients: &[f32]| coefficients.iter().fold(0.0, |sum: f32, &c| sum.mul_add(square, c));
+    let powers =
+        |coefficients: &[f32]| coefficients.iter().fold(0.0, |sum: f32, &c| sum.mul_add(square, c));
     let fit = x * powers(&P) / powers(&Q);
     if x.abs() > SATURATED { 1.0f32.copysign(x) } else { fit }
 }
@@ -81,7 +92,8 @@ mod tests {
     fn inputs() -> Vec<f32> {
         let sizes = (-100..40).map(|power| 1.5f32.powi(power));
         let fine = (0..4000).map(|i| i as f32 * 0.005);
-        let positive: Vec<f32> = sizes.chain(fine).chain([f32::MAX, f32::INFINITY, f32::MIN_POSITIVE]).collect();
+        let positive: Vec<f32> =
+            sizes.chain(fine).chain([f32::MAX, f32::INFINITY, f32::MIN_POSITIVE]).collect();
         positive.iter().flat_map(|&x| [x, -x]).collect()
     }
 
@@ -105,12 +117,26 @@ mod tests {
         for (i, &x) in inputs.iter().enumerate().filter(|(_, x)| x.is_finite()) {
             let x = f64::from(x);
             let wanted = libm::tanh(x);
-            assert!((f64::from(tanh[i]) - wanted).abs() <= 3e-7 * wanted.abs() + 1e-37, "tanh({x}) = {}", tanh[i]);
-            assert!((f64::from(tanh_slope[i]) - (1.0 - wanted * wanted)).abs() < 7e-7, "tanh'({x})");
+            assert!(
+                (f64::from(tanh[i]) - wanted).abs() <= 3e-7 * wanted.abs() + 1e-37,
+                "tanh({x}) = {}",
+                tanh[i]
+            );
+            assert!(
+                (f64::from(tanh_slope[i]) - (1.0 - wanted * wanted)).abs() < 7e-7,
+                "tanh'({x})"
+            );
             let s = 1.0 / (1.0 + libm::exp(-x));
-            assert!((f64::from(silu[i]) - x * s).abs() <= 3e-7 * x.abs(), "silu({x}) = {}", silu[i]);
+            assert!(
+                (f64::from(silu[i]) - x * s).abs() <= 3e-7 * x.abs(),
+                "silu({x}) = {}",
+                silu[i]
+            );
             let slope = s + x * s * (1.0 - s);
-            assert!((f64::from(silu_slope[i]) - slope).abs() <= 1e-6 * (1.0 + x.abs().min(10.0)), "silu'({x})");
+            assert!(
+                (f64::from(silu_slope[i]) - slope).abs() <= 1e-6 * (1.0 + x.abs().min(10.0)),
+                "silu'({x})"
+            );
         }
     }
 
@@ -133,11 +159,13 @@ mod tests {
     fn vectors_give_the_bits_of_single_values() {
         let inputs = inputs();
         let bits = |values: &[f32]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-        for (activation, function) in
-            [(Activation::Tanh, tanh_and_slope as fn(f32) -> (f32, f32)), (Activation::Silu, silu_and_slope)]
-        {
+        for (activation, function) in [
+            (Activation::Tanh, tanh_and_slope as fn(f32) -> (f32, f32)),
+            (Activation::Silu, silu_and_slope),
+        ] {
             let [values, slopes] = run(activation, &inputs);
-            let (wanted, wanted_slopes): (Vec<f32>, Vec<f32>) = inputs.iter().map(|&x| function(x)).unzip();
+            let (wanted, wanted_slopes): (Vec<f32>, Vec<f32>) =
+                inputs.iter().map(|&x| function(x)).unzip();
             assert_eq!((bits(&values), bits(&slopes)), (bits(&wanted), bits(&wanted_slopes)));
         }
     }

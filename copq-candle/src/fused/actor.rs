@@ -9,7 +9,8 @@ use super::policy::Policy;
 use crate::check;
 use crate::shape::Shape;
 
-/// TD3's policy: observation -> hidden layers with ReLU -> tanh. It needs no noise and has no log-probability.
+/// TD3's policy: observation -> hidden layers with ReLU -> tanh. It needs no noise and has no
+/// log-probability.
 #[derive(Debug)]
 pub struct Deterministic {
     policy: Policy,
@@ -24,19 +25,23 @@ impl Deterministic {
         Ok(Self { policy, output: Vec::new(), grad: Vec::new() })
     }
 
-    /// Spreads large products over this many threads (1 unless set). The results are the same, bit for bit.
+    /// Spreads large products over this many threads (1 unless set). The results are the same, bit
+    /// for bit.
     pub fn threads(self, threads: usize) -> Result<Self> {
         Ok(Self { policy: self.policy.threads(threads)?, ..self })
     }
 
-    /// Writes the online parameters to a safetensors file: `actor.layer.0.weight` (`output x input`) and so on.
+    /// Writes the online parameters to a safetensors file: `actor.layer.0.weight`
+    /// (`output x input`) and so on.
     ///
-    /// They are for observations as the network saw them: normalised, if the learner had a normaliser, which is not saved here.
+    /// They are for observations as the network saw them: normalised, if the learner had a
+    /// normaliser, which is not saved here.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
         self.policy.save_safetensors(path.as_ref())
     }
 
-    /// Starts from a safetensors file's parameters: the target becomes equal to them and the optimiser begins anew.
+    /// Starts from a safetensors file's parameters: the target becomes equal to them and the
+    /// optimiser begins anew.
     pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
         self.policy.load_safetensors(path.as_ref())
     }
@@ -51,7 +56,14 @@ impl Actor for Deterministic {
         0
     }
 
-    fn sample(&mut self, net: Net, obs: &[f32], noise: &[f32], action: &mut [f32], log_prob: &mut [f32]) -> Result<()> {
+    fn sample(
+        &mut self,
+        net: Net,
+        obs: &[f32],
+        noise: &[f32],
+        action: &mut [f32],
+        log_prob: &mut [f32],
+    ) -> Result<()> {
         let rows = self.policy.rows(obs)?;
         check::deterministic(noise, log_prob)?;
         check::batch("actions", action, rows, self.policy.action)?;
@@ -64,7 +76,8 @@ impl Actor for Deterministic {
         let rows = self.policy.rows(obs)?;
         check::deterministic(noise, &[])?;
         let len = rows * self.policy.action;
-        let (action, dl) = (room(&mut self.output, len), room(&mut self.grad, len));
+        let action = room(&mut self.output, len);
+        let dl = room(&mut self.grad, len);
         self.policy.forward(obs, rows, action);
         tanh(action);
         grad(Sample { action, log_prob: &[] }, SampleGrad { action: dl, log_prob: &mut [] })?;
@@ -73,7 +86,13 @@ impl Actor for Deterministic {
         Ok(())
     }
 
-    fn noise_grad(&mut self, _obs: &[f32], noise: &[f32], _grad_action: &[f32], out: &mut [f32]) -> Result<()> {
+    fn noise_grad(
+        &mut self,
+        _obs: &[f32],
+        noise: &[f32],
+        _grad_action: &[f32],
+        out: &mut [f32],
+    ) -> Result<()> {
         check::deterministic(noise, out)
     }
 

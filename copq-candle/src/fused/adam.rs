@@ -9,18 +9,29 @@ use super::panels::Line;
 use crate::adam::{BETA1, BETA2, EPSILON, Step};
 use crate::learned::Learned;
 
-/// The present step of some online parameters, those of `lines`, against `grad`; then their targets go `tau` of the way
-/// to them.
-pub(super) fn step(learned: &mut Learned<Line>, lines: Range<usize>, grad: &[Line], lr: f64, tau: f32) {
+/// The present step of some online parameters, those of `lines`, against `grad`; then their targets
+/// go `tau` of the way to them.
+pub(super) fn step(
+    learned: &mut Learned<Line>,
+    lines: Range<usize>,
+    grad: &[Line],
+    lr: f64,
+    tau: f32,
+) {
     let Step { rate, root } = Step::new(lr, learned.steps);
-    let (rate, scale) = (rate as f32, (1.0 / root) as f32);
-    let (decay1, decay2, epsilon) = (BETA1 as f32, BETA2 as f32, EPSILON as f32);
-    let (fresh1, fresh2) = ((1.0 - BETA1) as f32, (1.0 - BETA2) as f32);
+    let rate = rate as f32;
+    let scale = (1.0 / root) as f32;
+    let decay1 = BETA1 as f32;
+    let decay2 = BETA2 as f32;
+    let epsilon = EPSILON as f32;
+    let fresh1 = (1.0 - BETA1) as f32;
+    let fresh2 = (1.0 - BETA2) as f32;
     let target: &mut [f32] = cast_slice_mut(&mut learned.target[lines.clone()]);
     let online: &mut [f32] = cast_slice_mut(&mut learned.online[lines.clone()]);
     let m: &mut [f32] = cast_slice_mut(&mut learned.m[lines.clone()]);
     let v: &mut [f32] = cast_slice_mut(&mut learned.v[lines]);
-    let all = target.iter_mut().zip(online).zip(m.iter_mut().zip(v)).zip(cast_slice::<_, f32>(grad));
+    let all =
+        target.iter_mut().zip(online).zip(m.iter_mut().zip(v)).zip(cast_slice::<_, f32>(grad));
     Arch::new().dispatch(|| {
         for (((target, x), (m, v)), g) in all {
             *m = decay1 * *m + fresh1 * g;

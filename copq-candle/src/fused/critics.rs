@@ -13,7 +13,8 @@ use crate::learned::{Learned, load_critics, save_critics};
 use crate::shape::Shape;
 use crate::{check, weights};
 
-/// An ensemble of separately initialised multilayer perceptrons (observation and action in, N values out).
+/// An ensemble of separately initialised multilayer perceptrons (observation and action in, N
+/// values out).
 #[derive(Debug)]
 pub struct Critics {
     networks: Vec<Network>,
@@ -28,12 +29,19 @@ pub struct Critics {
 }
 
 impl Critics {
-    /// `critics` networks for an environment, with fresh weights drawn from `rng` one critic after another.
+    /// `critics` networks for an environment, with fresh weights drawn from `rng` one critic after
+    /// another.
     pub fn new(spec: &EnvSpec, critics: usize, networks: &Networks, rng: &mut Rng) -> Result<Self> {
         check::settings(spec, networks)?;
         check::positive("critics", critics)?;
         let shape = Shape::critic(spec, networks);
-        let fresh = |_| Network::new(shape.clone(), networks.activation, &Learned::new(&shape, networks.init, rng));
+        let fresh = |_| {
+            Network::new(
+                shape.clone(),
+                networks.activation,
+                &Learned::new(&shape, networks.init, rng),
+            )
+        };
         Ok(Self {
             networks: (0..critics).map(fresh).collect(),
             observation: spec.obs_len,
@@ -47,20 +55,24 @@ impl Critics {
         })
     }
 
-    /// Spreads the critics over this many threads (1 unless set). The results are the same, bit for bit.
+    /// Spreads the critics over this many threads (1 unless set). The results are the same, bit for
+    /// bit.
     pub fn threads(mut self, threads: usize) -> Result<Self> {
         self.workers = Workers::new(threads)?;
         Ok(self)
     }
 
-    /// Writes the online parameters to a safetensors file: `critic.0.layer.0.weight` (`output x input`) and so on.
+    /// Writes the online parameters to a safetensors file: `critic.0.layer.0.weight`
+    /// (`output x input`) and so on.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
         let online = self.networks.iter().map(|network| network.learned().online);
-        let named: Vec<_> = weights::critic_prefixes(self.networks.len()).into_iter().zip(online).collect();
+        let named: Vec<_> =
+            weights::critic_prefixes(self.networks.len()).into_iter().zip(online).collect();
         weights::save(path.as_ref(), &named, self.shape())
     }
 
-    /// Starts from a safetensors file's parameters: the targets become equal to them and the optimiser begins anew.
+    /// Starts from a safetensors file's parameters: the targets become equal to them and the
+    /// optimiser begins anew.
     pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
         let prefixes = weights::critic_prefixes(self.networks.len());
         let online = weights::load(path.as_ref(), &prefixes, self.shape())?;
@@ -73,10 +85,14 @@ impl Critics {
     }
 
     fn set_learned(&mut self, learned: impl Iterator<Item = Learned>) {
-        self.networks.iter_mut().zip(learned).for_each(|(network, learned)| network.set_learned(&learned));
+        self.networks
+            .iter_mut()
+            .zip(learned)
+            .for_each(|(network, learned)| network.set_learned(&learned));
     }
 
-    /// Checks a batch and takes its observations and actions, side by side, as the input; the number of rows.
+    /// Checks a batch and takes its observations and actions, side by side, as the input; the
+    /// number of rows.
     fn gather(&mut self, obs: &[f32], act: &[f32]) -> Result<usize> {
         let rows = check::rows(obs, self.observation)?;
         check::batch("actions", act, rows, self.action)?;
@@ -84,11 +100,13 @@ impl Critics {
         Ok(rows)
     }
 
-    /// Online values of the gathered batch into `self.q`, and what `grad` makes of them into `self.grad`.
+    /// Online values of the gathered batch into `self.q`, and what `grad` makes of them into
+    /// `self.grad`.
     fn forward(&mut self, rows: usize, grad: QGrad<'_>) -> Result<()> {
         let Self { networks, workers, input, .. } = self;
         let len = networks.len() * rows * self.objectives;
-        let (q, dq) = (room(&mut self.q, len), room(&mut self.grad, len));
+        let q = room(&mut self.q, len);
+        let dq = room(&mut self.grad, len);
         workers.each(&mut networks[..], <[_]>::chunks_mut, q, |_, network, q, workspace| {
             network.forward(input, q, workspace);
         });
@@ -115,7 +133,14 @@ impl Critic for Critics {
         Ok(())
     }
 
-    fn values_of(&mut self, net: Net, chosen: &[usize], obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
+    fn values_of(
+        &mut self,
+        net: Net,
+        chosen: &[usize],
+        obs: &[f32],
+        act: &[f32],
+        q: &mut [f32],
+    ) -> Result<()> {
         let rows = self.gather(obs, act)?;
         check_chosen(chosen, self.networks.len())?;
         check_len("critic values", q.len(), chosen.len() * rows * self.objectives)?;
@@ -131,24 +156,38 @@ impl Critic for Critics {
         let rows = self.gather(obs, act)?;
         self.forward(rows, grad)?;
         let Self { networks, workers, input, lr, .. } = self;
-        let (dq, lr) = (&mut self.grad[..networks.len() * rows * self.objectives], *lr);
+        let dq = &mut self.grad[..networks.len() * rows * self.objectives];
+        let lr = *lr;
         workers.each(&mut networks[..], <[_]>::chunks_mut, dq, |_, network, dq, workspace| {
             network.learn(input, dq, lr, tau, workspace);
         });
         Ok(())
     }
 
-    fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()> {
+    fn action_grad(
+        &mut self,
+        obs: &[f32],
+        act: &[f32],
+        grad: QGrad<'_>,
+        out: &mut [f32],
+    ) -> Result<()> {
         let rows = self.gather(obs, act)?;
         check::batch("action gradients", out, rows, self.action)?;
         self.forward(rows, grad)?;
         let Self { networks, workers, observation, .. } = self;
         let share = rows * self.objectives;
         let dq = &self.grad[..networks.len() * share];
-        // The values have been used: their buffer, or a larger one, takes each critic's share of the gradient.
+        // The values have been used: their buffer, or a larger one, takes each critic's share of
+        // the gradient.
         let parts = room(&mut self.q, networks.len() * out.len());
         workers.each(&networks[..], <[_]>::chunks, parts, |k, network, part, workspace| {
-            network.input_grad(rows, &dq[k * share..(k + 1) * share], *observation, part, workspace);
+            network.input_grad(
+                rows,
+                &dq[k * share..(k + 1) * share],
+                *observation,
+                part,
+                workspace,
+            );
         });
         sum_parts(parts, out);
         Ok(())

@@ -10,8 +10,9 @@ use crate::check;
 use crate::shape::Shape;
 use crate::squash::Component;
 
-/// SAC's policy: observation -> hidden layers with ReLU -> mean and log std, clamped to [-20, 2], of a Gaussian that a
-/// tanh squashes. It needs one standard normal an action component; without noise its action is the squashed mean.
+/// SAC's policy: observation -> hidden layers with ReLU -> mean and log std, clamped to [-20, 2],
+/// of a Gaussian that a tanh squashes. It needs one standard normal an action component; without
+/// noise its action is the squashed mean.
 #[derive(Debug)]
 pub struct Gaussian {
     policy: Policy,
@@ -38,20 +39,23 @@ impl Gaussian {
         })
     }
 
-    /// Spreads large products over this many threads (1 unless set). The results are the same, bit for bit.
+    /// Spreads large products over this many threads (1 unless set). The results are the same, bit
+    /// for bit.
     pub fn threads(self, threads: usize) -> Result<Self> {
         Ok(Self { policy: self.policy.threads(threads)?, ..self })
     }
 
-    /// Writes the online parameters to a safetensors file: `actor.layer.0.weight` (`output x input`) and so on; the last
-    /// layer's outputs are the means, then the log stds.
+    /// Writes the online parameters to a safetensors file: `actor.layer.0.weight`
+    /// (`output x input`) and so on; the last layer's outputs are the means, then the log stds.
     ///
-    /// They are for observations as the network saw them: normalised, if the learner had a normaliser, which is not saved here.
+    /// They are for observations as the network saw them: normalised, if the learner had a
+    /// normaliser, which is not saved here.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
         self.policy.save_safetensors(path.as_ref())
     }
 
-    /// Starts from a safetensors file's parameters: the target becomes equal to them and the optimiser begins anew.
+    /// Starts from a safetensors file's parameters: the target becomes equal to them and the
+    /// optimiser begins anew.
     pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
         self.policy.load_safetensors(path.as_ref())
     }
@@ -92,7 +96,14 @@ impl Actor for Gaussian {
         self.policy.action
     }
 
-    fn sample(&mut self, net: Net, obs: &[f32], noise: &[f32], action: &mut [f32], log_prob: &mut [f32]) -> Result<()> {
+    fn sample(
+        &mut self,
+        net: Net,
+        obs: &[f32],
+        noise: &[f32],
+        action: &mut [f32],
+        log_prob: &mut [f32],
+    ) -> Result<()> {
         let rows = self.policy.rows(obs)?;
         check::batch("actions", action, rows, self.policy.action)?;
         check::stochastic(noise, log_prob, rows, self.policy.action)?;
@@ -113,25 +124,40 @@ impl Actor for Gaussian {
         let rows = self.policy.rows(obs)?;
         check::batch("noise", noise, rows, self.policy.action)?;
         self.policy.forward(obs, rows, room(&mut self.output, rows * 2 * self.policy.action));
-        let (action, log_prob) = (room(&mut self.sample, noise.len()), room(&mut self.log_prob, rows));
+        let action = room(&mut self.sample, noise.len());
+        let log_prob = room(&mut self.log_prob, rows);
         squash(&self.output, noise, action, log_prob);
         let (grad_action, grad_log_prob) =
             (room(&mut self.grad_action, noise.len()), room(&mut self.grad_log_prob, rows));
-        grad(Sample { action, log_prob }, SampleGrad { action: grad_action, log_prob: grad_log_prob })?;
+        grad(
+            Sample { action, log_prob },
+            SampleGrad { action: grad_action, log_prob: grad_log_prob },
+        )?;
         let out = room(&mut self.grad, rows * 2 * self.policy.action);
         for (at, &noise) in noise.iter().enumerate() {
-            let (row, mean) =
-                (at / self.policy.action, at / self.policy.action * 2 * self.policy.action + at % self.policy.action);
+            let (row, mean) = (
+                at / self.policy.action,
+                at / self.policy.action * 2 * self.policy.action + at % self.policy.action,
+            );
             let sample = component(&self.output, self.policy.action, at, noise);
-            (out[mean], out[mean + self.policy.action]) = sample.backward(grad_action[at], grad_log_prob[row]);
+            (out[mean], out[mean + self.policy.action]) =
+                sample.backward(grad_action[at], grad_log_prob[row]);
         }
         self.policy.learn(out);
         Ok(())
     }
 
-    fn noise_grad(&mut self, obs: &[f32], noise: &[f32], grad_action: &[f32], out: &mut [f32]) -> Result<()> {
+    fn noise_grad(
+        &mut self,
+        obs: &[f32],
+        noise: &[f32],
+        grad_action: &[f32],
+        out: &mut [f32],
+    ) -> Result<()> {
         let rows = self.policy.rows(obs)?;
-        for (what, values) in [("noise", noise), ("action gradients", grad_action), ("noise gradients", &*out)] {
+        for (what, values) in
+            [("noise", noise), ("action gradients", grad_action), ("noise gradients", &*out)]
+        {
             check::batch(what, values, rows, self.policy.action)?;
         }
         self.values(Net::Online, obs, rows);

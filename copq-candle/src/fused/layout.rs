@@ -1,12 +1,14 @@
-//! Where a network's parameters lie: each layer's weight and bias as one map of [`affine`](super::product::affine).
+//! Where a network's parameters lie: each layer's weight and bias as one map of
+//! [`affine`](super::product::affine).
 
 use std::ops::Range;
 
 use super::panels::{Line, WIDTH};
 use crate::shape::{Layer, Shape};
 
-/// A network's layers, one after another in lines: panels of a layer's outputs, with a line for every input and one more,
-/// the bias. What a panel has too many is zero and stays so: its gradient is.
+/// A network's layers, one after another in lines: panels of a layer's outputs, with a line for
+/// every input and one more, the bias. What a panel has too many is zero and stays so: its gradient
+/// is.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     shape: Shape,
@@ -29,7 +31,9 @@ impl Layout {
     }
 
     /// The layers and their lines, first to last; there is at least one.
-    pub fn maps(&self) -> impl DoubleEndedIterator<Item = (&Layer, Range<usize>)> + ExactSizeIterator {
+    pub fn maps(
+        &self,
+    ) -> impl DoubleEndedIterator<Item = (&Layer, Range<usize>)> + ExactSizeIterator {
         self.shape.layers().iter().zip(self.maps.iter().cloned())
     }
 
@@ -58,7 +62,11 @@ impl Layout {
             for output in 0..layer.output {
                 let start = map.start + output / WIDTH * (layer.input + 1);
                 for input in 0..layer.input {
-                    visit(layer.weight().start + output * layer.input + input, start + input, output % WIDTH);
+                    visit(
+                        layer.weight().start + output * layer.input + input,
+                        start + input,
+                        output % WIDTH,
+                    );
                 }
                 visit(layer.bias().start + output, start + layer.input, output % WIDTH);
             }

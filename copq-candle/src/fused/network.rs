@@ -18,7 +18,8 @@ pub(super) struct Network {
     layout: Layout,
     learned: Learned<Line>,
     activation: Activation,
-    /// Every layer's outputs from the last [`Network::forward`], the hidden ones after their activation.
+    /// Every layer's outputs from the last [`Network::forward`], the hidden ones after their
+    /// activation.
     outputs: Vec<Panels>,
     /// The activation's slopes there, of hidden layers; ReLU's follow from its outputs.
     slopes: Vec<Panels>,
@@ -67,9 +68,16 @@ impl Network {
         outputs[outputs.len() - 1].get(0, out);
     }
 
-    /// After [`Network::forward`] on the same input: backward from dL/dout, each layer taking its optimiser step, and its
-    /// target following by `tau`, as soon as it has its gradient.
-    pub fn learn(&mut self, input: &Panels, grad_out: &[f32], lr: f64, tau: f32, workspace: &mut Workspace) {
+    /// After [`Network::forward`] on the same input: backward from dL/dout, each layer taking its
+    /// optimiser step, and its target following by `tau`, as soon as it has its gradient.
+    pub fn learn(
+        &mut self,
+        input: &Panels,
+        grad_out: &[f32],
+        lr: f64,
+        tau: f32,
+        workspace: &mut Workspace,
+    ) {
         let Self { layout, learned, outputs, slopes, .. } = self;
         workspace.begin(input.rows(), grad_out);
         learned.steps += 1;
@@ -86,7 +94,14 @@ impl Network {
     }
 
     /// After [`Network::forward`] on `rows` inputs: dL/d(their columns from `first` on).
-    pub fn input_grad(&self, rows: usize, grad_out: &[f32], first: usize, out: &mut [f32], workspace: &mut Workspace) {
+    pub fn input_grad(
+        &self,
+        rows: usize,
+        grad_out: &[f32],
+        first: usize,
+        out: &mut [f32],
+        workspace: &mut Workspace,
+    ) {
         workspace.begin(rows, grad_out);
         for (i, (layer, map)) in self.layout.maps().enumerate().rev() {
             let parameters = &self.learned.online[map];
@@ -121,8 +136,8 @@ fn gate<'a>(output: &'a Panels, slope: Option<&'a Panels>) -> Gate<'a> {
     slope.map_or(Gate::Mask(output), Gate::Slope)
 }
 
-/// Runs a batch through layers whose `outputs` are then those of every layer, the hidden ones after their activation, whose
-/// slopes it writes where there is room for them.
+/// Runs a batch through layers whose `outputs` are then those of every layer, the hidden ones after
+/// their activation, whose slopes it writes where there is room for them.
 fn run(
     layout: &Layout,
     parameters: &[Line],
@@ -136,8 +151,16 @@ fn run(
     for (i, (layer, map)) in layout.maps().enumerate() {
         let (below, here) = outputs.split_at_mut(i);
         let hidden = i < last;
-        let finish = if hidden && activation == Activation::Relu { Finish::Relu } else { Finish::Keep };
-        affine(below.last().unwrap_or(input), &parameters[map], layer.output, finish, &mut here[0], threads);
+        let finish =
+            if hidden && activation == Activation::Relu { Finish::Relu } else { Finish::Keep };
+        affine(
+            below.last().unwrap_or(input),
+            &parameters[map],
+            layer.output,
+            finish,
+            &mut here[0],
+            threads,
+        );
         if hidden {
             activate(activation, &mut here[0], slopes.get_mut(i));
         }

@@ -1,17 +1,19 @@
-//! Matrices in panels, laid out so that every product reads its factors as they lie, without packing them first.
+//! Matrices in panels, laid out so that every product reads its factors as they lie, without
+//! packing them first.
 
 use bytemuck::{Pod, Zeroable};
 
 /// Columns of a panel.
 pub(super) const WIDTH: usize = 16;
 
-/// Sixteen neighbouring values of one row: a cache line, and a whole number of vectors on every processor.
+/// Sixteen neighbouring values of one row: a cache line, and a whole number of vectors on every
+/// processor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct Line(pub [f32; WIDTH]);
 
-/// A matrix of which panel `p` has columns 16 p to 16 p + 15, a [`Line`] for each row; lines end in zeros where the
-/// columns end.
+/// A matrix of which panel `p` has columns 16 p to 16 p + 15, a [`Line`] for each row; lines end in
+/// zeros where the columns end.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Panels {
     rows: usize,
@@ -38,7 +40,8 @@ impl Panels {
         &mut self.lines[..self.rows * self.cols.div_ceil(WIDTH)]
     }
 
-    /// Takes another shape, and memory for it if it never had as much; what the lines hold then is left from before.
+    /// Takes another shape, and memory for it if it never had as much; what the lines hold then is
+    /// left from before.
     pub fn reshape(&mut self, rows: usize, cols: usize) -> &mut [Line] {
         (self.rows, self.cols) = (rows, cols);
         let len = rows * cols.div_ceil(WIDTH);
@@ -79,7 +82,8 @@ impl Panels {
     }
 }
 
-/// The panels that `width` columns from `first` on lie in, each with the places they take in its lines.
+/// The panels that `width` columns from `first` on lie in, each with the places they take in its
+/// lines.
 fn runs(first: usize, width: usize) -> impl Iterator<Item = (usize, std::ops::Range<usize>)> {
     let end = first + width;
     (first / WIDTH..end.div_ceil(WIDTH)).map(move |panel| {
@@ -94,9 +98,14 @@ mod tests {
 
     #[test]
     fn parts_go_in_and_columns_come_out() {
-        let (rows, left, right) = (3, 13, 21);
-        let part = |width: usize, sign: f32| (0..rows * width).map(|i| sign * (i as f32 + 1.0)).collect::<Vec<_>>();
-        let (a, b) = (part(left, 1.0), part(right, -1.0));
+        let rows = 3;
+        let left = 13;
+        let right = 21;
+        let part = |width: usize, sign: f32| {
+            (0..rows * width).map(|i| sign * (i as f32 + 1.0)).collect::<Vec<_>>()
+        };
+        let a = part(left, 1.0);
+        let b = part(right, -1.0);
         let mut panels = Panels::default();
         panels.reshape(7, 50).fill(Line([9.0; WIDTH]));
         panels.set(rows, &[&a, &b]);

@@ -15,7 +15,8 @@ pub(super) fn room(buffer: &mut Vec<f32>, len: usize) -> &mut [f32] {
 
 /// Polyak averaging: target <- (1 - tau) target + tau online.
 pub(super) fn polyak(target: &mut [Line], online: &[Line], tau: f32) {
-    let (target, online): (&mut [f32], &[f32]) = (cast_slice_mut(target), cast_slice(online));
+    let target: &mut [f32] = cast_slice_mut(target);
+    let online: &[f32] = cast_slice(online);
     Arch::new().dispatch(|| {
         for (target, online) in target.iter_mut().zip(online) {
             *target = (1.0 - tau) * *target + tau * online;

@@ -62,13 +62,15 @@ impl Policy {
         self.network.values(net, &self.input, out, &mut self.workspace);
     }
 
-    /// Runs a batch of observations through the online network, and remembers what a backward pass needs.
+    /// Runs a batch of observations through the online network, and remembers what a backward pass
+    /// needs.
     pub fn forward(&mut self, obs: &[f32], rows: usize, out: &mut [f32]) {
         self.input.set(rows, &[obs]);
         self.network.forward(&self.input, out, &self.workspace);
     }
 
-    /// After [`Policy::forward`]: backward from dL/dout and one optimiser step. The target stays: it may follow more often.
+    /// After [`Policy::forward`]: backward from dL/dout and one optimiser step. The target stays:
+    /// it may follow more often.
     pub fn learn(&mut self, grad_out: &[f32]) {
         self.network.learn(&self.input, grad_out, self.lr, 0.0, &mut self.workspace);
     }
@@ -86,7 +88,9 @@ impl Policy {
 
     pub fn load_safetensors(&mut self, path: &Path) -> Result<()> {
         let online = weights::load(path, &[weights::actor_prefix()], self.network.shape())?;
-        online.into_iter().for_each(|online| self.network.set_learned(&Learned::from_online(online)));
+        online
+            .into_iter()
+            .for_each(|online| self.network.set_learned(&Learned::from_online(online)));
         Ok(())
     }
 

@@ -21,7 +21,8 @@ impl Threads {
     pub fn new(count: usize) -> Result<Self> {
         check::positive("threads", count)?;
         let start = || rayon::ThreadPoolBuilder::new().num_threads(count - 1).build().map(Arc::new);
-        let helpers = (count > 1).then(start).transpose().map_err(|e| Error::other("starting threads", e))?;
+        let helpers =
+            (count > 1).then(start).transpose().map_err(|e| Error::other("starting threads", e))?;
         Ok(Self { helpers })
     }
 
@@ -40,7 +41,8 @@ impl Threads {
         match &self.helpers {
             None => parts.for_each(task),
             Some(helpers) => helpers.in_place_scope(|scope| {
-                let (own, task) = (parts.next(), &task);
+                let own = parts.next();
+                let task = &task;
                 parts.for_each(|part| scope.spawn(move |_| task(part)));
                 own.into_iter().for_each(task);
             }),

@@ -8,8 +8,8 @@ use crate::shape::Layer;
 /// Values in a square block.
 const SQUARE: usize = WIDTH * WIDTH;
 
-/// Writes the map from a layer's outputs to its inputs, which starts from zero, given the layer's own; only the panels of
-/// inputs from `first` on.
+/// Writes the map from a layer's outputs to its inputs, which starts from zero, given the layer's
+/// own; only the panels of inputs from `first` on.
 pub(super) fn transpose(layer: &Layer, map: &[Line], first: usize, out: &mut Panels) {
     let out = out.reshape(layer.output + 1, layer.input - first * WIDTH);
     Arch::new().dispatch(Transpose { layer, map, first, out });
@@ -42,21 +42,25 @@ impl WithSimd for Transpose<'_> {
 /// Writes the columns of at most 16 lines as lines, of which at most 16 are wanted.
 #[inline(always)]
 fn turn(lines: &[Line], out: &mut [Line]) {
-    let (from, to): (&[f32], &mut [f32]) = (bytemuck::cast_slice(lines), bytemuck::cast_slice_mut(out));
+    let from: &[f32] = bytemuck::cast_slice(lines);
+    let to: &mut [f32] = bytemuck::cast_slice_mut(out);
     if let (Ok(from), Ok(to)) = (from.try_into(), (&mut *to).try_into()) {
         return turn_square(from, to);
     }
-    let (mut square, mut turned) = ([0.0; SQUARE], [0.0; SQUARE]);
+    let mut square = [0.0; SQUARE];
+    let mut turned = [0.0; SQUARE];
     square[..from.len()].copy_from_slice(from);
     turn_square(&square, &mut turned);
     to.copy_from_slice(&turned[..to.len()]);
 }
 
-/// Transposes by four interleavings: each makes a position's highest bit its lowest, so row and column change places. The
-/// compiler makes vector instructions of them, as it does not of the plain loops.
+/// Transposes by four interleavings: each makes a position's highest bit its lowest, so row and
+/// column change places. The compiler makes vector instructions of them, as it does not of the
+/// plain loops.
 #[inline(always)]
 fn turn_square(from: &[f32; SQUARE], to: &mut [f32; SQUARE]) {
-    let (mut a, mut b) = ([0.0; SQUARE], [0.0; SQUARE]);
+    let mut a = [0.0; SQUARE];
+    let mut b = [0.0; SQUARE];
     interleave(from, &mut a);
     interleave(&a, &mut b);
     interleave(&b, &mut a);
@@ -93,7 +97,8 @@ mod tests {
             out.reshape(50, 50).fill(Line([9.0; WIDTH]));
             transpose(layer, &map, first, &mut out);
             let mut wanted = Panels::default();
-            let columns = (0..layer.output).flat_map(|o| flat[o * layer.input + first * WIDTH..][..inputs].to_vec());
+            let columns = (0..layer.output)
+                .flat_map(|o| flat[o * layer.input + first * WIDTH..][..inputs].to_vec());
             let dense: Vec<f32> = columns.chain(vec![0.0; inputs]).collect();
             wanted.set(layer.output + 1, &[&dense]);
             assert_eq!(out.lines(), wanted.lines(), "from panel {first} on");

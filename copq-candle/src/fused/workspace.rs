@@ -18,8 +18,9 @@ pub(super) enum Gate<'a> {
     Slope(&'a Panels),
 }
 
-/// Buffers that grow to the largest layer and batch and are then reused, and the threads that share each product: one
-/// unless set. A thread's networks share a workspace, so that little of it leaves the cache.
+/// Buffers that grow to the largest layer and batch and are then reused, and the threads that share
+/// each product: one unless set. A thread's networks share a workspace, so that little of it leaves
+/// the cache.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workspace {
     threads: Threads,
@@ -61,7 +62,12 @@ impl Workspace {
 
     /// dL/dparameters of the present layer, laid out as they are, given its inputs.
     pub fn gradient(&mut self, input: &Panels) -> &[Line] {
-        gradient(input, &self.delta, self.grad.reshape(input.cols() + 1, self.delta.cols()), &self.threads);
+        gradient(
+            input,
+            &self.delta,
+            self.grad.reshape(input.cols() + 1, self.delta.cols()),
+            &self.threads,
+        );
         self.grad.lines()
     }
 
@@ -83,11 +89,13 @@ impl Workspace {
         std::mem::swap(&mut self.delta, &mut self.below);
     }
 
-    /// After [`Workspace::begin`] on the way through the first layer: dL/d(its inputs' columns from `first` on).
+    /// After [`Workspace::begin`] on the way through the first layer: dL/d(its inputs' columns from
+    /// `first` on).
     pub fn step_out(&mut self, layer: &Layer, map: &[Line], first: usize, out: &mut [f32]) {
         let panel = first / WIDTH;
         self.turn(layer, map, panel);
-        let (map, cols) = (self.transposed.lines(), layer.input - panel * WIDTH);
+        let map = self.transposed.lines();
+        let cols = layer.input - panel * WIDTH;
         affine(&self.delta, map, cols, Finish::Keep, &mut self.below, &self.threads);
         self.below.get(first % WIDTH, out);
     }

@@ -26,7 +26,13 @@ impl std::fmt::Debug for ModuleActor {
 
 impl ModuleActor {
     /// A module on a device, with fresh weights from `rng`.
-    pub fn new(make: &Make, spec: &EnvSpec, networks: &Networks, rng: &mut Rng, device: &Device) -> Result<Self> {
+    pub fn new(
+        make: &Make,
+        spec: &EnvSpec,
+        networks: &Networks,
+        rng: &mut Rng,
+        device: &Device,
+    ) -> Result<Self> {
         check::settings(spec, networks)?;
         Ok(Self {
             network: Network::new(make, spec.obs_len, spec.action_len(), rng, device)?,
@@ -39,8 +45,10 @@ impl ModuleActor {
 
     /// Actions of a checked batch, `rows x action`.
     fn forward(&self, net: Net, obs: &[f32], rows: usize) -> Result<Tensor> {
-        let obs = Tensor::from_slice(obs, (rows, self.observation), &self.device).map_err(failed)?;
-        let action = self.network.forward(net, &obs).and_then(|output| output.tanh()).map_err(failed)?;
+        let obs =
+            Tensor::from_slice(obs, (rows, self.observation), &self.device).map_err(failed)?;
+        let action =
+            self.network.forward(net, &obs).and_then(|output| output.tanh()).map_err(failed)?;
         check_len("a policy module's actions", action.elem_count(), rows * self.action)?;
         Ok(action)
     }
@@ -55,7 +63,14 @@ impl Actor for ModuleActor {
         0
     }
 
-    fn sample(&mut self, net: Net, obs: &[f32], noise: &[f32], action: &mut [f32], log_prob: &mut [f32]) -> Result<()> {
+    fn sample(
+        &mut self,
+        net: Net,
+        obs: &[f32],
+        noise: &[f32],
+        action: &mut [f32],
+        log_prob: &mut [f32],
+    ) -> Result<()> {
         let rows = check::rows(obs, self.observation)?;
         check::deterministic(noise, log_prob)?;
         check::batch("actions", action, rows, self.action)?;
@@ -74,7 +89,13 @@ impl Actor for ModuleActor {
         self.network.step(&grads, self.lr).map_err(failed)
     }
 
-    fn noise_grad(&mut self, _obs: &[f32], noise: &[f32], _grad_action: &[f32], out: &mut [f32]) -> Result<()> {
+    fn noise_grad(
+        &mut self,
+        _obs: &[f32],
+        noise: &[f32],
+        _grad_action: &[f32],
+        out: &mut [f32],
+    ) -> Result<()> {
         check::deterministic(noise, out)
     }
 

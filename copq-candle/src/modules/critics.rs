@@ -21,7 +21,9 @@ pub struct ModuleCritics {
 
 impl std::fmt::Debug for ModuleCritics {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("ModuleCritics").field("critics", &self.networks.len()).finish_non_exhaustive()
+        f.debug_struct("ModuleCritics")
+            .field("critics", &self.networks.len())
+            .finish_non_exhaustive()
     }
 }
 
@@ -37,7 +39,9 @@ impl ModuleCritics {
     ) -> Result<Self> {
         check::settings(spec, networks)?;
         check::positive("critics", critics)?;
-        let (observation, action, objectives) = (spec.obs_len, spec.action_len(), spec.objectives.len());
+        let observation = spec.obs_len;
+        let action = spec.action_len();
+        let objectives = spec.objectives.len();
         let network = |_| Network::new(make, observation + action, objectives, rng, device);
         Ok(Self {
             networks: (0..critics).map(network).collect::<Result<_>>()?,
@@ -88,20 +92,33 @@ impl Critic for ModuleCritics {
         check::tau(tau)?;
         let (obs, act) = self.tensors(obs, act)?;
         let q = self.forward(Net::Online, &obs, &act)?;
-        let filled = &mut |q: &[f32], dq: &mut [f32]| grad(QView::new(q, self.networks.len(), self.objectives)?, dq);
+        let filled = &mut |q: &[f32], dq: &mut [f32]| {
+            grad(QView::new(q, self.networks.len(), self.objectives)?, dq)
+        };
         let grads = loss_of(&q, filled)?.backward().map_err(failed)?;
         for network in &mut self.networks {
-            network.step(&grads, self.lr).and_then(|()| network.update_target(tau)).map_err(failed)?;
+            network
+                .step(&grads, self.lr)
+                .and_then(|()| network.update_target(tau))
+                .map_err(failed)?;
         }
         Ok(())
     }
 
-    fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()> {
+    fn action_grad(
+        &mut self,
+        obs: &[f32],
+        act: &[f32],
+        grad: QGrad<'_>,
+        out: &mut [f32],
+    ) -> Result<()> {
         let (obs, act) = self.tensors(obs, act)?;
         check::batch("action gradients", out, obs.dims()[0], self.action)?;
         let act = Var::from_tensor(&act).map_err(failed)?;
         let q = self.forward(Net::Online, &obs, &act)?;
-        let filled = &mut |q: &[f32], dq: &mut [f32]| grad(QView::new(q, self.networks.len(), self.objectives)?, dq);
+        let filled = &mut |q: &[f32], dq: &mut [f32]| {
+            grad(QView::new(q, self.networks.len(), self.objectives)?, dq)
+        };
         let grads = loss_of(&q, filled)?.backward().map_err(failed)?;
         match grads.get(&act) {
             Some(grad) => out.copy_from_slice(&values(grad).map_err(failed)?),

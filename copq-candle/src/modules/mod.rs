@@ -17,13 +17,17 @@ pub use critics::ModuleCritics;
 use crate::Candle;
 
 /// Builds a module: variables from a `VarBuilder`, numbers in, numbers out.
-pub type Make = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>> + Send + Sync;
+pub type Make = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>>
+    + Send
+    + Sync;
 
-/// A backend whose critics, and if you like whose deterministic policy, are modules of yours; the rest is [`Candle`]'s.
+/// A backend whose critics, and if you like whose deterministic policy, are modules of yours; the
+/// rest is [`Candle`]'s.
 ///
-/// Variables are drawn by candle's rules from copq's random numbers, saved by their paths, and stepped by the same Adam as all
-/// other networks; only [`Networks`]' step sizes count, its layers and activation are yours to heed. Mind that candle's fused
-/// `LayerNorm` with a bias has no gradient: `layer_norm_no_bias` has.
+/// Variables are drawn by candle's rules from copq's random numbers, saved by their paths, and
+/// stepped by the same Adam as all other networks; only [`Networks`]' step sizes count, its layers
+/// and activation are yours to heed. Mind that candle's fused `LayerNorm` with a bias has no
+/// gradient: `layer_norm_no_bias` has.
 ///
 /// ```
 /// use candle_core::Module;
@@ -59,15 +63,22 @@ impl Modules {
     /// Critics that map observation and action, side by side, to one value per objective.
     pub fn critics<F>(make: F) -> Self
     where
-        F: Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>> + Send + Sync + 'static,
+        F: Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>>
+            + Send
+            + Sync
+            + 'static,
     {
         Self { critic: Arc::new(make), actor: None, device: Device::Cpu }
     }
 
-    /// A deterministic policy that maps an observation to one number per action component, which tanh brings to [-1, 1].
+    /// A deterministic policy that maps an observation to one number per action component, which
+    /// tanh brings to [-1, 1].
     pub fn actor<F>(self, make: F) -> Self
     where
-        F: Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>> + Send + Sync + 'static,
+        F: Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>>
+            + Send
+            + Sync
+            + 'static,
     {
         Self { actor: Some(Arc::new(make)), ..self }
     }
@@ -79,11 +90,30 @@ impl Modules {
 }
 
 impl Backend for Modules {
-    fn critics(&self, spec: &EnvSpec, networks: &Networks, count: usize, rng: &mut Rng) -> Result<Box<dyn Critic>> {
-        Ok(Box::new(ModuleCritics::new(self.critic.as_ref(), spec, networks, count, rng, &self.device)?))
+    fn critics(
+        &self,
+        spec: &EnvSpec,
+        networks: &Networks,
+        count: usize,
+        rng: &mut Rng,
+    ) -> Result<Box<dyn Critic>> {
+        Ok(Box::new(ModuleCritics::new(
+            self.critic.as_ref(),
+            spec,
+            networks,
+            count,
+            rng,
+            &self.device,
+        )?))
     }
 
-    fn actor(&self, spec: &EnvSpec, networks: &Networks, kind: ActorKind, rng: &mut Rng) -> Result<Box<dyn Actor>> {
+    fn actor(
+        &self,
+        spec: &EnvSpec,
+        networks: &Networks,
+        kind: ActorKind,
+        rng: &mut Rng,
+    ) -> Result<Box<dyn Actor>> {
         match (&self.actor, kind) {
             (None, _) => Candle::default().actor(spec, networks, kind, rng),
             (Some(make), ActorKind::Deterministic) => {

@@ -30,12 +30,23 @@ struct Variable {
 
 impl Network {
     /// Makes both copies with the same weights, drawn from `rng`.
-    pub fn new(make: &Make, input: usize, output: usize, rng: &mut Rng, device: &Device) -> copq::Result<Self> {
+    pub fn new(
+        make: &Make,
+        input: usize,
+        output: usize,
+        rng: &mut Rng,
+        device: &Device,
+    ) -> copq::Result<Self> {
         let seed = rng.next_u64();
         let build = || {
             let variables = Variables::default();
-            let backend = Seeded { variables: variables.clone(), rng: Mutex::new(Rng::with_stream(seed, 0)) };
-            let module = make(VarBuilder::from_backend(Box::new(backend), DType::F32, device.clone()), input, output)?;
+            let backend =
+                Seeded { variables: variables.clone(), rng: Mutex::new(Rng::with_stream(seed, 0)) };
+            let module = make(
+                VarBuilder::from_backend(Box::new(backend), DType::F32, device.clone()),
+                input,
+                output,
+            )?;
             Ok::<_, candle_core::Error>((module, variables.taken()))
         };
         let (online, online_variables) = build().map_err(failed)?;
@@ -79,13 +90,21 @@ impl Network {
         Ok(())
     }
 
-    /// Writes subtrees `online`, `target`, `adam_m`, `adam_v` of arrays by their paths, and the count `steps`.
+    /// Writes subtrees `online`, `target`, `adam_m`, `adam_v` of arrays by their paths, and the
+    /// count `steps`.
     pub fn save(&self, state: &mut State) -> copq::Result<()> {
         for Variable { path, online, target, m, v } in &self.variables {
-            for (part, tensor) in
-                [("online", online.as_tensor()), ("target", target.as_tensor()), ("adam_m", m), ("adam_v", v)]
-            {
-                state.child_mut(part).put_shaped(path, tensor.dims(), values(tensor).map_err(failed)?);
+            for (part, tensor) in [
+                ("online", online.as_tensor()),
+                ("target", target.as_tensor()),
+                ("adam_m", m),
+                ("adam_v", v),
+            ] {
+                state.child_mut(part).put_shaped(
+                    path,
+                    tensor.dims(),
+                    values(tensor).map_err(failed)?,
+                );
             }
         }
         state.put("steps", [self.steps]);
@@ -100,7 +119,8 @@ impl Network {
                 state.child(part)?.read(path, &mut array)?;
                 Tensor::from_vec(array, like.dims(), like.device()).map_err(failed)
             };
-            let (m_now, v_now) = (read("adam_m", m)?, read("adam_v", v)?);
+            let m_now = read("adam_m", m)?;
+            let v_now = read("adam_v", v)?;
             online.set(&read("online", online)?).map_err(failed)?;
             target.set(&read("target", target)?).map_err(failed)?;
             (*m, *v) = (m_now, v_now);
@@ -117,7 +137,8 @@ impl Network {
         Ok(())
     }
 
-    /// Takes what [`Network::export`] wrote; the target becomes equal to it and the optimiser begins anew.
+    /// Takes what [`Network::export`] wrote; the target becomes equal to it and the optimiser
+    /// begins anew.
     pub fn import(&mut self, state: &State) -> copq::Result<()> {
         for Variable { path, online, target, m, v } in &mut self.variables {
             let mut array = vec![0.0f32; online.elem_count()];

@@ -1,4 +1,5 @@
-//! Where a module's variables come from: our own random numbers, so that a seed gives the same weights every time.
+//! Where a module's variables come from: our own random numbers, so that a seed gives the same
+//! weights every time.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -55,13 +56,22 @@ fn fan_of(fan: FanInOut, shape: &Shape) -> usize {
 }
 
 impl SimpleBackend for Seeded {
-    fn get(&self, shape: Shape, name: &str, rule: Init, dtype: DType, device: &Device) -> Result<Tensor> {
+    fn get(
+        &self,
+        shape: Shape,
+        name: &str,
+        rule: Init,
+        dtype: DType,
+        device: &Device,
+    ) -> Result<Tensor> {
         let values = Tensor::from_vec(self.draw(&shape, rule), shape, device)?.to_dtype(dtype)?;
         let variable = Var::from_tensor(&values)?;
         let tensor = variable.as_tensor().clone();
         let mut all = self.variables.0.lock().unwrap_or_else(PoisonError::into_inner);
         if all.iter().any(|(known, _)| known == name) {
-            candle_core::bail!("variable '{name}' is made twice; give each layer its own path by VarBuilder::pp");
+            candle_core::bail!(
+                "variable '{name}' is made twice; give each layer its own path by VarBuilder::pp"
+            );
         }
         all.push((name.to_owned(), variable));
         Ok(tensor)

@@ -11,24 +11,32 @@ use super::{failed, loss_of};
 use crate::check;
 use crate::shape::Shape;
 
-/// TD3's policy: observation -> hidden layers with ReLU -> tanh. It needs no noise and has no log-probability.
+/// TD3's policy: observation -> hidden layers with ReLU -> tanh. It needs no noise and has no
+/// log-probability.
 #[derive(Debug)]
 pub struct Deterministic(Policy);
 
 impl Deterministic {
     /// An actor on a device, with fresh weights: the same as the fused one from an equal `rng`.
-    pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng, device: &Device) -> Result<Self> {
+    pub fn new(
+        spec: &EnvSpec,
+        networks: &Networks,
+        rng: &mut Rng,
+        device: &Device,
+    ) -> Result<Self> {
         Ok(Self(Policy::new(spec, networks, Shape::actor, rng, device)?))
     }
 
     /// Writes the online parameters to a safetensors file, as the fused actor does.
     ///
-    /// They are for observations as the network saw them: normalised, if the learner had a normaliser, which is not saved here.
+    /// They are for observations as the network saw them: normalised, if the learner had a
+    /// normaliser, which is not saved here.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
         self.0.save_safetensors(path.as_ref())
     }
 
-    /// Starts from a safetensors file's parameters: the target becomes equal to them and the optimiser begins anew.
+    /// Starts from a safetensors file's parameters: the target becomes equal to them and the
+    /// optimiser begins anew.
     pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
         self.0.load_safetensors(path.as_ref())
     }
@@ -48,11 +56,20 @@ impl Actor for Deterministic {
         0
     }
 
-    fn sample(&mut self, net: Net, obs: &[f32], noise: &[f32], action: &mut [f32], log_prob: &mut [f32]) -> Result<()> {
+    fn sample(
+        &mut self,
+        net: Net,
+        obs: &[f32],
+        noise: &[f32],
+        action: &mut [f32],
+        log_prob: &mut [f32],
+    ) -> Result<()> {
         let rows = self.0.rows(obs)?;
         check::deterministic(noise, log_prob)?;
         check::batch("actions", action, rows, self.0.action)?;
-        action.copy_from_slice(&self.forward(net, obs, rows).and_then(|a| values(&a)).map_err(failed)?);
+        action.copy_from_slice(
+            &self.forward(net, obs, rows).and_then(|a| values(&a)).map_err(failed)?,
+        );
         Ok(())
     }
 
@@ -67,7 +84,13 @@ impl Actor for Deterministic {
         self.0.step(&grads).map_err(failed)
     }
 
-    fn noise_grad(&mut self, _obs: &[f32], noise: &[f32], _grad_action: &[f32], out: &mut [f32]) -> Result<()> {
+    fn noise_grad(
+        &mut self,
+        _obs: &[f32],
+        noise: &[f32],
+        _grad_action: &[f32],
+        out: &mut [f32],
+    ) -> Result<()> {
         check::deterministic(noise, out)
     }
 

@@ -12,7 +12,8 @@ use crate::learned::{Learned, load_critics, save_critics};
 use crate::shape::Shape;
 use crate::{check, weights};
 
-/// An ensemble of separately initialised multilayer perceptrons (observation and action in, N values out).
+/// An ensemble of separately initialised multilayer perceptrons (observation and action in, N
+/// values out).
 #[derive(Debug)]
 pub struct Critics {
     networks: Vec<Network>,
@@ -26,12 +27,20 @@ pub struct Critics {
 }
 
 impl Critics {
-    /// `critics` networks on a device, with fresh weights: the same as the fused ones from an equal `rng`.
-    pub fn new(spec: &EnvSpec, critics: usize, networks: &Networks, rng: &mut Rng, device: &Device) -> Result<Self> {
+    /// `critics` networks on a device, with fresh weights: the same as the fused ones from an equal
+    /// `rng`.
+    pub fn new(
+        spec: &EnvSpec,
+        critics: usize,
+        networks: &Networks,
+        rng: &mut Rng,
+        device: &Device,
+    ) -> Result<Self> {
         check::settings(spec, networks)?;
         check::positive("critics", critics)?;
         let shape = Shape::critic(spec, networks);
-        let learned: Vec<_> = (0..critics).map(|_| Learned::new(&shape, networks.init, rng)).collect();
+        let learned: Vec<_> =
+            (0..critics).map(|_| Learned::new(&shape, networks.init, rng)).collect();
         Ok(Self {
             networks: place(&shape, networks.activation, &learned, device)?,
             shape,
@@ -48,13 +57,19 @@ impl Critics {
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
         let learned = self.learned()?;
         let prefixes = weights::critic_prefixes(learned.len());
-        let named: Vec<_> = prefixes.into_iter().zip(learned.into_iter().map(|learned| learned.online)).collect();
+        let named: Vec<_> =
+            prefixes.into_iter().zip(learned.into_iter().map(|learned| learned.online)).collect();
         weights::save(path.as_ref(), &named, &self.shape)
     }
 
-    /// Starts from a safetensors file's parameters: the targets become equal to them and the optimiser begins anew.
+    /// Starts from a safetensors file's parameters: the targets become equal to them and the
+    /// optimiser begins anew.
     pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
-        let online = weights::load(path.as_ref(), &weights::critic_prefixes(self.networks.len()), &self.shape)?;
+        let online = weights::load(
+            path.as_ref(),
+            &weights::critic_prefixes(self.networks.len()),
+            &self.shape,
+        )?;
         let learned: Vec<_> = online.into_iter().map(Learned::from_online).collect();
         self.networks = place(&self.shape, self.activation, &learned, &self.device)?;
         Ok(())
@@ -72,7 +87,11 @@ impl Critics {
     /// Every critic's values, `critics x rows x objectives`.
     fn forward(&self, net: Net, obs: &Tensor, act: &Tensor) -> candle_core::Result<Tensor> {
         let input = Tensor::cat(&[obs, act], 1)?;
-        let q: Vec<_> = self.networks.iter().map(|network| network.forward(net, &input)).collect::<Result<_, _>>()?;
+        let q: Vec<_> = self
+            .networks
+            .iter()
+            .map(|network| network.forward(net, &input))
+            .collect::<Result<_, _>>()?;
         Tensor::stack(&q, 0)
     }
 
@@ -105,11 +124,19 @@ impl Critic for Critics {
         let grads = self.loss(&q, grad)?.backward().map_err(failed)?;
         let mut networks = self.networks.iter_mut();
         networks
-            .try_for_each(|network| network.step(&grads, self.lr).and_then(|()| network.update_target(tau)))
+            .try_for_each(|network| {
+                network.step(&grads, self.lr).and_then(|()| network.update_target(tau))
+            })
             .map_err(failed)
     }
 
-    fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()> {
+    fn action_grad(
+        &mut self,
+        obs: &[f32],
+        act: &[f32],
+        grad: QGrad<'_>,
+        out: &mut [f32],
+    ) -> Result<()> {
         let (obs, act) = self.tensors(obs, act)?;
         check::batch("action gradients", out, obs.dims()[0], self.action)?;
         let act = Var::from_tensor(&act).map_err(failed)?;
@@ -134,6 +161,14 @@ impl Critic for Critics {
     }
 }
 
-fn place(shape: &Shape, activation: Activation, learned: &[Learned], device: &Device) -> Result<Vec<Network>> {
-    learned.iter().map(|learned| Network::new(shape, activation, learned, device).map_err(failed)).collect()
+fn place(
+    shape: &Shape,
+    activation: Activation,
+    learned: &[Learned],
+    device: &Device,
+) -> Result<Vec<Network>> {
+    learned
+        .iter()
+        .map(|learned| Network::new(shape, activation, learned, device).map_err(failed))
+        .collect()
 }

@@ -18,18 +18,25 @@ pub struct Gaussian(Policy);
 
 impl Gaussian {
     /// An actor on a device, with fresh weights: the same as the fused one from an equal `rng`.
-    pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng, device: &Device) -> Result<Self> {
+    pub fn new(
+        spec: &EnvSpec,
+        networks: &Networks,
+        rng: &mut Rng,
+        device: &Device,
+    ) -> Result<Self> {
         Ok(Self(Policy::new(spec, networks, Shape::gaussian, rng, device)?))
     }
 
     /// Writes the online parameters to a safetensors file, as the fused actor does.
     ///
-    /// They are for observations as the network saw them: normalised, if the learner had a normaliser, which is not saved here.
+    /// They are for observations as the network saw them: normalised, if the learner had a
+    /// normaliser, which is not saved here.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
         self.0.save_safetensors(path.as_ref())
     }
 
-    /// Starts from a safetensors file's parameters: the target becomes equal to them and the optimiser begins anew.
+    /// Starts from a safetensors file's parameters: the target becomes equal to them and the
+    /// optimiser begins anew.
     pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
         self.0.load_safetensors(path.as_ref())
     }
@@ -37,12 +44,18 @@ impl Gaussian {
     /// A checked batch's mean and log std, each `rows x action`.
     fn forward(&self, net: Net, obs: &[f32], rows: usize) -> candle_core::Result<(Tensor, Tensor)> {
         let output = self.0.forward(net, obs, rows)?;
-        let (mean, log_std) = (output.narrow(1, 0, self.0.action)?, output.narrow(1, self.0.action, self.0.action)?);
+        let mean = output.narrow(1, 0, self.0.action)?;
+        let log_std = output.narrow(1, self.0.action, self.0.action)?;
         Ok((mean, log_std.clamp(LOG_STD.0, LOG_STD.1)?))
     }
 
     /// Actions (`rows x action`) and log-probabilities (`rows`) for noise (`rows x action`).
-    fn squashed(&self, net: Net, obs: &[f32], noise: &Tensor) -> candle_core::Result<(Tensor, Tensor)> {
+    fn squashed(
+        &self,
+        net: Net,
+        obs: &[f32],
+        noise: &Tensor,
+    ) -> candle_core::Result<(Tensor, Tensor)> {
         let (mean, log_std) = self.forward(net, obs, noise.dims()[0])?;
         let x = (mean + (log_std.exp()? * noise)?)?;
         let gaussian = ((noise.sqr()? * -0.5)? - log_std)?;
@@ -72,7 +85,14 @@ impl Actor for Gaussian {
         self.0.action
     }
 
-    fn sample(&mut self, net: Net, obs: &[f32], noise: &[f32], action: &mut [f32], log_prob: &mut [f32]) -> Result<()> {
+    fn sample(
+        &mut self,
+        net: Net,
+        obs: &[f32],
+        noise: &[f32],
+        action: &mut [f32],
+        log_prob: &mut [f32],
+    ) -> Result<()> {
         let rows = self.0.rows(obs)?;
         check::batch("actions", action, rows, self.0.action)?;
         check::stochastic(noise, log_prob, rows, self.0.action)?;
@@ -81,7 +101,8 @@ impl Actor for Gaussian {
             action.copy_from_slice(&mode.and_then(|mode| values(&mode)).map_err(failed)?);
             return Ok(());
         }
-        let (sampled, log) = self.squashed(net, obs, &self.noise_tensor(noise, rows)?).map_err(failed)?;
+        let (sampled, log) =
+            self.squashed(net, obs, &self.noise_tensor(noise, rows)?).map_err(failed)?;
         action.copy_from_slice(&values(&sampled).map_err(failed)?);
         log_prob.copy_from_slice(&values(&log).map_err(failed)?);
         Ok(())
@@ -92,13 +113,16 @@ impl Actor for Gaussian {
         check::batch("noise", noise, rows, self.0.action)?;
         let noise = self.noise_tensor(noise, rows)?;
         let (sampled, log) = self.squashed(Net::Online, obs, &noise).map_err(failed)?;
-        let (action, log_prob) = (values(&sampled).map_err(failed)?, values(&log).map_err(failed)?);
-        let (mut da, mut dlog) = (vec![0.0; action.len()], vec![0.0; rows]);
+        let action = values(&sampled).map_err(failed)?;
+        let log_prob = values(&log).map_err(failed)?;
+        let mut da = vec![0.0; action.len()];
+        let mut dlog = vec![0.0; rows];
         let sample = Sample { action: &action, log_prob: &log_prob };
         grad(sample, SampleGrad { action: &mut da, log_prob: &mut dlog })?;
         let Self(policy) = self;
         let step = || {
-            // A loss with these gradients: sum(action * da) + sum(log_prob * dlog), with da and dlog constants.
+            // A loss with these gradients: sum(action * da) + sum(log_prob * dlog), with da and
+            // dlog constants.
             let da = Tensor::from_vec(da, sampled.dims(), &policy.device)?;
             let dlog = Tensor::from_vec(dlog, log.dims(), &policy.device)?;
             let loss = ((sampled * da)?.sum_all()? + (log * dlog)?.sum_all()?)?;
@@ -107,9 +131,17 @@ impl Actor for Gaussian {
         step().map_err(failed)
     }
 
-    fn noise_grad(&mut self, obs: &[f32], noise: &[f32], grad_action: &[f32], out: &mut [f32]) -> Result<()> {
+    fn noise_grad(
+        &mut self,
+        obs: &[f32],
+        noise: &[f32],
+        grad_action: &[f32],
+        out: &mut [f32],
+    ) -> Result<()> {
         let rows = self.0.rows(obs)?;
-        for (what, values) in [("noise", noise), ("action gradients", grad_action), ("noise gradients", &*out)] {
+        for (what, values) in
+            [("noise", noise), ("action gradients", grad_action), ("noise gradients", &*out)]
+        {
             check::batch(what, values, rows, self.0.action)?;
         }
         let noise = Var::from_tensor(&self.noise_tensor(noise, rows)?).map_err(failed)?;

@@ -24,7 +24,8 @@ pub(crate) fn failed(error: candle_core::Error) -> Error {
 /// Shown an output's values, fills the loss's gradient to them.
 pub(crate) type Fill<'a> = &'a mut dyn FnMut(&[f32], &mut [f32]) -> Result<()>;
 
-/// A loss whose gradient to `output` is what `fill` makes of its values: sum(output * gradient), the gradient a constant.
+/// A loss whose gradient to `output` is what `fill` makes of its values: sum(output * gradient),
+/// the gradient a constant.
 pub(crate) fn loss_of(output: &Tensor, fill: Fill<'_>) -> Result<Tensor> {
     let shown = values(output).map_err(failed)?;
     let mut gradient = vec![0.0; shown.len()];

@@ -7,7 +7,8 @@ use crate::adam::{BETA1, BETA2, EPSILON, Step};
 use crate::learned::Learned;
 use crate::shape::Shape;
 
-/// One network; every list holds layer 0's weight (`output x input`), layer 0's bias, layer 1's weight and so on.
+/// One network; every list holds layer 0's weight (`output x input`), layer 0's bias, layer 1's
+/// weight and so on.
 #[derive(Debug)]
 pub(super) struct Network {
     online: Vec<Var>,
@@ -20,12 +21,23 @@ pub(super) struct Network {
 
 impl Network {
     /// Puts what was learned on a device.
-    pub fn new(shape: &Shape, activation: Activation, learned: &Learned, device: &Device) -> Result<Self> {
+    pub fn new(
+        shape: &Shape,
+        activation: Activation,
+        learned: &Learned,
+        device: &Device,
+    ) -> Result<Self> {
         let tensors = |values: &[f32]| -> Result<Vec<Tensor>> {
-            shape.arrays().map(|(_, dims, range)| Tensor::from_slice(&values[range], dims, device)).collect()
+            shape
+                .arrays()
+                .map(|(_, dims, range)| Tensor::from_slice(&values[range], dims, device))
+                .collect()
         };
         Ok(Self {
-            online: tensors(&learned.online)?.iter().map(Var::from_tensor).collect::<Result<_>>()?,
+            online: tensors(&learned.online)?
+                .iter()
+                .map(Var::from_tensor)
+                .collect::<Result<_>>()?,
             target: tensors(&learned.target)?,
             m: tensors(&learned.m)?,
             v: tensors(&learned.v)?,
@@ -84,7 +96,8 @@ impl Network {
     /// Polyak averaging: target <- (1 - tau) target + tau online.
     pub fn update_target(&mut self, tau: f32) -> Result<()> {
         for (target, online) in self.target.iter_mut().zip(&self.online) {
-            *target = ((&*target * f64::from(1.0 - tau))? + (online.as_detached_tensor() * f64::from(tau))?)?;
+            *target = ((&*target * f64::from(1.0 - tau))?
+                + (online.as_detached_tensor() * f64::from(tau))?)?;
         }
         Ok(())
     }

@@ -97,7 +97,8 @@ impl Policy {
     }
 
     fn place(&mut self, learned: &Learned) -> Result<()> {
-        self.network = Network::new(&self.shape, self.activation, learned, &self.device).map_err(failed)?;
+        self.network =
+            Network::new(&self.shape, self.activation, learned, &self.device).map_err(failed)?;
         Ok(())
     }
 }

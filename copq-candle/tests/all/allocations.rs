@@ -19,10 +19,16 @@ fn warm_updates() {
         smooth(Activation::Tanh),
         smooth(Activation::Silu),
     ] {
-        let mut critic = copq_candle::critic(&case.spec(), case.critics, &case.networks(), &mut init(1)).unwrap();
+        let mut critic =
+            copq_candle::critic(&case.spec(), case.critics, &case.networks(), &mut init(1))
+                .unwrap();
         let mut actor = copq_candle::actor(&case.spec(), &case.networks(), &mut init(1)).unwrap();
-        let (obs, act, dq) = (case.obs(1), case.act(1), vec![0.1; case.q_len()]);
-        let (mut next, mut q, mut gradient) = (act.clone(), vec![0.0; case.q_len()], act.clone());
+        let obs = case.obs(1);
+        let act = case.act(1);
+        let dq = vec![0.1; case.q_len()];
+        let mut next = act.clone();
+        let mut q = vec![0.0; case.q_len()];
+        let mut gradient = act.clone();
         let mut update = || {
             actor.sample(Net::Target, &obs, &[], &mut next, &mut []).unwrap();
             critic.values(Net::Target, &obs, &next, &mut q).unwrap();
@@ -38,9 +44,17 @@ fn warm_updates() {
 
 #[test]
 fn warm_gaussian_updates() {
-    for case in [Case::new(1, 1, &[64, 64], 1), Case::new(1, 1, &[256, 256], 256), Case::new(1, 1, &[7, 9, 4], 37)] {
-        let mut actor = copq_candle::gaussian_actor(&case.spec(), &case.networks(), &mut init(1)).unwrap();
-        let (obs, noise, mut action, mut log_prob) = (case.obs(1), case.noise(1), case.act(1), vec![0.0; case.rows]);
+    for case in [
+        Case::new(1, 1, &[64, 64], 1),
+        Case::new(1, 1, &[256, 256], 256),
+        Case::new(1, 1, &[7, 9, 4], 37),
+    ] {
+        let mut actor =
+            copq_candle::gaussian_actor(&case.spec(), &case.networks(), &mut init(1)).unwrap();
+        let obs = case.obs(1);
+        let noise = case.noise(1);
+        let mut action = case.act(1);
+        let mut log_prob = vec![0.0; case.rows];
         let mut update = || {
             actor.sample(Net::Online, &obs, &noise, &mut action, &mut log_prob).unwrap();
             actor.improve(&obs, &noise, &mut given_action(&noise)).unwrap();

@@ -27,7 +27,8 @@ fn both(critic: &dyn Critic, actor: &dyn Actor) -> [State; 2] {
 fn same_seed_same_bits_and_another_seed_others() {
     for i in 0..2 {
         let run = |seed| {
-            let (mut critics, mut actors) = (case().critics(seed), case().actors(seed));
+            let mut critics = case().critics(seed);
+            let mut actors = case().actors(seed);
             train(critics[i].as_mut(), actors[i].as_mut(), 0, 5);
             both(critics[i].as_ref(), actors[i].as_ref())
         };
@@ -39,12 +40,14 @@ fn same_seed_same_bits_and_another_seed_others() {
 #[test]
 fn a_resumed_run_is_the_unbroken_run() {
     for i in 0..2 {
-        let (mut critics, mut actors) = (case().critics(1), case().actors(1));
+        let mut critics = case().critics(1);
+        let mut actors = case().actors(1);
         train(critics[i].as_mut(), actors[i].as_mut(), 0, 4);
         let [critic_state, actor_state] = both(critics[i].as_ref(), actors[i].as_ref());
         train(critics[i].as_mut(), actors[i].as_mut(), 4, 8);
 
-        let (mut resumed, mut resumed_actors) = (case().critics(77), case().actors(78));
+        let mut resumed = case().critics(77);
+        let mut resumed_actors = case().actors(78);
         resumed[i].load(&critic_state).unwrap();
         resumed_actors[i].load(&actor_state).unwrap();
         train(resumed[i].as_mut(), resumed_actors[i].as_mut(), 4, 8);
@@ -58,7 +61,8 @@ fn a_resumed_run_is_the_unbroken_run() {
 #[test]
 fn a_checkpoint_crosses_between_the_implementations_unchanged() {
     for (from, to) in [(0, 1), (1, 0)] {
-        let (mut critics, mut actors) = (case().critics(1), case().actors(1));
+        let mut critics = case().critics(1);
+        let mut actors = case().actors(1);
         train(critics[from].as_mut(), actors[from].as_mut(), 0, 4);
         let [critic_state, actor_state] = both(critics[from].as_ref(), actors[from].as_ref());
         critics[to].load(&critic_state).unwrap();
@@ -72,11 +76,13 @@ fn more_threads_change_no_bit() {
     // A product of the second hidden layer is large enough to be shared.
     let wide = Case { critics: 5, hidden: vec![64, 144], rows: 257, ..case() };
     let run = |threads| {
-        let mut critic = copq_candle::critic(&wide.spec(), 5, &wide.networks(), &mut init(1)).unwrap();
+        let mut critic =
+            copq_candle::critic(&wide.spec(), 5, &wide.networks(), &mut init(1)).unwrap();
         critic = critic.threads(threads).unwrap();
         let actor = copq_candle::actor(&wide.spec(), &wide.networks(), &mut init(1)).unwrap();
         let mut actor = actor.threads(threads).unwrap();
-        let gaussian = copq_candle::gaussian_actor(&wide.spec(), &wide.networks(), &mut init(1)).unwrap();
+        let gaussian =
+            copq_candle::gaussian_actor(&wide.spec(), &wide.networks(), &mut init(1)).unwrap();
         let mut gaussian = gaussian.threads(threads).unwrap();
         let mut gradient = vec![0.0; wide.rows * wide.action];
         for i in 0..5 {
@@ -86,7 +92,12 @@ fn more_threads_change_no_bit() {
             improve(&mut actor, &mut critic, &wide.obs(i));
             gaussian.improve(&wide.obs(i), &wide.noise(i), &mut given_action(&gradient)).unwrap();
         }
-        (saved(&critic as &dyn Critic), saved(&actor as &dyn Actor), saved(&gaussian as &dyn Actor), gradient)
+        (
+            saved(&critic as &dyn Critic),
+            saved(&actor as &dyn Actor),
+            saved(&gaussian as &dyn Actor),
+            gradient,
+        )
     };
     let one = run(1);
     assert_eq!(one, run(2));
@@ -97,7 +108,8 @@ fn more_threads_change_no_bit() {
 fn a_gradient_that_fails_changes_nothing() {
     for mut critic in case().critics(1) {
         let before = saved(critic.as_ref());
-        let refuse = &mut |_: copq::QView<'_>, _: &mut [f32]| Err(Error::invalid("loss", "a number", "NaN"));
+        let refuse =
+            &mut |_: copq::QView<'_>, _: &mut [f32]| Err(Error::invalid("loss", "a number", "NaN"));
         assert!(critic.fit(&case().obs(1), &case().act(1), refuse, 0.1).is_err());
         assert_eq!(saved(critic.as_ref()), before);
     }
@@ -106,14 +118,20 @@ fn a_gradient_that_fails_changes_nothing() {
 #[test]
 fn weight_files_keep_the_parameters() {
     let folder = tempfile::tempdir().unwrap();
-    let [critic_file, actor_file] = ["critic.safetensors", "actor.safetensors"].map(|name| folder.path().join(name));
-    let (case, mut rng) = (case(), init(3));
+    let [critic_file, actor_file] =
+        ["critic.safetensors", "actor.safetensors"].map(|name| folder.path().join(name));
+    let case = case();
+    let mut rng = init(3);
     let mut critic = copq_candle::critic(&case.spec(), 4, &case.networks(), &mut rng).unwrap();
     let mut actor = copq_candle::actor(&case.spec(), &case.networks(), &mut rng).unwrap();
     train(&mut critic, &mut actor, 0, 3);
     critic.save_safetensors(&critic_file).unwrap();
     actor.save_safetensors(&actor_file).unwrap();
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "no temporary file stays behind");
+    assert_eq!(
+        std::fs::read_dir(folder.path()).unwrap().count(),
+        2,
+        "no temporary file stays behind"
+    );
 
     let mut loaded = copq_candle::critic(&case.spec(), 4, &case.networks(), &mut rng).unwrap();
     let mut loaded_actor = copq_candle::actor(&case.spec(), &case.networks(), &mut rng).unwrap();
@@ -121,8 +139,9 @@ fn weight_files_keep_the_parameters() {
     loaded_actor.load_safetensors(&actor_file).unwrap();
     let online = |state: &State| state.child("online").unwrap().clone();
     for k in 0..4 {
-        let [was, is] = [&critic, &loaded]
-            .map(|critic| saved(critic as &dyn Critic).child(&format!("critic.{k}")).unwrap().clone());
+        let [was, is] = [&critic, &loaded].map(|critic| {
+            saved(critic as &dyn Critic).child(&format!("critic.{k}")).unwrap().clone()
+        });
         assert_eq!(online(&was), online(&is));
         assert_eq!(&online(&is), is.child("target").unwrap());
         assert_eq!(is.get_one::<u64>("steps").unwrap(), 0);

@@ -1,4 +1,5 @@
-//! Wrong shapes and settings are errors that a person can read: the thing, what was wanted, what came.
+//! Wrong shapes and settings are errors that a person can read: the thing, what was wanted, what
+//! came.
 
 use crate::common;
 
@@ -18,23 +19,44 @@ fn assert_says<T>(result: Result<T>, words: &[&str]) {
 
 #[test]
 fn critics_check_every_slice() {
-    let (case, nothing) = (case(), &mut |_: copq::QView<'_>, _: &mut [f32]| Ok(()));
-    let (obs, act, mut q) = (case.obs(1), case.act(1), vec![0.0; case.q_len()]);
+    let case = case();
+    let nothing = &mut |_: copq::QView<'_>, _: &mut [f32]| Ok(());
+    let obs = case.obs(1);
+    let act = case.act(1);
+    let mut q = vec![0.0; case.q_len()];
     for mut critic in case.critics(1) {
         let short = &obs[1..];
-        assert_says(critic.values(Net::Online, short, &act, &mut q), &["observations", "multiple of 6", "41"]);
-        assert_says(critic.values(Net::Online, &[], &[], &mut q), &["observations", "positive", "0"]);
-        assert_says(critic.values(Net::Target, &obs, &act[2..], &mut q), &["actions", "14 values", "12"]);
-        assert_says(critic.values(Net::Online, &obs, &act, &mut q[1..]), &["critic values", "42 values", "41"]);
+        assert_says(
+            critic.values(Net::Online, short, &act, &mut q),
+            &["observations", "multiple of 6", "41"],
+        );
+        assert_says(
+            critic.values(Net::Online, &[], &[], &mut q),
+            &["observations", "positive", "0"],
+        );
+        assert_says(
+            critic.values(Net::Target, &obs, &act[2..], &mut q),
+            &["actions", "14 values", "12"],
+        );
+        assert_says(
+            critic.values(Net::Online, &obs, &act, &mut q[1..]),
+            &["critic values", "42 values", "41"],
+        );
         for chosen in [&[][..], &[0, 0], &[0, 2]] {
             let error = critic.values_of(Net::Target, chosen, &obs, &act, &mut q);
-            assert_says(error, &["chosen critics", "different ones below 2", &format!("{chosen:?}")]);
+            assert_says(
+                error,
+                &["chosen critics", "different ones below 2", &format!("{chosen:?}")],
+            );
         }
         let error = critic.values_of(Net::Target, &[1], &obs, &act, &mut q[..20]);
         assert_says(error, &["critic values", "values, got"]);
         assert_says(critic.fit(short, &act, nothing, 0.0), &["observations", "41"]);
         assert_says(critic.fit(&obs, &act[1..], nothing, 0.0), &["actions", "13"]);
-        assert_says(critic.action_grad(&obs, &act, nothing, &mut [0.0; 3]), &["action gradients", "14 values", "3"]);
+        assert_says(
+            critic.action_grad(&obs, &act, nothing, &mut [0.0; 3]),
+            &["action gradients", "14 values", "3"],
+        );
         for tau in [-0.1, 1.5, f32::NAN] {
             assert_says(critic.fit(&obs, &act, nothing, tau), &["tau", "[0, 1]", &tau.to_string()]);
         }
@@ -43,17 +65,28 @@ fn critics_check_every_slice() {
 
 #[test]
 fn actors_check_every_slice_and_refuse_noise() {
-    let (case, nothing) = (case(), &mut |_: copq::Sample<'_>, _: copq::SampleGrad<'_>| Ok(()));
-    let (obs, mut action) = (case.obs(1), vec![0.0; 14]);
+    let case = case();
+    let nothing = &mut |_: copq::Sample<'_>, _: copq::SampleGrad<'_>| Ok(());
+    let obs = case.obs(1);
+    let mut action = vec![0.0; 14];
     for mut actor in case.actors(1) {
-        assert_says(actor.sample(Net::Online, &obs[1..], &[], &mut action, &mut []), &["observations", "41"]);
-        assert_says(actor.sample(Net::Online, &obs, &[], &mut action[1..], &mut []), &["actions", "14 values", "13"]);
+        assert_says(
+            actor.sample(Net::Online, &obs[1..], &[], &mut action, &mut []),
+            &["observations", "41"],
+        );
+        assert_says(
+            actor.sample(Net::Online, &obs, &[], &mut action[1..], &mut []),
+            &["actions", "14 values", "13"],
+        );
         assert_says(
             actor.sample(Net::Online, &obs, &[0.5; 14], &mut action, &mut []),
             &["noise", "deterministic", "14"],
         );
         let log_prob = &mut [0.0; 7];
-        assert_says(actor.sample(Net::Online, &obs, &[], &mut action, log_prob), &["log-prob", "deterministic", "7"]);
+        assert_says(
+            actor.sample(Net::Online, &obs, &[], &mut action, log_prob),
+            &["log-prob", "deterministic", "7"],
+        );
         assert_says(actor.improve(&obs[1..], &[], nothing), &["observations", "41"]);
         assert_says(actor.improve(&obs, &[0.5], nothing), &["noise", "deterministic", "1"]);
         assert_says(actor.update_target(2.0), &["tau", "2"]);
@@ -62,8 +95,10 @@ fn actors_check_every_slice_and_refuse_noise() {
 
 #[test]
 fn settings_are_checked() {
-    let (spec, good) = (case().spec(), case().networks());
-    let critic = |critics, networks: &Networks| copq_candle::critic(&spec, critics, networks, &mut init(1));
+    let spec = case().spec();
+    let good = case().networks();
+    let critic =
+        |critics, networks: &Networks| copq_candle::critic(&spec, critics, networks, &mut init(1));
     assert_says(critic(0, &good), &["critics", "at least 1", "0"]);
     assert_says(critic(2, &Networks { hidden: vec![], ..good.clone() }), &["networks.hidden"]);
     assert_says(critic(2, &good).unwrap().threads(0), &["threads", "at least 1", "0"]);
@@ -97,7 +132,8 @@ fn states_of_other_networks_are_refused_and_change_nothing() {
 fn weight_files_of_other_networks_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("weights.safetensors");
-    let mut critic = copq_candle::critic(&case().spec(), 2, &case().networks(), &mut init(1)).unwrap();
+    let mut critic =
+        copq_candle::critic(&case().spec(), 2, &case().networks(), &mut init(1)).unwrap();
     assert_says(critic.load_safetensors(&path), &["reading", "weights.safetensors"]);
     std::fs::write(&path, "not tensors at all").unwrap();
     assert_says(critic.load_safetensors(&path), &["reading", "weights.safetensors"]);
@@ -105,7 +141,10 @@ fn weight_files_of_other_networks_are_refused() {
     let other = Case { hidden: vec![5, 6], ..case() };
     let other = copq_candle::critic(&other.spec(), 2, &other.networks(), &mut init(1)).unwrap();
     other.save_safetensors(&path).unwrap();
-    assert_says(critic.load_safetensors(&path), &["critic.0.layer.1.weight", "F32 [4, 5]", "F32 [6, 5]"]);
+    assert_says(
+        critic.load_safetensors(&path),
+        &["critic.0.layer.1.weight", "F32 [4, 5]", "F32 [6, 5]"],
+    );
     let mut actor = copq_candle::actor(&case().spec(), &case().networks(), &mut init(1)).unwrap();
     assert_says(actor.load_safetensors(&path), &["actor.layer.0.weight", "no such tensor"]);
     assert_says(actor.save_safetensors(folder.path().join("no/such/folder")), &["writing"]);

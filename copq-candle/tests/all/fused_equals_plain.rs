@@ -1,4 +1,5 @@
-//! The fused implementation against candle's tensors and autograd: values, gradients and whole updates.
+//! The fused implementation against candle's tensors and autograd: values, gradients and whole
+//! updates.
 
 use crate::common;
 
@@ -7,8 +8,11 @@ use copq::{Actor, Critic, Net, State, Value};
 
 /// The arrays of a part of the saved state (`online`, `target`, `adam_m`, ...), one after another.
 fn part(state: &State, part: &str) -> Vec<f32> {
-    let of_part = arrays(state).into_iter().filter(|(path, _)| path.split('/').any(|name| name == part));
-    of_part.flat_map(|(_, value)| if let Value::F32(values) = value { values } else { vec![] }).collect()
+    let of_part =
+        arrays(state).into_iter().filter(|(path, _)| path.split('/').any(|name| name == part));
+    of_part
+        .flat_map(|(_, value)| if let Value::F32(values) = value { values } else { vec![] })
+        .collect()
 }
 
 fn values(critic: &mut dyn Critic, net: Net, case: &Case, seed: u64) -> Vec<f32> {
@@ -37,12 +41,16 @@ fn same_initial_state_bit_for_bit() {
 fn values_and_actions() {
     for case in Case::all() {
         let [mut fused, mut plain] = case.critics(1);
-        let [q, wanted] =
-            [values(fused.as_mut(), Net::Online, &case, 1), values(plain.as_mut(), Net::Online, &case, 1)];
+        let [q, wanted] = [
+            values(fused.as_mut(), Net::Online, &case, 1),
+            values(plain.as_mut(), Net::Online, &case, 1),
+        ];
         assert_close(&format!("q of {case:?}"), &q, &wanted, 1e-5);
         let [mut fused, mut plain] = case.actors(1);
-        let [a, wanted] =
-            [actions(fused.as_mut(), Net::Target, &case, 1), actions(plain.as_mut(), Net::Target, &case, 1)];
+        let [a, wanted] = [
+            actions(fused.as_mut(), Net::Target, &case, 1),
+            actions(plain.as_mut(), Net::Target, &case, 1),
+        ];
         assert_close(&format!("actions of {case:?}"), &a, &wanted, 1e-5);
     }
 }
@@ -50,7 +58,8 @@ fn values_and_actions() {
 #[test]
 fn chosen_critics_answer_as_among_all() {
     for case in Case::all() {
-        let (rows, n) = (case.rows, case.objectives);
+        let rows = case.rows;
+        let n = case.objectives;
         for mut critic in case.critics(1) {
             let all = values(critic.as_mut(), Net::Target, &case, 1);
             let chosen: Vec<_> = (0..critic.critics()).rev().step_by(2).collect();
@@ -75,7 +84,8 @@ fn single_gradients() {
             (out, part(&saved(critic), "adam_m"))
         };
         let [mut fused, mut plain] = case.critics(2);
-        let [(action, m), (wanted_action, wanted_m)] = [gradient(fused.as_mut()), gradient(plain.as_mut())];
+        let [(action, m), (wanted_action, wanted_m)] =
+            [gradient(fused.as_mut()), gradient(plain.as_mut())];
         assert_close(&format!("action gradient of {case:?}"), &action, &wanted_action, 1e-5);
         assert_close(&format!("parameter gradient of {case:?}"), &m, &wanted_m, 1e-5);
 
@@ -93,9 +103,10 @@ fn single_gradients() {
 #[test]
 fn a_hundred_updates() {
     for case in Case::all() {
-        let ([mut fused, mut plain], [mut fused_actor, mut plain_actor]) = (case.critics(4), case.actors(5));
-        let [losses, wanted] =
-            [(&mut fused, &mut fused_actor), (&mut plain, &mut plain_actor)].map(|(critic, actor)| {
+        let [mut fused, mut plain] = case.critics(4);
+        let [mut fused_actor, mut plain_actor] = case.actors(5);
+        let [losses, wanted] = [(&mut fused, &mut fused_actor), (&mut plain, &mut plain_actor)]
+            .map(|(critic, actor)| {
                 let update = |i| {
                     let target = normals(50 + i, case.rows * case.objectives);
                     let loss = fit(critic.as_mut(), &case.obs(i), &case.act(i), &target);
@@ -107,17 +118,21 @@ fn a_hundred_updates() {
             });
         assert_close(&format!("losses of {case:?}"), &losses, &wanted, 1e-4);
         for net in [Net::Online, Net::Target] {
-            let [q, wanted] = [values(fused.as_mut(), net, &case, 7), values(plain.as_mut(), net, &case, 7)];
+            let [q, wanted] =
+                [values(fused.as_mut(), net, &case, 7), values(plain.as_mut(), net, &case, 7)];
             assert_close(&format!("q of {case:?}"), &q, &wanted, 1e-4);
-            let [a, wanted] =
-                [actions(fused_actor.as_mut(), net, &case, 7), actions(plain_actor.as_mut(), net, &case, 7)];
+            let [a, wanted] = [
+                actions(fused_actor.as_mut(), net, &case, 7),
+                actions(plain_actor.as_mut(), net, &case, 7),
+            ];
             assert_close(&format!("actions of {case:?}"), &a, &wanted, 1e-4);
         }
         for name in ["online", "target", "adam_m", "adam_v"] {
-            let [got, wanted] = [saved(fused.as_ref()), saved(plain.as_ref())].map(|state| part(&state, name));
-            assert_close(&format!("critics' {name} of {case:?}"), &got, &wanted, 1e-4);
             let [got, wanted] =
-                [saved(fused_actor.as_ref()), saved(plain_actor.as_ref())].map(|state| part(&state, name));
+                [saved(fused.as_ref()), saved(plain.as_ref())].map(|state| part(&state, name));
+            assert_close(&format!("critics' {name} of {case:?}"), &got, &wanted, 1e-4);
+            let [got, wanted] = [saved(fused_actor.as_ref()), saved(plain_actor.as_ref())]
+                .map(|state| part(&state, name));
             assert_close(&format!("actor's {name} of {case:?}"), &got, &wanted, 1e-4);
         }
     }

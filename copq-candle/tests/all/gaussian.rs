@@ -1,4 +1,5 @@
-//! The squashed Gaussian: log-probability and gradients against its definition in f64, fused against plain.
+//! The squashed Gaussian: log-probability and gradients against its definition in f64, fused
+//! against plain.
 
 use crate::common;
 
@@ -15,7 +16,8 @@ fn squashed(output: &[f64], noise: &[f32]) -> (Vec<f64>, f64) {
     let n = noise.len();
     let mut log_prob = 0.0;
     let action = (0..n).map(|j| {
-        let (std, noise) = (output[n + j].clamp(-20.0, 2.0).exp(), f64::from(noise[j]));
+        let std = output[n + j].clamp(-20.0, 2.0).exp();
+        let noise = f64::from(noise[j]);
         let x = output[j] + std * noise;
         let density = (-0.5 * noise * noise).exp() / (std * std::f64::consts::TAU.sqrt());
         log_prob += density.ln() - (1.0 - x.tanh().powi(2)).ln();
@@ -33,8 +35,11 @@ fn widened(case: &Case, obs: &[f32]) -> Vec<Vec<f64>> {
 }
 
 fn sample(actor: &mut dyn Actor, case: &Case, seed: u64) -> (Vec<f32>, Vec<f32>) {
-    let (mut action, mut log_prob) = (vec![0.0; case.rows * case.action], vec![0.0; case.rows]);
-    actor.sample(Net::Online, &case.obs(seed), &case.noise(seed), &mut action, &mut log_prob).unwrap();
+    let mut action = vec![0.0; case.rows * case.action];
+    let mut log_prob = vec![0.0; case.rows];
+    actor
+        .sample(Net::Online, &case.obs(seed), &case.noise(seed), &mut action, &mut log_prob)
+        .unwrap();
     (action, log_prob)
 }
 
@@ -57,8 +62,10 @@ fn samples_and_log_probabilities_are_the_definitions() {
             let noise = case.noise(1);
             let rows = widened(&case, &case.obs(1));
             let rows = rows.iter().zip(noise.chunks_exact(case.action));
-            let wanted: Vec<_> = rows.map(|(row, noise)| squashed(&reference.forward(row), noise)).collect();
-            let actions: Vec<f32> = wanted.iter().flat_map(|(action, _)| action).map(|&a| a as f32).collect();
+            let wanted: Vec<_> =
+                rows.map(|(row, noise)| squashed(&reference.forward(row), noise)).collect();
+            let actions: Vec<f32> =
+                wanted.iter().flat_map(|(action, _)| action).map(|&a| a as f32).collect();
             let log_probs: Vec<f32> = wanted.iter().map(|&(_, log_prob)| log_prob as f32).collect();
             assert_close("actions", &action, &actions, 1e-5);
             assert_close("log-probabilities", &log_prob, &log_probs, 1e-5);
@@ -69,11 +76,13 @@ fn samples_and_log_probabilities_are_the_definitions() {
 #[test]
 fn the_gradient_is_that_of_central_differences() {
     for case in cases() {
-        let (da, dlog) = (normals(6, case.rows * case.action), normals(7, case.rows));
+        let da = normals(6, case.rows * case.action);
+        let dlog = normals(7, case.rows);
         for mut actor in case.gaussians(4) {
             let before = reference(actor.as_ref(), &case);
             improve(actor.as_mut(), &case, 2, &da, &dlog);
-            let (rows, noise) = (widened(&case, &case.obs(2)), case.noise(2));
+            let rows = widened(&case, &case.obs(2));
+            let noise = case.noise(2);
             let wanted = before.gradient(|network| {
                 let mut loss = 0.0;
                 for (i, row) in rows.iter().enumerate() {
@@ -99,16 +108,20 @@ fn the_gradient_is_that_of_central_differences() {
 #[test]
 fn the_noises_gradient_is_that_of_central_differences() {
     for case in cases() {
-        let (noise, da) = (case.noise(5), normals(8, case.rows * case.action));
+        let noise = case.noise(5);
+        let da = normals(8, case.rows * case.action);
         for mut actor in case.gaussians(5) {
-            let (reference, rows) = (reference(actor.as_ref(), &case), widened(&case, &case.obs(5)));
+            let reference = reference(actor.as_ref(), &case);
+            let rows = widened(&case, &case.obs(5));
             let mut got = vec![0.0; noise.len()];
             actor.noise_grad(&case.obs(5), &noise, &da, &mut got).unwrap();
             let action = |at: usize, by: f64| {
-                let (output, j) = (reference.forward(&rows[at / case.action]), at % case.action);
+                let output = reference.forward(&rows[at / case.action]);
+                let j = at % case.action;
                 (output[j] + output[case.action + j].exp() * (f64::from(noise[at]) + by)).tanh()
             };
-            let wanted: Vec<_> = (0..noise.len()).map(|at| da[at] * slope(|by| action(at, by))).collect();
+            let wanted: Vec<_> =
+                (0..noise.len()).map(|at| da[at] * slope(|by| action(at, by))).collect();
             assert_close(&format!("{case:?}"), &got, &wanted, 1e-5);
         }
     }
@@ -118,8 +131,10 @@ fn the_noises_gradient_is_that_of_central_differences() {
 fn without_noise_it_acts_by_its_mode() {
     for case in cases() {
         for mut actor in case.gaussians(1) {
-            let (mut mode, mut zero) = (vec![9.0; case.rows * case.action], vec![9.0; case.rows * case.action]);
-            let (quiet, log_prob) = (vec![0.0; mode.len()], &mut vec![0.0; case.rows]);
+            let mut mode = vec![9.0; case.rows * case.action];
+            let mut zero = vec![9.0; case.rows * case.action];
+            let quiet = vec![0.0; mode.len()];
+            let log_prob = &mut vec![0.0; case.rows];
             actor.sample(Net::Online, &case.obs(1), &[], &mut mode, &mut []).unwrap();
             actor.sample(Net::Online, &case.obs(1), &quiet, &mut zero, log_prob).unwrap();
             assert_close("mode", &mode, &zero, 1e-7);
@@ -131,7 +146,9 @@ fn without_noise_it_acts_by_its_mode() {
 /// Every number of a saved state, one after another.
 fn numbers(state: &State) -> Vec<f32> {
     let values = arrays(state).into_iter();
-    values.flat_map(|(_, value)| if let Value::F32(values) = value { values } else { vec![] }).collect()
+    values
+        .flat_map(|(_, value)| if let Value::F32(values) = value { values } else { vec![] })
+        .collect()
 }
 
 #[test]
@@ -140,7 +157,8 @@ fn fused_equals_plain() {
         let [mut fused, mut plain] = case.gaussians(2);
         assert_eq!(saved(fused.as_ref()), saved(plain.as_ref()));
         for i in 0..10 {
-            let (da, dlog) = (normals(60 + i, case.rows * case.action), normals(90 + i, case.rows));
+            let da = normals(60 + i, case.rows * case.action);
+            let dlog = normals(90 + i, case.rows);
             for actor in [&mut fused, &mut plain] {
                 improve(actor.as_mut(), &case, i, &da, &dlog);
                 actor.update_target(0.1).unwrap();
@@ -150,7 +168,8 @@ fn fused_equals_plain() {
             [sample(fused.as_mut(), &case, 9), sample(plain.as_mut(), &case, 9)];
         assert_close(&format!("actions of {case:?}"), &action, &wanted, 1e-4);
         assert_close(&format!("log-probabilities of {case:?}"), &log_prob, &wanted_log_prob, 1e-4);
-        let [got, wanted] = [saved(fused.as_ref()), saved(plain.as_ref())].map(|state| numbers(&state));
+        let [got, wanted] =
+            [saved(fused.as_ref()), saved(plain.as_ref())].map(|state| numbers(&state));
         assert_close(&format!("state of {case:?}"), &got, &wanted, 1e-4);
     }
 }
@@ -158,7 +177,8 @@ fn fused_equals_plain() {
 #[test]
 fn a_checkpoint_goes_on_bit_for_bit_and_crosses_over() {
     let case = Case::new(1, 1, &[33, 17], 37);
-    let (da, dlog) = (normals(1, case.rows * case.action), normals(2, case.rows));
+    let da = normals(1, case.rows * case.action);
+    let dlog = normals(2, case.rows);
     for (i, mut actor) in case.gaussians(1).into_iter().enumerate() {
         improve(actor.as_mut(), &case, 0, &da, &dlog);
         let half = saved(actor.as_ref());
@@ -175,8 +195,10 @@ fn a_checkpoint_goes_on_bit_for_bit_and_crosses_over() {
 #[test]
 fn slices_are_checked() {
     let case = Case::new(1, 1, &[5], 7);
-    let (obs, noise) = (case.obs(1), case.noise(1));
-    let (mut action, mut log_prob) = (vec![0.0; 14], vec![0.0; 7]);
+    let obs = case.obs(1);
+    let noise = case.noise(1);
+    let mut action = vec![0.0; 14];
+    let mut log_prob = vec![0.0; 7];
     for mut actor in case.gaussians(1) {
         let mut sample = |noise: &[f32], log_prob: &mut [f32]| {
             actor.sample(Net::Online, &obs, noise, &mut action, log_prob).unwrap_err().to_string()
@@ -194,14 +216,17 @@ fn slices_are_checked() {
 #[test]
 fn weight_files_keep_the_parameters() {
     let folder = tempfile::tempdir().unwrap();
-    let (case, path) = (Case::new(1, 1, &[5], 7), folder.path().join("actor.safetensors"));
+    let case = Case::new(1, 1, &[5], 7);
+    let path = folder.path().join("actor.safetensors");
     let actor = copq_candle::gaussian_actor(&case.spec(), &case.networks(), &mut init(3)).unwrap();
     actor.save_safetensors(&path).unwrap();
-    let mut loaded = copq_candle::gaussian_actor(&case.spec(), &case.networks(), &mut init(4)).unwrap();
+    let mut loaded =
+        copq_candle::gaussian_actor(&case.spec(), &case.networks(), &mut init(4)).unwrap();
     loaded.load_safetensors(&path).unwrap();
     let [was, is] = [&actor, &loaded].map(|actor| saved(actor as &dyn Actor));
     assert_eq!(was, is);
-    let mut deterministic = copq_candle::actor(&case.spec(), &case.networks(), &mut init(4)).unwrap();
+    let mut deterministic =
+        copq_candle::actor(&case.spec(), &case.networks(), &mut init(4)).unwrap();
     let error = deterministic.load_safetensors(&path).unwrap_err().to_string();
     assert!(error.contains("actor.layer.1.weight") && error.contains("[2, 5]"), "{error}");
 }

@@ -15,7 +15,14 @@ fn rows(case: &Case, obs: &[f32], act: &[f32]) -> Vec<Vec<f64>> {
 fn assert_moments(what: &str, saved: &State, wanted: &[Vec<f32>]) {
     for (i, wanted) in wanted.iter().enumerate() {
         let name = format!("layer.{}.{}", i / 2, ["weight", "bias"][i % 2]);
-        let m: Vec<f32> = saved.child("adam_m").unwrap().get::<f32>(&name).unwrap().iter().map(|m| m * 10.0).collect();
+        let m: Vec<f32> = saved
+            .child("adam_m")
+            .unwrap()
+            .get::<f32>(&name)
+            .unwrap()
+            .iter()
+            .map(|m| m * 10.0)
+            .collect();
         assert_close(&format!("{what} {name}"), &m, wanted, 1e-5);
     }
 }
@@ -33,7 +40,9 @@ fn cases() -> [Case; 5] {
 #[test]
 fn critics_parameters() {
     for case in cases() {
-        let (obs, act, dq) = (case.obs(1), case.act(1), normals(2, case.q_len()));
+        let obs = case.obs(1);
+        let act = case.act(1);
+        let dq = normals(2, case.q_len());
         for mut critic in case.critics(8) {
             let before = saved(critic.as_ref());
             critic.fit(&obs, &act, &mut given(&dq), 0.0).unwrap();
@@ -41,12 +50,13 @@ fn critics_parameters() {
             for (k, dq) in dq.chunks_exact(case.rows * case.objectives).enumerate() {
                 let name = format!("critic.{k}");
                 let online = before.child(&name).unwrap().child("online").unwrap();
-                let wanted = Reference::read(online, case.hidden.len() + 1, case.activation).parameter_gradient(
-                    &rows(&case, &obs, &act),
-                    dq,
-                    |y| y,
+                let wanted = Reference::read(online, case.hidden.len() + 1, case.activation)
+                    .parameter_gradient(&rows(&case, &obs, &act), dq, |y| y);
+                assert_moments(
+                    &format!("{name} of {case:?}"),
+                    after.child(&name).unwrap(),
+                    &wanted,
                 );
-                assert_moments(&format!("{name} of {case:?}"), after.child(&name).unwrap(), &wanted);
             }
         }
     }
@@ -55,7 +65,9 @@ fn critics_parameters() {
 #[test]
 fn critics_actions() {
     for case in cases() {
-        let (obs, act, dq) = (case.obs(3), case.act(3), normals(4, case.q_len()));
+        let obs = case.obs(3);
+        let act = case.act(3);
+        let dq = normals(4, case.q_len());
         for mut critic in case.critics(9) {
             let mut got = vec![0.0; act.len()];
             critic.action_grad(&obs, &act, &mut given(&dq), &mut got).unwrap();
@@ -79,13 +91,20 @@ fn critics_actions() {
 #[test]
 fn actors_parameters() {
     for case in cases() {
-        let (obs, da) = (case.obs(5), normals(6, case.rows * case.action));
-        let rows: Vec<Vec<f64>> =
-            obs.chunks_exact(case.observation).map(|row| row.iter().map(|&x| f64::from(x)).collect()).collect();
+        let obs = case.obs(5);
+        let da = normals(6, case.rows * case.action);
+        let rows: Vec<Vec<f64>> = obs
+            .chunks_exact(case.observation)
+            .map(|row| row.iter().map(|&x| f64::from(x)).collect())
+            .collect();
         for mut actor in case.actors(10) {
             let before = saved(actor.as_ref());
             actor.improve(&obs, &[], &mut given_action(&da)).unwrap();
-            let reference = Reference::read(before.child("online").unwrap(), case.hidden.len() + 1, case.activation);
+            let reference = Reference::read(
+                before.child("online").unwrap(),
+                case.hidden.len() + 1,
+                case.activation,
+            );
             assert_moments(
                 &format!("{case:?}"),
                 &saved(actor.as_ref()),

@@ -1,12 +1,13 @@
-//! Four updates of SAC, REDQ on TD3 and on SAC, SACLag-UCB, CAL and COP-Q on CAL, and ten of COP-Q on TD3 with FAMO, against
-//! PyTorch's numbers from the same weights, batches and noise (`data/make_methods.py`).
+//! Four updates of SAC, REDQ on TD3 and on SAC, SACLag-UCB, CAL and COP-Q on CAL, and ten of COP-Q
+//! on TD3 with FAMO, against PyTorch's numbers from the same weights, batches and noise
+//! (`data/make_methods.py`).
 
 use std::path::PathBuf;
 
 use copq::projection::{Cholesky, ScalarisedMin};
 use copq::{
-    Agent, Config, Constraint, Ensemble, Entropy, EnvSpec, FamoConfig, FamoDecay, LagrangianConfig, Learner, Method,
-    Networks, Outcome, Rng, Silent, State, Stream, Transition,
+    Agent, Config, Constraint, Ensemble, Entropy, EnvSpec, FamoConfig, FamoDecay, LagrangianConfig,
+    Learner, Method, Networks, Outcome, Rng, Silent, State, Stream, Transition,
 };
 use copq_candle::Candle;
 use serde_json::{Value, json};
@@ -43,8 +44,10 @@ impl Reference {
     }
 
     fn spec(&self, method: &str) -> EnvSpec {
-        let [action, observation] = ["action", "observation"].map(|name| self.number(name) as usize);
-        let spec = EnvSpec::new("test", observation, action).horizon(self.number("horizon") as usize);
+        let [action, observation] =
+            ["action", "observation"].map(|name| self.number(name) as usize);
+        let spec =
+            EnvSpec::new("test", observation, action).horizon(self.number("horizon") as usize);
         let rewards = |weights: &str| {
             let weights: Vec<f32> = numbers(&self.0["data"][weights]);
             ["first", "second", "third"]
@@ -67,13 +70,16 @@ impl Reference {
     fn config(&self, method: &str) -> Config {
         let preset = match method {
             "sac" => Method::sac().config,
-            "redq" => Config { actor_delay: 2, famo: None, ..Method::cop_td3_paper().redq().config },
+            "redq" => {
+                Config { actor_delay: 2, famo: None, ..Method::cop_td3_paper().redq().config }
+            }
             "redq on sac" => Config { actor_delay: 2, ..Method::sac().redq().config },
             "saclag-ucb" => Method::sac_lagrangian().config,
             "cal" => Method::cal().config,
             "cop-q on cal" => Method::cop_cal().config,
             _ => {
-                let decay = if method.ends_with("l2") { FamoDecay::L2 } else { FamoDecay::Decoupled };
+                let decay =
+                    if method.ends_with("l2") { FamoDecay::L2 } else { FamoDecay::Decoupled };
                 let famo = FamoConfig {
                     lr: self.number("famo_lr"),
                     weight_decay: self.number("famo_decay"),
@@ -124,7 +130,9 @@ impl Reference {
         let value = match name {
             "saclag-ucb" => Method::saclag_ucb(),
             "cal" => Method::cal(),
-            _ if config.subset.is_some() => Method::new(name, config.clone(), ScalarisedMin).critics(joint),
+            _ if config.subset.is_some() => {
+                Method::new(name, config.clone(), ScalarisedMin).critics(joint)
+            }
             _ => Method::new(name, config.clone(), Cholesky).critics(joint),
         };
         let value = Method::new(name, config, value.bound).critics(value.critics);
@@ -144,7 +152,9 @@ impl Reference {
         let [reward, three_rewards] = ["reward", "three_rewards"].map(column);
         for i in 0..alive.len() {
             let row = |values: &'_ [f32], width: usize| values[i * width..(i + 1) * width].to_vec();
-            let (obs, action, next_obs) = (row(&obs, 5), row(&action, 2), row(&next_obs, 5));
+            let obs = row(&obs, 5);
+            let action = row(&action, 2);
+            let next_obs = row(&next_obs, 5);
             // SAC's task has the second reward only.
             let reward = match objectives {
                 3 => row(&three_rewards, 3),
@@ -152,7 +162,13 @@ impl Reference {
             };
             let outcome = if alive[i] == 0.0 { Outcome::Terminated } else { Outcome::Truncated };
             learner
-                .observe(Transition { obs: &obs, action: &action, reward: &reward, next_obs: &next_obs, outcome })
+                .observe(Transition {
+                    obs: &obs,
+                    action: &action,
+                    reward: &reward,
+                    next_obs: &next_obs,
+                    outcome,
+                })
                 .unwrap();
         }
     }
@@ -176,20 +192,26 @@ fn assert_parameters(what: &str, network: &State, part: &str, wanted: &Value) {
     for (name, wanted) in wanted.as_object().unwrap() {
         let got = network.child(part).unwrap().get::<f32>(name).unwrap();
         for (i, (got, wanted)) in got.iter().zip(numbers(wanted)).enumerate() {
-            assert!((got - wanted).abs() < 2e-5, "{what}: {part} {name}[{i}] is {got}, not {wanted}");
+            assert!(
+                (got - wanted).abs() < 2e-5,
+                "{what}: {part} {name}[{i}] is {got}, not {wanted}"
+            );
         }
     }
 }
 
 #[test]
 fn updates_of_every_method_agree() {
-    let reference = Reference(serde_json::from_str(&std::fs::read_to_string(data("methods.json")).unwrap()).unwrap());
+    let reference = Reference(
+        serde_json::from_str(&std::fs::read_to_string(data("methods.json")).unwrap()).unwrap(),
+    );
     for method in reference.0["methods"].as_array().unwrap() {
         let name = method["name"].as_str().unwrap();
         let mut learner = reference.learner(method);
         let objectives = reference.spec(name).objectives.len();
         reference.observe(&mut learner, objectives);
-        let (mut logged, mut clips) = (std::collections::BTreeMap::new(), 0.0);
+        let mut logged = std::collections::BTreeMap::new();
+        let mut clips = 0.0;
         let mut log = |_: u64, name: &str, value: f64| {
             clips += if name == "clip_rate" { value } else { 0.0 };
             logged.insert(name.to_owned(), value);
@@ -201,7 +223,8 @@ fn updates_of_every_method_agree() {
             "{name}: rows where the clip fires must be among the targets"
         );
 
-        let (state, end) = (saved(&learner), &method["end"]);
+        let state = saved(&learner);
+        let end = &method["end"];
         let close = |what: &str, got: f64, wanted: &Value| {
             let wanted = wanted.as_f64().unwrap();
             assert!((got - wanted).abs() < 1e-5, "{name}: {what} is {got}, not {wanted}");
@@ -213,7 +236,12 @@ fn updates_of_every_method_agree() {
                 assert_parameters(&format!("{name}: critic {k}"), critic, part, wanted);
             }
         }
-        assert_parameters(&format!("{name}: actor"), state.child("actor").unwrap(), "online", &end["actor"]);
+        assert_parameters(
+            &format!("{name}: actor"),
+            state.child("actor").unwrap(),
+            "online",
+            &end["actor"],
+        );
         assert_eq!(end["famo"].is_array(), name.starts_with("cop-q on td3"), "{name}");
         assert_eq!(state.child("famo").is_ok(), end["famo"].is_array(), "{name}");
         for (i, wanted) in end["famo"].as_array().into_iter().flatten().enumerate() {
@@ -221,11 +249,23 @@ fn updates_of_every_method_agree() {
             close("a logit of FAMO", logits[i], wanted);
         }
         if name != "redq" && !name.starts_with("cop-q on td3") {
-            close("log alpha", state.child("temperature").unwrap().get_one("log_alpha").unwrap(), &end["log_alpha"]);
+            close(
+                "log alpha",
+                state.child("temperature").unwrap().get_one("log_alpha").unwrap(),
+                &end["log_alpha"],
+            );
         }
         if ["saclag-ucb", "cal", "cop-q on cal"].contains(&name) {
-            close("log lambda", state.child("multiplier").unwrap().get_one("log_lambda").unwrap(), &end["log_lambda"]);
-            close("the effective multiplier", logged["multiplier_effective/cost"], &end["effective"]);
+            close(
+                "log lambda",
+                state.child("multiplier").unwrap().get_one("log_lambda").unwrap(),
+                &end["log_lambda"],
+            );
+            close(
+                "the effective multiplier",
+                logged["multiplier_effective/cost"],
+                &end["effective"],
+            );
             close("the cost's estimate", logged["cost_estimate/cost"], &end["estimate"]);
         }
     }
@@ -234,14 +274,22 @@ fn updates_of_every_method_agree() {
 /// The comparison above can fail: with another discount it does.
 #[test]
 fn other_settings_give_other_numbers() {
-    let mut reference =
-        Reference(serde_json::from_str(&std::fs::read_to_string(data("methods.json")).unwrap()).unwrap());
+    let mut reference = Reference(
+        serde_json::from_str(&std::fs::read_to_string(data("methods.json")).unwrap()).unwrap(),
+    );
     let mut after = |discount: f64| {
         reference.0["discount"] = json!(discount);
         let mut learner = reference.learner(&reference.0["methods"][3]);
         reference.observe(&mut learner, 2);
         learner.update(&mut Silent).unwrap();
-        saved(&learner).child("critic").unwrap().child("critic.0").unwrap().child("online").unwrap().clone()
+        saved(&learner)
+            .child("critic")
+            .unwrap()
+            .child("critic.0")
+            .unwrap()
+            .child("online")
+            .unwrap()
+            .clone()
     };
     assert_ne!(after(0.9), after(0.91));
 }

@@ -1,11 +1,12 @@
-//! Networks of a user's own architecture: the same as the plain ones where the architecture is, and whole runs where not.
+//! Networks of a user's own architecture: the same as the plain ones where the architecture is, and
+//! whole runs where not.
 
 use candle_core::{Module, Tensor};
 use candle_nn::{VarBuilder, layer_norm_no_bias, linear};
 use copq::projection::Cholesky;
 use copq::{
-    ActorKind, Backend, Critic, EnvSpec, Learner, Method, Net, Networks, Policy, QView, Result, Rng, Silent, State,
-    Stream,
+    ActorKind, Backend, Critic, EnvSpec, Learner, Method, Net, Networks, Policy, QView, Result,
+    Rng, Silent, State, Stream,
 };
 use copq::{Agent, Mode, Outcome, Transition};
 use copq_candle::{Candle, Device, Modules, plain};
@@ -15,13 +16,21 @@ fn spec() -> EnvSpec {
 }
 
 /// The multilayer perceptron of all other backends, written with candle-nn.
-fn perceptron(vars: VarBuilder<'_>, input: usize, output: usize) -> candle_core::Result<Box<dyn Module + Send>> {
+fn perceptron(
+    vars: VarBuilder<'_>,
+    input: usize,
+    output: usize,
+) -> candle_core::Result<Box<dyn Module + Send>> {
     let first = linear(input, 8, vars.pp("layer.0"))?;
     let last = linear(8, output, vars.pp("layer.1"))?;
     Ok(Box::new(move |x: &Tensor| last.forward(&first.forward(x)?.relu()?)))
 }
 
-fn normed(vars: VarBuilder<'_>, input: usize, output: usize) -> candle_core::Result<Box<dyn Module + Send>> {
+fn normed(
+    vars: VarBuilder<'_>,
+    input: usize,
+    output: usize,
+) -> candle_core::Result<Box<dyn Module + Send>> {
     let first = linear(input, 8, vars.pp("first"))?;
     let norm = layer_norm_no_bias(8, 1e-5, vars.pp("norm"))?;
     let last = linear(8, output, vars.pp("last"))?;
@@ -41,7 +50,8 @@ fn a_module_of_the_same_layers_learns_as_the_plain_networks_do() {
     let mut plain = plain::Critics::new(&spec(), 3, &networks, &mut rng, &Device::Cpu).unwrap();
     let mut module = Modules::critics(perceptron).critics(&spec(), &networks, 3, &mut rng).unwrap();
     module.load(&saved(&plain)).unwrap();
-    let (obs, act) = ([0.1, -0.4, 0.8, 0.3, 0.2, -0.9], [0.5, -0.5, 0.7, 0.1]);
+    let obs = [0.1, -0.4, 0.8, 0.3, 0.2, -0.9];
+    let act = [0.5, -0.5, 0.7, 0.1];
     let mut to_target = |q: QView<'_>, grad: &mut [f32]| -> Result<()> {
         grad.iter_mut().zip(q.values()).for_each(|(grad, q)| *grad = q - 2.0);
         Ok(())
@@ -51,12 +61,14 @@ fn a_module_of_the_same_layers_learns_as_the_plain_networks_do() {
         module.fit(&obs, &act, &mut to_target, 0.1).unwrap();
     }
     for net in [Net::Online, Net::Target] {
-        let (mut a, mut b) = ([0.0; 12], [0.0; 12]);
+        let mut a = [0.0; 12];
+        let mut b = [0.0; 12];
         plain.values(net, &obs, &act, &mut a).unwrap();
         module.values(net, &obs, &act, &mut b).unwrap();
         assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-6), "{a:?}, {b:?}");
     }
-    let (mut a, mut b) = ([0.0; 4], [0.0; 4]);
+    let mut a = [0.0; 4];
+    let mut b = [0.0; 4];
     plain.action_grad(&obs, &act, &mut to_target, &mut a).unwrap();
     module.action_grad(&obs, &act, &mut to_target, &mut b).unwrap();
     assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-6), "{a:?}, {b:?}");
@@ -72,13 +84,20 @@ fn learner(seed: u64) -> Learner {
 
 fn experience(learner: &mut Learner, steps: std::ops::Range<u32>) {
     for i in steps {
-        let (obs, next_obs) = ([0.01 * i as f32; 3], [0.01 * (i + 1) as f32; 3]);
+        let obs = [0.01 * i as f32; 3];
+        let next_obs = [0.01 * (i + 1) as f32; 3];
         let mut action = [0.0; 2];
         learner.act(&obs, Mode::Explore, &mut action).unwrap();
         let outcome = Outcome::Running;
         let reward = [1.0 - action[0], -action[1]];
         learner
-            .observe(Transition { obs: &obs, action: &action, reward: &reward, next_obs: &next_obs, outcome })
+            .observe(Transition {
+                obs: &obs,
+                action: &action,
+                reward: &reward,
+                next_obs: &next_obs,
+                outcome,
+            })
             .unwrap();
         learner.update(&mut Silent).unwrap();
     }
@@ -126,9 +145,11 @@ fn a_learner_of_modules_repeats_resumes_and_leaves_its_policy() {
 fn what_a_module_cannot_be_is_a_readable_error() {
     let mut rng = Rng::new(0, Stream::Init);
     let networks = Networks::default();
-    let wide = Modules::critics(|vars, input, output| Ok(Box::new(linear(input, output + 1, vars)?) as _));
+    let wide =
+        Modules::critics(|vars, input, output| Ok(Box::new(linear(input, output + 1, vars)?) as _));
     let mut critic = wide.critics(&spec(), &networks, 2, &mut rng).unwrap();
-    let error = critic.values(Net::Online, &[0.0; 3], &[0.0; 2], &mut [0.0; 4]).unwrap_err().to_string();
+    let error =
+        critic.values(Net::Online, &[0.0; 3], &[0.0; 2], &mut [0.0; 4]).unwrap_err().to_string();
     assert_eq!(error, "a critic module's values: wanted 4 values, got 6");
     let twice = Modules::critics(|vars, input, output| {
         linear(input, output, vars.clone())?;
@@ -137,7 +158,10 @@ fn what_a_module_cannot_be_is_a_readable_error() {
     let error = twice.critics(&spec(), &networks, 2, &mut rng).err().unwrap().to_string();
     assert!(error.contains("candle"), "{error}");
     let stochastic = Modules::critics(normed).actor(normed);
-    let error = Backend::actor(&stochastic, &spec(), &networks, ActorKind::Gaussian, &mut rng).err().unwrap();
-    let wanted = "a policy made of a module: wanted a deterministic method, such as TD3, got a stochastic one";
+    let error = Backend::actor(&stochastic, &spec(), &networks, ActorKind::Gaussian, &mut rng)
+        .err()
+        .unwrap();
+    let wanted = "a policy made of a module: wanted a deterministic method, such as TD3, got a \
+         stochastic one";
     assert_eq!(error.to_string(), wanted);
 }

@@ -1,4 +1,5 @@
-//! Ten TD3-like updates against the numbers PyTorch got from the same weights and batches (`data/make_reference.py`).
+//! Ten TD3-like updates against the numbers PyTorch got from the same weights and batches
+//! (`data/make_reference.py`).
 
 use crate::common;
 
@@ -21,7 +22,10 @@ struct Reference(Value);
 
 impl Reference {
     fn read() -> Self {
-        Self(serde_json::from_str(&std::fs::read_to_string(data("reference.json")).unwrap()).unwrap())
+        Self(
+            serde_json::from_str(&std::fs::read_to_string(data("reference.json")).unwrap())
+                .unwrap(),
+        )
     }
 
     fn number(&self, name: &str) -> f64 {
@@ -42,7 +46,8 @@ impl Reference {
     }
 
     fn networks(&self) -> Networks {
-        let (critic_lr, actor_lr) = (self.number("critic_lr"), self.number("actor_lr"));
+        let critic_lr = self.number("critic_lr");
+        let actor_lr = self.number("actor_lr");
         Networks { hidden: self.case().hidden, critic_lr, actor_lr, ..Networks::default() }
     }
 }
@@ -56,7 +61,8 @@ fn fused(spec: &EnvSpec, critics: usize, networks: &Networks) -> (Box<dyn Critic
 }
 
 fn plain(spec: &EnvSpec, critics: usize, networks: &Networks) -> (Box<dyn Critic>, Box<dyn Actor>) {
-    let (rng, cpu) = (&mut common::init(0), Device::Cpu);
+    let rng = &mut common::init(0);
+    let cpu = Device::Cpu;
     let mut critic = plain::Critics::new(spec, critics, networks, rng, &cpu).unwrap();
     let mut actor = plain::Deterministic::new(spec, networks, rng, &cpu).unwrap();
     critic.load_safetensors(data("reference_critics.safetensors")).unwrap();
@@ -73,8 +79,11 @@ fn td_target(reward: &[f32], q: &[f32], critics: usize, discount: f32) -> Vec<f3
 #[test]
 fn ten_updates_agree() {
     let reference = Reference::read();
-    let (case, networks) = (reference.case(), reference.networks());
-    for (mut critic, mut actor) in [fused, plain].map(|make| make(&case.spec(), case.critics, &networks)) {
+    let case = reference.case();
+    let networks = reference.networks();
+    for (mut critic, mut actor) in
+        [fused, plain].map(|make| make(&case.spec(), case.critics, &networks))
+    {
         for (i, update) in reference.0["updates"].as_array().unwrap().iter().enumerate() {
             follow(&reference, &case, i, update, critic.as_mut(), actor.as_mut());
         }
@@ -89,18 +98,27 @@ fn follow(
     critic: &mut dyn Critic,
     actor: &mut dyn Actor,
 ) {
-    let close =
-        |name: &str, got: &[f32]| assert_close(&format!("update {i}: {name}"), got, &numbers(update, name), 1e-4);
+    let close = |name: &str, got: &[f32]| {
+        assert_close(&format!("update {i}: {name}"), got, &numbers(update, name), 1e-4)
+    };
     let [obs, action, next_obs] = ["obs", "action", "next_obs"].map(|name| numbers(update, name));
-    let (mut next_action, mut q) = (vec![0.0; action.len()], vec![0.0; case.q_len()]);
-    let (n, samples) = (case.objectives, (case.critics * case.rows) as f32);
+    let mut next_action = vec![0.0; action.len()];
+    let mut q = vec![0.0; case.q_len()];
+    let n = case.objectives;
+    let samples = (case.critics * case.rows) as f32;
 
     actor.sample(Net::Target, &next_obs, &[], &mut next_action, &mut []).unwrap();
     critic.values(Net::Target, &next_obs, &next_action, &mut q).unwrap();
-    let y = td_target(&numbers(update, "reward"), &q, case.critics, reference.number("discount") as f32);
+    let y = td_target(
+        &numbers(update, "reward"),
+        &q,
+        case.critics,
+        reference.number("discount") as f32,
+    );
     close("target", &y);
 
-    let (weights, mut losses) = (numbers(&reference.0, "loss_weights"), vec![0.0; n]);
+    let weights = numbers(&reference.0, "loss_weights");
+    let mut losses = vec![0.0; n];
     let fit = &mut |q: copq::QView<'_>, grad: &mut [f32]| {
         close("q", q.values());
         for (i, (grad, q)) in grad.iter_mut().zip(q.values()).enumerate() {
@@ -115,7 +133,8 @@ fn follow(
     close("losses", &losses);
 
     if let Some(wanted) = update["actor_loss"].as_f64() {
-        let (direction, mut loss) = (numbers(&reference.0, "direction"), 0.0);
+        let direction = numbers(&reference.0, "direction");
+        let mut loss = 0.0;
         let lower = &mut |q: copq::QView<'_>, grad: &mut [f32]| {
             for (i, (grad, q)) in grad.iter_mut().zip(q.values()).enumerate() {
                 *grad = -direction[i % n] / samples;
@@ -123,7 +142,11 @@ fn follow(
             }
             Ok(())
         };
-        actor.improve(&obs, &[], &mut |s, grad| critic.action_grad(&obs, s.action, lower, grad.action)).unwrap();
+        actor
+            .improve(&obs, &[], &mut |s, grad| {
+                critic.action_grad(&obs, s.action, lower, grad.action)
+            })
+            .unwrap();
         assert_close(&format!("update {i}: actor's loss"), &[loss], &[wanted as f32], 1e-4);
     }
 

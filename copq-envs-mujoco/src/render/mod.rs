@@ -1,4 +1,5 @@
-//! Pictures by MuJoCo's own renderer, without a window: of any robot's position, whichever engine it comes from.
+//! Pictures by MuJoCo's own renderer, without a window: of any robot's position, whichever engine
+//! it comes from.
 
 mod scenery;
 
@@ -21,9 +22,11 @@ const VIEW: [f64; 2] = [112.0, -16.0];
 /// Distance of the camera, in sizes of the robot: its height or its length, whichever is more.
 const DISTANCE: f64 = 2.1;
 
-/// Draws a robot above a chequered floor, seen from a camera that goes with it sideways and in depth.
+/// Draws a robot above a chequered floor, seen from a camera that goes with it sideways and in
+/// depth.
 ///
-/// It has a model of its own: an engine that runs meanwhile takes no notice. Tied to its thread, as OpenGL is.
+/// It has a model of its own: an engine that runs meanwhile takes no notice. Tied to its thread, as
+/// OpenGL is.
 pub struct Renderer {
     robot: RobotSpec,
     data: MjData<Box<MjModel>>,
@@ -31,24 +34,34 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer of pictures with so many pixels, which gives the n-th limb of the robot (see [`RobotSpec::limbs`]) its
-    /// colour, red, green and blue.
+    /// A renderer of pictures with so many pixels, which gives the n-th limb of the robot (see
+    /// [`RobotSpec::limbs`]) its colour, red, green and blue.
     ///
     /// An error if there is no EGL that draws without a window: it says what to install.
-    pub fn new(robot: &RobotSpec, [width, height]: [u32; 2], colour: impl Fn(usize) -> [u8; 3]) -> Result<Self> {
+    pub fn new(
+        robot: &RobotSpec,
+        [width, height]: [u32; 2],
+        colour: impl Fn(usize) -> [u8; 3],
+    ) -> Result<Self> {
         robot.check()?;
         if width == 0 || height == 0 {
-            return Err(Error::invalid("size of a picture", "pixels both ways", format!("{width} x {height}")));
+            return Err(Error::invalid(
+                "size of a picture",
+                "pixels both ways",
+                format!("{width} x {height}"),
+            ));
         }
         let mut model = compile(&scenery::add(&robot.mjcf(version()?), [width, height]))?;
         paint(&mut model, &robot.limbs(), colour);
         let camera = camera(robot, &model);
-        let renderer = MjRenderer::builder().width(width).height(height).camera(camera).build(&model);
+        let renderer =
+            MjRenderer::builder().width(width).height(height).camera(camera).build(&model);
         let renderer = renderer.map_err(|error| {
             let cause = error.source().map_or_else(|| error.to_string(), ToString::to_string);
             failure(format!("{cause}; {INSTALL}"))
         })?;
-        let data = MjData::try_new(Box::new(model)).map_err(|error| Error::other("making MuJoCo's data", error))?;
+        let data = MjData::try_new(Box::new(model))
+            .map_err(|error| Error::other("making MuJoCo's data", error))?;
         Ok(Self { robot: robot.clone(), data, renderer })
     }
 
@@ -62,9 +75,14 @@ impl Renderer {
         self.data.forward();
         let [x, y, _] = self.robot.centre_of_mass(&self.robot.body_poses(qpos));
         self.renderer.camera_mut().lookat[..2].copy_from_slice(&[x, y]);
-        // Twice, for MuJoCo centres the endless floor where the camera was the last time: a position has one picture.
-        let (renderer, data) = (&mut self.renderer, &mut self.data);
-        let drawn = renderer.sync_data(data).and_then(|()| renderer.sync_data(data)).and_then(|()| renderer.render());
+        // Twice, for MuJoCo centres the endless floor where the camera was the last time: a
+        // position has one picture.
+        let renderer = &mut self.renderer;
+        let data = &mut self.data;
+        let drawn = renderer
+            .sync_data(data)
+            .and_then(|()| renderer.sync_data(data))
+            .and_then(|()| renderer.render());
         drawn.map_err(|error| failure(error.to_string()))?;
         // Without pixels only if they had been turned off.
         Ok(self.renderer.rgb_flat().unwrap_or_default())
@@ -97,8 +115,11 @@ fn paint(model: &mut MjModel, limbs: &[usize], colour: impl Fn(usize) -> [u8; 3]
 fn camera(robot: &RobotSpec, model: &MjModel) -> MjvCamera {
     let segments = robot.segments(&robot.body_poses(&robot.initial_qpos));
     let ends = || segments.iter().flat_map(|segment| segment.ends.map(|end| (end, segment.radius)));
-    let highest = |axis: usize| ends().map(|(end, radius)| end[axis] + radius).fold(f64::NEG_INFINITY, f64::max);
-    let lowest = |axis: usize| ends().map(|(end, radius)| end[axis] - radius).fold(f64::INFINITY, f64::min);
+    let highest = |axis: usize| {
+        ends().map(|(end, radius)| end[axis] + radius).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let lowest =
+        |axis: usize| ends().map(|(end, radius)| end[axis] - radius).fold(f64::INFINITY, f64::min);
     let across = (0..2).map(|axis| highest(axis) - lowest(axis)).fold(0.0, f64::max);
     let mut camera = MjvCamera::new_free(model);
     [camera.azimuth, camera.elevation] = VIEW;

@@ -13,7 +13,8 @@ use crate::version::{check_version, dotted};
 
 /// Names the library's file, at run time.
 const FILE: &str = "COPQ_MUJOCO_LIBRARY";
-const INSTALL: &str = "install MuJoCo's library and headers (Debian: apt-get install libmujoco-dev)";
+const INSTALL: &str =
+    "install MuJoCo's library and headers (Debian: apt-get install libmujoco-dev)";
 
 /// The opened library and where it was found.
 #[derive(Clone, Copy)]
@@ -53,11 +54,13 @@ fn open() -> std::result::Result<Library, String> {
             Err(failure) => failures.push(failure),
         }
     }
-    let (version, failures) = (dotted(shim.header), failures.join("; "));
+    let version = dotted(shim.header);
+    let failures = failures.join("; ");
     Err(format!("MuJoCo {version} was not found ({failures}); {INSTALL}, or set {FILE}"))
 }
 
-/// What to open: the file that the environment names, or else where the headers were found and what the loader knows.
+/// What to open: the file that the environment names, or else where the headers were found and what
+/// the loader knows.
 fn candidates(header: i32) -> Vec<String> {
     if let Ok(file) = env::var(FILE) {
         return vec![file];
@@ -74,7 +77,8 @@ fn candidates(header: i32) -> Vec<String> {
 fn try_open(shim: &Shim, file: &str) -> std::result::Result<i32, String> {
     let path = CString::new(file).map_err(|error| error.to_string())?;
     let mut version = 0;
-    // SAFETY: a string and a number that outlive the call; opening a library runs its constructors, and MuJoCo's are harmless.
+    // SAFETY: a string and a number that outlive the call; opening a library runs its constructors,
+    // and MuJoCo's are harmless.
     let failure = unsafe { (shim.open)(path.as_ptr(), ptr::from_mut(&mut version)) };
     // SAFETY: null, or the loader's message, which lasts until it is called again.
     if failure.is_null() { Ok(version) } else { Err(unsafe { words(failure) }) }

@@ -9,7 +9,8 @@ use copq_envs::{Locomotion, Options, RobotSpec};
 
 use crate::Mujoco;
 
-/// The environment of this name (see [`copq_envs::tasks`]); an unknown name is answered with the nearest ones.
+/// The environment of this name (see [`copq_envs::tasks`]); an unknown name is answered with the
+/// nearest ones.
 pub fn make(name: &str) -> Result<Box<dyn Env>> {
     make_with(name, &Options::default())
 }
@@ -26,15 +27,17 @@ pub fn physics(robot: &RobotSpec) -> Result<Mujoco> {
     Mujoco::new(robot, version()?, simulation::open)
 }
 
-/// The version of the library that was found, as `mj_version` counts; an error says what is missing.
+/// The version of the library that was found, as `mj_version` counts; an error says what is
+/// missing.
 ///
-/// The library is the file that `COPQ_MUJOCO_LIBRARY` names, or else the one beside the headers of the build, or else what the
-/// loader finds. It must have the version of the headers.
+/// The library is the file that `COPQ_MUJOCO_LIBRARY` names, or else the one beside the headers of
+/// the build, or else what the loader finds. It must have the version of the headers.
 pub fn version() -> Result<i32> {
     library::library().map(|library| library.shim.header)
 }
 
-/// The version of the headers that were there at build time, as `mj_version` counts; `None` if there were none.
+/// The version of the headers that were there at build time, as `mj_version` counts; `None` if
+/// there were none.
 pub fn header() -> Option<i32> {
     library::header()
 }

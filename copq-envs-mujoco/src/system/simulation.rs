@@ -18,7 +18,8 @@ pub(super) fn open(mjcf: &str) -> Result<Box<dyn Simulation>> {
     let shim = library()?.shim;
     let _alone = COMPILER.lock().unwrap_or_else(PoisonError::into_inner);
     let mut error: [c_char; 512] = [0; 512];
-    let (text, length) = (mjcf.as_ptr().cast(), c_int::try_from(mjcf.len()));
+    let text = mjcf.as_ptr().cast();
+    let length = c_int::try_from(mjcf.len());
     let length = length.map_err(|error| Error::other("the length of a robot's MJCF", error))?;
     // SAFETY: the shim reads `length` bytes and writes a string into `error`.
     let model = unsafe { (shim.load)(text, length, error.as_mut_ptr(), error.len() as c_int) };
@@ -73,7 +74,9 @@ impl Opened {
     fn find(&self, array: Array) -> (*mut f64, usize) {
         let mut length = 0;
         // SAFETY: model and data belong together, and `Array` counts as the shim does.
-        let start = unsafe { (self.shim.array)(self.model(), self.data.as_ptr(), array as c_int, &mut length) };
+        let start = unsafe {
+            (self.shim.array)(self.model(), self.data.as_ptr(), array as c_int, &mut length)
+        };
         (start, length as usize)
     }
 }
@@ -88,7 +91,8 @@ impl Drop for Opened {
 impl Simulation for Opened {
     fn array(&self, array: Array) -> &[f64] {
         let (start, length) = self.find(array);
-        // SAFETY: the array lives as long as the data; every array of a robot has at least one number, so it is not null.
+        // SAFETY: the array lives as long as the data; every array of a robot has at least one
+        // number, so it is not null.
         unsafe { from_raw_parts(start, length) }
     }
 
@@ -99,9 +103,11 @@ impl Simulation for Opened {
     }
 
     fn call(&mut self, call: Call, times: usize) -> std::result::Result<(), String> {
-        let times = c_int::try_from(times).map_err(|_| format!("{times} physics steps are too many at once"))?;
+        let times = c_int::try_from(times)
+            .map_err(|_| format!("{times} physics steps are too many at once"))?;
         // SAFETY: model and data belong together, and `Call` counts as the shim does.
-        let message = unsafe { (self.shim.run)(call as c_int, self.model(), self.data.as_ptr(), times) };
+        let message =
+            unsafe { (self.shim.run)(call as c_int, self.model(), self.data.as_ptr(), times) };
         // SAFETY: null, or a string that lasts until this thread's next call.
         if message.is_null() { Ok(()) } else { Err(unsafe { words(message) }) }
     }
@@ -116,11 +122,15 @@ impl Simulation for Opened {
 
     fn mass_matrix(&self) -> Vec<f64> {
         let nv = self.array(Array::Qvel).len();
-        let (mut matrix, mut unit) = (vec![0.0; nv * nv], vec![0.0; nv]);
+        let mut matrix = vec![0.0; nv * nv];
+        let mut unit = vec![0.0; nv];
         for (freedom, row) in matrix.chunks_mut(nv).enumerate() {
             unit[freedom] = 1.0;
-            // SAFETY: both slices have nv numbers. The matrix is symmetric, so its columns are its rows.
-            unsafe { (self.shim.mul_m)(self.model(), self.data.as_ptr(), row.as_mut_ptr(), unit.as_ptr()) };
+            // SAFETY: both slices have nv numbers. The matrix is symmetric, so its columns are its
+            // rows.
+            unsafe {
+                (self.shim.mul_m)(self.model(), self.data.as_ptr(), row.as_mut_ptr(), unit.as_ptr())
+            };
             unit[freedom] = 0.0;
         }
         matrix

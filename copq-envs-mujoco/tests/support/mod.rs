@@ -1,4 +1,5 @@
-//! Golden data against an engine: recorded runs replayed, at the level of the engine and of the environment.
+//! Golden data against an engine: recorded runs replayed, at the level of the engine and of the
+//! environment.
 #![allow(dead_code)]
 
 #[path = "../../../copq-envs/tests/all/support/table.rs"]
@@ -37,9 +38,11 @@ pub const BENCHMARKS: [(&str, &str); 14] = [
     ("gym", "humanoid"),
 ];
 
-/// A recorded run: `<robot>_rollout`, `<robot>_onestep`, `paper_<robot>_rollout`. `COPQ_GOLDEN` names a folder with longer ones.
+/// A recorded run: `<robot>_rollout`, `<robot>_onestep`, `paper_<robot>_rollout`. `COPQ_GOLDEN`
+/// names a folder with longer ones.
 pub fn golden(name: &str) -> Table {
-    std::env::var_os("COPQ_GOLDEN").map_or_else(|| own_data(name), |folder| read(PathBuf::from(folder), name))
+    std::env::var_os("COPQ_GOLDEN")
+        .map_or_else(|| own_data(name), |folder| read(PathBuf::from(folder), name))
 }
 
 /// One of this crate's own tables.
@@ -86,7 +89,8 @@ fn controls(robot: &RobotSpec, table: &Table, row: usize) -> Vec<f64> {
     motors.map(|(u, motor)| motor.range[1] * f64::from(u as f32)).collect()
 }
 
-/// Replays a run on the engine alone, from the given state; what `look` sees in every row from the start on.
+/// Replays a run on the engine alone, from the given state; what `look` sees in every row from the
+/// start on.
 pub fn rollout<T>(
     make: Make,
     robot: &RobotSpec,
@@ -122,14 +126,17 @@ pub fn one_steps<T>(
 
 /// Gymnasium's observation in double precision, from what the engine tells.
 pub fn observation(physics: &mut Mujoco, task: &Task) -> Vec<f64> {
-    let (robot, clip) = (&task.robot, task.robot.observation.clip);
+    let robot = &task.robot;
+    let clip = task.robot.observation.clip;
     let mut seen = qpos(physics).split_off(robot.observation.skip);
     seen.extend(qvel(physics).iter().map(|velocity| velocity.clamp(-clip, clip)));
     for field in robot.observation.fields() {
         let mut values = vec![0.0; field.len(robot)];
         physics.read(field, &mut values).unwrap();
         match (robot.name.as_str(), field) {
-            ("ant", Field::ContactForce) => seen.extend(values.iter().map(|force| force.clamp(-1.0, 1.0))),
+            ("ant", Field::ContactForce) => {
+                seen.extend(values.iter().map(|force| force.clamp(-1.0, 1.0)))
+            }
             (_, Field::ActuatorForce) => seen.extend(&values[6..]),
             _ => seen.extend(values),
         }
@@ -141,12 +148,16 @@ pub fn observation(physics: &mut Mujoco, task: &Task) -> Vec<f64> {
 pub fn rollout_errors(make: Make, robot: &RobotSpec, table: &Table) -> Vec<f64> {
     let start = [table.vector(0, "qpos"), table.vector(0, "qvel")];
     let start = [&start[0][..], &start[1][..]];
-    rollout(make, robot, table, start, |physics, row| state_error(physics, table, row, ["qpos", "qvel"]))
+    rollout(make, robot, table, start, |physics, row| {
+        state_error(physics, table, row, ["qpos", "qvel"])
+    })
 }
 
 /// The largest error of every recorded single step.
 pub fn one_step_errors(make: Make, robot: &RobotSpec, table: &Table) -> Vec<f64> {
-    one_steps(make, robot, table, |physics, row| state_error(physics, table, row, ["nqpos", "nqvel"]))
+    one_steps(make, robot, table, |physics, row| {
+        state_error(physics, table, row, ["nqpos", "nqvel"])
+    })
 }
 
 /// An environment on a recorded run.
@@ -160,9 +171,11 @@ impl Replay {
     /// At the state of a row.
     pub fn new(make: Make, task: &Task, table: &Table, row: usize) -> Self {
         let physics = make(&task.robot).unwrap();
-        let start = Start { physics, qpos: table.vector(row, "qpos"), qvel: table.vector(row, "qvel") };
+        let start =
+            Start { physics, qpos: table.vector(row, "qpos"), qvel: table.vector(row, "qvel") };
         let env = Locomotion::new(task.clone(), start).unwrap();
-        let (obs, reward) = (vec![0.0; env.spec().obs_len], vec![0.0; env.spec().objectives.len()]);
+        let obs = vec![0.0; env.spec().obs_len];
+        let reward = vec![0.0; env.spec().objectives.len()];
         let mut replay = Self { env, obs, reward };
         replay.env.reset(0, &mut replay.obs).unwrap();
         replay
@@ -194,7 +207,11 @@ pub fn rewards(benchmark: &str, robot: &str, table: &Table, row: usize) -> Vec<f
 pub fn close<T: Copy + Into<f64>>(got: &[f32], wanted: &[T], tolerance: f64, what: &str) {
     assert_eq!(got.len(), wanted.len(), "{what}");
     for (i, (got, wanted)) in got.iter().zip(wanted).enumerate() {
-        let (got, wanted) = (f64::from(*got), (*wanted).into());
-        assert!((got - wanted).abs() <= tolerance * (1.0 + wanted.abs()), "{what}, number {i}: {got} against {wanted}");
+        let got = f64::from(*got);
+        let wanted = (*wanted).into();
+        assert!(
+            (got - wanted).abs() <= tolerance * (1.0 + wanted.abs()),
+            "{what}, number {i}: {got} against {wanted}"
+        );
     }
 }

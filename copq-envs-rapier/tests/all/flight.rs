@@ -1,4 +1,5 @@
-//! Motion without contacts against MuJoCo's, 20 environment steps of random torques 20 m above the floor.
+//! Motion without contacts against MuJoCo's, 20 environment steps of random torques 20 m above the
+//! floor.
 
 use crate::support;
 
@@ -13,8 +14,9 @@ struct Bounds {
     qpos: f64,
 }
 
-/// About twice what was measured. The timesteps are 0.002 (hopper, walker), 0.003 (humanoid) and 0.01 s; MuJoCo takes them with
-/// Runge-Kutta's method, but for the halfcheetah. The ant starts with its ankles half a radian outside their limits.
+/// About twice what was measured. The timesteps are 0.002 (hopper, walker), 0.003 (humanoid) and
+/// 0.01 s; MuJoCo takes them with Runge-Kutta's method, but for the halfcheetah. The ant starts
+/// with its ankles half a radian outside their limits.
 fn bounds(robot: &str) -> Bounds {
     let (centre, qpos) = match robot {
         "hopper" => (1.5e-5, 3e-3),
@@ -41,7 +43,8 @@ fn fly(name: &str) -> Bounds {
         let centre = [start[0], start[1], start[2] - fallen];
         errors.centre = errors.centre.max(worst(&physics.centre_of_mass().unwrap(), &centre));
         let mut pose = golden.vector(step, "qpos");
-        // Where the root falls is told by the centre of mass; joints and attitude are left to compare.
+        // Where the root falls is told by the centre of mass; joints and attitude are left to
+        // compare.
         let root = if spec.nq() > spec.nv() { 3 } else { 2 };
         pose[..root].copy_from_slice(&qpos(&physics)[..root]);
         errors.qpos = errors.qpos.max(worst(&qpos(&physics), &pose));
@@ -52,7 +55,8 @@ fn fly(name: &str) -> Bounds {
 #[test]
 fn robots_fly_as_in_mujoco() {
     for name in ROBOTS {
-        let (errors, bounds) = (fly(name), bounds(name));
+        let errors = fly(name);
+        let bounds = bounds(name);
         println!("{name}: centre {:.1e}, qpos {:.1e}", errors.centre, errors.qpos);
         assert!(errors.centre < bounds.centre && errors.qpos < bounds.qpos, "{name}");
     }

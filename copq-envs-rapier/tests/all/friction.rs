@@ -1,4 +1,5 @@
-//! Ground friction: a planar robot must feel it (frames with rounding noise out of the plane lose all of it).
+//! Ground friction: a planar robot must feel it (frames with rounding noise out of the plane lose
+//! all of it).
 
 use crate::support;
 
@@ -9,7 +10,8 @@ use copq_envs_rapier::Rapier;
 use support::parts::{ball, block, contraption, floor};
 use support::{controls, qvel};
 
-/// Forward speed of the centre of mass (m/s) after 0.1 s on the foot, from 1 m/s and upright, measured over one timestep.
+/// Forward speed of the centre of mass (m/s) after 0.1 s on the foot, from 1 m/s and upright,
+/// measured over one timestep.
 fn speed_after_sliding(spec: &RobotSpec) -> f64 {
     let mut physics = Rapier::new(spec).unwrap();
     // 4 cm below its usual height the foot touches the floor.
@@ -39,18 +41,27 @@ fn without_friction_it_slides_on() {
 /// Not a rounding error leads out of the plane, contacts included.
 #[test]
 fn planar_robots_stay_in_their_plane() {
-    for spec in [robot::hopper, robot::walker2d, robot::halfcheetah].map(|robot| robot(Preset::GymV5)) {
-        let (mut physics, mut rng) = (Rapier::new(&spec).unwrap(), Rng::with_stream(1, 96));
+    for spec in
+        [robot::hopper, robot::walker2d, robot::halfcheetah].map(|robot| robot(Preset::GymV5))
+    {
+        let mut physics = Rapier::new(&spec).unwrap();
+        let mut rng = Rng::with_stream(1, 96);
         physics.reset_to(&spec.initial_qpos, &vec![0.1; spec.nv()]).unwrap();
-        let (mut positions, mut velocities) = (vec![0.0; 3 * spec.bodies.len()], vec![0.0; 6 * spec.bodies.len()]);
+        let mut positions = vec![0.0; 3 * spec.bodies.len()];
+        let mut velocities = vec![0.0; 6 * spec.bodies.len()];
         for _ in 0..100 {
             let actions: Vec<_> = (0..spec.nu()).map(|_| rng.uniform_in(-1.0, 1.0)).collect();
             physics.step(&controls(&spec, &actions), spec.frame_skip).unwrap();
             physics.read(Field::BodyPosition, &mut positions).unwrap();
             physics.read(Field::Velocity, &mut velocities).unwrap();
             let aside = positions.chunks(3).map(|position| position[1]);
-            let turns = velocities.chunks(6).flat_map(|velocity| [velocity[0], velocity[2], velocity[4]]);
-            assert!(aside.chain(turns).all(|value| value == 0.0), "{}: {positions:?} {velocities:?}", spec.name);
+            let turns =
+                velocities.chunks(6).flat_map(|velocity| [velocity[0], velocity[2], velocity[4]]);
+            assert!(
+                aside.chain(turns).all(|value| value == 0.0),
+                "{}: {positions:?} {velocities:?}",
+                spec.name
+            );
         }
     }
 }
@@ -58,7 +69,10 @@ fn planar_robots_stay_in_their_plane() {
 /// Forward speed (m/s) of a ball without spin that lands on a floor, with the friction of each.
 fn speed_of_a_sled(friction: [f64; 2]) -> f64 {
     let slide = |axis| Joint::slide("slide", 0, axis);
-    let mut spec = contraption(vec![block("sled", None)], vec![slide([1.0, 0.0, 0.0]), slide([0.0, 0.0, 1.0])]);
+    let mut spec = contraption(
+        vec![block("sled", None)],
+        vec![slide([1.0, 0.0, 0.0]), slide([0.0, 0.0, 1.0])],
+    );
     let rough = |geom, friction| Geom { friction: [friction, 0.0, 0.0], ..geom };
     spec.geoms = vec![rough(ball(Some(0), 0.1), friction[0]), rough(floor(0.0), friction[1])];
     let mut physics = Rapier::new(&spec).unwrap();
@@ -69,7 +83,8 @@ fn speed_of_a_sled(friction: [f64; 2]) -> f64 {
 
 #[test]
 fn the_rougher_of_two_decides() {
-    let [both, one, other, neither] = [[0.5, 0.5], [0.5, 0.1], [0.1, 0.5], [0.1, 0.1]].map(speed_of_a_sled);
+    let [both, one, other, neither] =
+        [[0.5, 0.5], [0.5, 0.1], [0.1, 0.5], [0.1, 0.1]].map(speed_of_a_sled);
     assert!(both == one && both == other && both < neither - 0.5, "{both} {one} {other} {neither}");
     // Coulomb's friction: mu g t.
     assert!((2.0 - neither - 0.1 * 9.81 * 0.2).abs() < 0.02, "{neither}");
@@ -82,7 +97,9 @@ fn rates_after_parting(friction: f64, condim: u8) -> Vec<u64> {
         (geom.condim, geom.friction[0]) = (condim, friction);
     }
     let mut physics = Rapier::new(&spec).unwrap();
-    physics.reset_to(&[0.0, 21.0, -1.811, -0.875, -2.542, 0.58], &[0.0, 0.0, 0.0, -4.0, -3.0, 0.0]).unwrap();
+    physics
+        .reset_to(&[0.0, 21.0, -1.811, -0.875, -2.542, 0.58], &[0.0, 0.0, 0.0, -4.0, -3.0, 0.0])
+        .unwrap();
     physics.step(&[0.0; 3], 4).unwrap();
     let mut qvel = [0.0; 6];
     physics.qvel(&mut qvel);

@@ -9,7 +9,8 @@ use copq_envs_rapier::Rapier;
 use support::parts::{block, contraption, motor};
 use support::{qpos, qvel};
 
-/// A block on a hinge through its centre of mass: nothing acts but the joint. The moment of inertia is 0.2 kg m^2.
+/// A block on a hinge through its centre of mass: nothing acts but the joint. The moment of inertia
+/// is 0.2 kg m^2.
 fn flywheel(joint: Joint) -> RobotSpec {
     contraption(vec![block("wheel", None)], vec![joint])
 }
@@ -46,16 +47,23 @@ fn motors_may_come_in_another_order_than_joints() {
     physics.reset_to(&[0.0; 2], &[0.0; 2]).unwrap();
     physics.step(&[1.0, 0.5], 1).unwrap();
     let velocity = qvel(&physics);
-    assert!((velocity[0] * 0.2 - 0.001).abs() < 1e-9 && (velocity[1] * 0.2 - 0.004).abs() < 1e-9, "{velocity:?}");
+    assert!(
+        (velocity[0] * 0.2 - 0.001).abs() < 1e-9 && (velocity[1] * 0.2 - 0.004).abs() < 1e-9,
+        "{velocity:?}"
+    );
 }
 
-/// rapier damps every angular freedom by 0.1 N m s/rad unless told otherwise: the wheel would stop within seconds.
+/// rapier damps every angular freedom by 0.1 N m s/rad unless told otherwise: the wheel would stop
+/// within seconds.
 #[test]
 fn without_damping_it_turns_for_ever() {
     let mut wheel = start(&flywheel(hinge()), 0.0, 3.0);
     wheel.step(&[], 5000).unwrap();
     assert_abs_diff_eq!(qvel(&wheel)[0], 3.0, epsilon = 1e-9);
-    let spec = RobotSpec { gravity: [0.0; 3], ..contraption(vec![block("top", None)], vec![Joint::free("free", 0)]) };
+    let spec = RobotSpec {
+        gravity: [0.0; 3],
+        ..contraption(vec![block("top", None)], vec![Joint::free("free", 0)])
+    };
     let mut top = Rapier::new(&spec).unwrap();
     top.reset_to(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], &[0.0, 0.0, 0.0, 0.0, 0.0, 3.0]).unwrap();
     top.step(&[], 5000).unwrap();
@@ -75,8 +83,9 @@ fn damping_is_implicit_and_springs_are_not() {
     assert!((rates[1] + 0.002 * 50.0 * 0.2 / 0.2).abs() < 1e-6, "{rates:?}");
 }
 
-/// MuJoCo's default limit is critically damped with a time constant tc of 0.02 s, and pushes only: the violation shrinks as
-/// x0 (1 + t) exp(-t) while t < 1, in units of tc, and after that, when the limit would have to pull, at constant speed.
+/// MuJoCo's default limit is critically damped with a time constant tc of 0.02 s, and pushes only:
+/// the violation shrinks as x0 (1 + t) exp(-t) while t < 1, in units of tc, and after that, when
+/// the limit would have to pull, at constant speed.
 #[test]
 fn a_violated_limit_gives_way_as_told() {
     for (range, sign) in [([0.0, 9.0], 1.0), ([-9.0, 0.0], -1.0)] {
@@ -84,13 +93,19 @@ fn a_violated_limit_gives_way_as_told() {
         for step in 1..=40 {
             wheel.step(&[], 1).unwrap();
             let t = f64::from(step) * 0.002 / 0.02;
-            let exact = 0.3 * if t < 1.0 { (1.0 + t) * (-t).exp() } else { (3.0 - t) * (-1.0_f64).exp() };
-            assert!((qpos(&wheel)[0] * -sign - exact).abs() < 0.01, "{step}: {} {exact}", qpos(&wheel)[0]);
+            let exact =
+                0.3 * if t < 1.0 { (1.0 + t) * (-t).exp() } else { (3.0 - t) * (-1.0_f64).exp() };
+            assert!(
+                (qpos(&wheel)[0] * -sign - exact).abs() < 0.01,
+                "{step}: {} {exact}",
+                qpos(&wheel)[0]
+            );
         }
     }
 }
 
-/// What hits a limit goes through it for a few hundredths of a second: x = v0 t exp(-t / tc), as in MuJoCo.
+/// What hits a limit goes through it for a few hundredths of a second: x = v0 t exp(-t / tc), as in
+/// MuJoCo.
 #[test]
 fn what_hits_a_limit_is_caught_softly() {
     let mut wheel = start(&flywheel(Joint { range: Some([0.0, 9.0]), ..hinge() }), -1e-9, -5.0);
@@ -109,7 +124,8 @@ fn a_limit_bears_a_motor() {
     spec.actuators = vec![motor(0, 40.0)];
     let mut wheel = start(&spec, 0.0, 0.0);
     wheel.step(&[-1.0], 500).unwrap();
-    let (d, tc) = (0.95, 0.02);
+    let d = 0.95;
+    let tc = 0.02;
     let depth = (1.0 - d) * (40.0 / 0.2) / (d * d / (d * tc * d * tc));
     assert!(
         qvel(&wheel)[0].abs() < 1e-6 && (qpos(&wheel)[0] / -depth - 1.0).abs() < 0.15,

@@ -1,4 +1,5 @@
-//! What falls on the floor goes in so far and no further, and is not thrown back, whatever the timestep.
+//! What falls on the floor goes in so far and no further, and is not thrown back, whatever the
+//! timestep.
 
 use crate::support;
 
@@ -10,31 +11,39 @@ use support::{qpos, qvel, robot};
 
 /// A ball of 2 kg and 0.1 m on its way down.
 fn falling(timestep: f64) -> RobotSpec {
-    let mut spec = contraption(vec![block("ball", None)], vec![Joint::slide("z", 0, [0.0, 0.0, 1.0])]);
+    let mut spec =
+        contraption(vec![block("ball", None)], vec![Joint::slide("z", 0, [0.0, 0.0, 1.0])]);
     spec.geoms = vec![ball(Some(0), 0.1), floor(0.0)];
     spec.timestep = timestep;
     spec
 }
 
-/// MuJoCo 3.17.0 with Euler's method: 30.3, 30.8 and 41.0 mm in, 0.55, 0.57 and 1.00 m/s out; with Runge-Kutta's in the timestep of
-/// 0.01 s 34.8 mm and 0.62 m/s.
+/// MuJoCo 3.17.0 with Euler's method: 30.3, 30.8 and 41.0 mm in, 0.55, 0.57 and 1.00 m/s out; with
+/// Runge-Kutta's in the timestep of 0.01 s 34.8 mm and 0.62 m/s.
 #[test]
 fn a_ball_goes_in_and_comes_out_as_in_mujoco() {
-    for (timestep, depth, speed) in [(0.002, 0.0303, 0.55), (0.003, 0.0308, 0.57), (0.01, 0.041, 0.8)] {
+    for (timestep, depth, speed) in
+        [(0.002, 0.0303, 0.55), (0.003, 0.0308, 0.57), (0.01, 0.041, 0.8)]
+    {
         let mut physics = Rapier::new(&falling(timestep)).unwrap();
         physics.reset_to(&[0.1], &[-4.0]).unwrap();
-        let (mut deepest, mut fastest) = (0.0_f64, 0.0_f64);
+        let mut deepest = 0.0_f64;
+        let mut fastest = 0.0_f64;
         for _ in 0..(0.5 / timestep) as usize {
             physics.step(&[], 1).unwrap();
-            (deepest, fastest) = (deepest.max(0.1 - qpos(&physics)[0]), fastest.max(qvel(&physics)[0]));
+            (deepest, fastest) =
+                (deepest.max(0.1 - qpos(&physics)[0]), fastest.max(qvel(&physics)[0]));
         }
         println!("{timestep}: {deepest} m, {fastest} m/s");
-        assert!((deepest / depth - 1.0).abs() < 0.15 && (fastest / speed - 1.0).abs() < 0.05, "{timestep}");
+        assert!(
+            (deepest / depth - 1.0).abs() < 0.15 && (fastest / speed - 1.0).abs() < 0.05,
+            "{timestep}"
+        );
     }
 }
 
-/// It starts with its ankles half a radian outside their limits, falls on its feet and is pushed up by them: in MuJoCo to 0.774 m,
-/// with either method and in timesteps down to 0.001 s.
+/// It starts with its ankles half a radian outside their limits, falls on its feet and is pushed up
+/// by them: in MuJoCo to 0.774 m, with either method and in timesteps down to 0.001 s.
 #[test]
 fn an_idle_ant_is_not_thrown_into_the_air() {
     let spec = robot("ant", Preset::GymV5);

@@ -1,4 +1,5 @@
-//! Poses, masses, inertia and velocities of every robot against MuJoCo's, in a random pose and motion.
+//! Poses, masses, inertia and velocities of every robot against MuJoCo's, in a random pose and
+//! motion.
 
 use crate::support;
 use approx::assert_abs_diff_eq;
@@ -37,14 +38,17 @@ fn the_mass_matrix_is_mujocos() {
     });
 }
 
-/// The diagonal at the reference pose, against what MuJoCo compiles from Gymnasium's own models: ours have no part in it.
+/// The diagonal at the reference pose, against what MuJoCo compiles from Gymnasium's own models:
+/// ours have no part in it.
 #[test]
 fn the_mass_matrix_is_that_of_gymnasiums_models() {
     let golden = data("mass_gym.csv");
     for name in ROBOTS {
         let mut physics = Rapier::new(&robot(name, Preset::GymV5)).unwrap();
         let wanted = row(&golden, &format!("{name}_mass"));
-        physics.reset_to(&row(&golden, &format!("{name}_qpos0")), &vec![0.0; wanted.len()]).unwrap();
+        physics
+            .reset_to(&row(&golden, &format!("{name}_qpos0")), &vec![0.0; wanted.len()])
+            .unwrap();
         let matrix = physics.mass_matrix().unwrap();
         let got: Vec<f64> = matrix.iter().copied().step_by(wanted.len() + 1).collect();
         let error = worst(&got, &wanted);
@@ -95,7 +99,8 @@ fn a_machine_of_every_kind_of_joint_is_mujocos() {
     }
 }
 
-/// A quaternion and its negative are one rotation; which of them was set is told, and stays while the body turns.
+/// A quaternion and its negative are one rotation; which of them was set is told, and stays while
+/// the body turns.
 #[test]
 fn quaternions_keep_their_sign() {
     let spec = robot("ant", Preset::Paper);

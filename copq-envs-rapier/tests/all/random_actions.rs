@@ -37,7 +37,8 @@ fn stays_finite(walk: &mut Walk, steps: usize) -> bool {
     })
 }
 
-/// Ten seeds of a thousand steps, all finite; the lengths of the episodes, in order, unfinished ones as far as they went.
+/// Ten seeds of a thousand steps, all finite; the lengths of the episodes, in order, unfinished
+/// ones as far as they went.
 fn lengths(robot: &str) -> Vec<usize> {
     let mut lengths = Vec::new();
     for seed in 0..10 {
@@ -79,8 +80,8 @@ fn halfcheetahs_never_fall() {
     assert_eq!(lengths("halfcheetah"), [1000; 10]);
 }
 
-/// Some ants come to lie on their backs and stay till the end, so means say little. MuJoCo's quartiles over 150 episodes: 32 to
-/// 46, 65 to 83 and 125 to 163, by the length of the timestep.
+/// Some ants come to lie on their backs and stay till the end, so means say little. MuJoCo's
+/// quartiles over 150 episodes: 32 to 46, 65 to 83 and 125 to 163, by the length of the timestep.
 #[test]
 fn ants_jump_out_of_bounds_as_soon_as_in_mujoco() {
     let lengths = lengths("ant");

@@ -14,9 +14,14 @@ fn an_unknown_environment_is_answered_with_the_nearest() {
 #[test]
 fn a_state_that_blows_up_is_an_error() {
     let mut physics = Rapier::new(&robot::hopper(Preset::GymV5)).unwrap();
-    physics.reset_to(&[0.0, 1.25, 0.0, 0.0, 0.0, 0.0], &[0.0, 0.0, 1e308, 0.0, 0.0, -1e308]).unwrap();
+    physics
+        .reset_to(&[0.0, 1.25, 0.0, 0.0, 0.0, 0.0], &[0.0, 0.0, 1e308, 0.0, 0.0, -1e308])
+        .unwrap();
     let error = (0..50).find_map(|_| physics.step(&[0.0; 3], 4).err()).unwrap();
-    assert!(matches!(error, Error::Env { .. }) && error.to_string().contains("stopped being finite"), "{error}");
+    assert!(
+        matches!(error, Error::Env { .. }) && error.to_string().contains("stopped being finite"),
+        "{error}"
+    );
     // A reset mends it.
     physics.reset_to(&[0.0, 1.25, 0.0, 0.0, 0.0, 0.0], &[0.0; 6]).unwrap();
     physics.step(&[0.0; 3], 4).unwrap();
@@ -38,7 +43,10 @@ fn a_free_joint_in_the_wrong_place_is_named() {
     inner.initial_qpos = vec![0.0; inner.nq()];
     inner.actuators.remove(0);
     let error = Rapier::new(&inner).unwrap_err().to_string();
-    assert!(error.contains("a free joint alone") && error.contains("thigh_joint on thigh"), "{error}");
+    assert!(
+        error.contains("a free joint alone") && error.contains("thigh_joint on thigh"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -67,7 +75,8 @@ fn more_kinds_of_geom_than_collision_groups_are_refused() {
     Rapier::new(&spec).unwrap();
     for (index, geom) in spec.geoms.iter_mut().enumerate() {
         geom.body = (index % 2 == 0).then_some(0);
-        (geom.contype, geom.conaffinity) = if index < 66 { (1 << (index / 2 % 32), 1 << (index % 32)) } else { (1, 1) };
+        (geom.contype, geom.conaffinity) =
+            if index < 66 { (1 << (index / 2 % 32), 1 << (index % 32)) } else { (1, 1) };
     }
     assert!(Rapier::new(&spec).unwrap_err().to_string().contains("at most 32"));
 }

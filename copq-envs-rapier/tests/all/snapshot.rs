@@ -10,10 +10,12 @@ use copq_envs::{Physics, robot};
 use copq_envs_rapier::{Rapier, make};
 use support::{ROBOTS, Walk};
 
-/// Observation and reward bits of the next `steps` steps under a fixed sequence of actions, with resets.
+/// Observation and reward bits of the next `steps` steps under a fixed sequence of actions, with
+/// resets.
 fn replay(env: &mut dyn Env, steps: usize) -> Vec<u32> {
     let mut rng = Rng::with_stream(3, 98);
-    let (mut obs, mut action) = (vec![0.0; env.spec().obs_len], vec![0.0; env.spec().action_len()]);
+    let mut obs = vec![0.0; env.spec().obs_len];
+    let mut action = vec![0.0; env.spec().action_len()];
     let mut reward = vec![0.0; env.spec().objectives.len()];
     let mut bits = Vec::new();
     for _ in 0..steps {
@@ -44,7 +46,10 @@ fn a_new_environment_goes_on_from_the_middle_of_an_episode() {
             fresh.load(&state).unwrap();
             assert!(replay(&mut *fresh, 60) == wanted, "{task} seed {seed}: a new environment");
             walk.env.load(&state).unwrap();
-            assert!(replay(&mut *walk.env, 60) == wanted, "{task} seed {seed}: the old environment");
+            assert!(
+                replay(&mut *walk.env, 60) == wanted,
+                "{task} seed {seed}: the old environment"
+            );
         }
     }
 }
@@ -55,7 +60,8 @@ fn a_snapshot_of_a_snapshot_is_the_same() {
     (0..30).for_each(|_| {
         walk.step();
     });
-    let (mut first, mut second) = (State::default(), State::default());
+    let mut first = State::default();
+    let mut second = State::default();
     walk.env.save(&mut first).unwrap();
     let mut fresh = make("a/hopper").unwrap();
     fresh.load(&first).unwrap();
@@ -74,7 +80,8 @@ fn landed() -> Rapier {
 }
 
 fn digest(physics: &mut Rapier) -> String {
-    let (mut qpos, mut digest) = ([0.0; 6], 0u64);
+    let mut qpos = [0.0; 6];
+    let mut digest = 0u64;
     for step in 0..200 {
         let turn = f64::from(step % 7) / 7.0 - 0.4;
         physics.step(&[turn, -turn, 0.5 * turn], 1).unwrap();

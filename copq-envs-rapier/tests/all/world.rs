@@ -18,17 +18,20 @@ fn touches(spec: &RobotSpec, qpos: &[f64]) -> bool {
     forces.iter().any(|force| *force != 0.0)
 }
 
-/// Three balls of 0.2 m one within the other, each body moved by two hinges, so that massless links lie between them.
+/// Three balls of 0.2 m one within the other, each body moved by two hinges, so that massless links
+/// lie between them.
 fn nested(middle: Vec<Joint>) -> RobotSpec {
     let bodies = vec![block("first", None), block("second", Some(0)), block("third", Some(1))];
     let hinges = |body| {
-        let [x, y] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|axis| Joint::hinge("hinge", body, axis));
+        let [x, y] =
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|axis| Joint::hinge("hinge", body, axis));
         [x, y]
     };
     let joints = hinges(0).into_iter().chain(middle).chain(hinges(2)).collect();
     let mut spec = contraption(bodies, joints);
     // Off the hinges, so that a contact can turn them.
-    let balls = (0..3).map(|body| Geom { pos: [0.0, 0.05 * body as f64, 0.15], ..ball(Some(body), 0.2) });
+    let balls =
+        (0..3).map(|body| Geom { pos: [0.0, 0.05 * body as f64, 0.15], ..ball(Some(body), 0.2) });
     spec.geoms = balls.collect();
     spec
 }
@@ -52,7 +55,9 @@ fn welded_bodies_count_as_one() {
 fn masks_decide() {
     let mut spec = nested(vec![Joint::hinge("z", 1, [0.0, 0.0, 1.0])]);
     for (contype, conaffinity, wanted) in [(1, 2, false), (3, 2, true), (2, 0, false)] {
-        spec.geoms.iter_mut().for_each(|geom| (geom.contype, geom.conaffinity) = (contype, conaffinity));
+        spec.geoms
+            .iter_mut()
+            .for_each(|geom| (geom.contype, geom.conaffinity) = (contype, conaffinity));
         assert_eq!(touches(&spec, &[0.0; 5]), wanted, "{contype} {conaffinity}");
     }
 }
@@ -69,13 +74,19 @@ fn the_humanoid_does_not_press_against_itself_in_its_first_pose() {
     assert!(touches(&spec, &folded));
 }
 
-/// Two balls on roots of their own, one on the floor of the world, one on a table that stands there without a joint.
+/// Two balls on roots of their own, one on the floor of the world, one on a table that stands there
+/// without a joint.
 #[test]
 fn several_roots_and_the_world_carry_geoms() {
     let table = Body { pos: [5.0, 0.0, 1.0], ..block("table", None) };
     let bodies = vec![block("low", None), block("high", None), table];
     let mut spec = contraption(bodies, vec![Joint::free("low", 0), Joint::free("high", 1)]);
-    spec.geoms = vec![ball(Some(0), 0.1), ball(Some(1), 0.1), floor(0.0), Geom { body: Some(2), ..ball(None, 0.5) }];
+    spec.geoms = vec![
+        ball(Some(0), 0.1),
+        ball(Some(1), 0.1),
+        floor(0.0),
+        Geom { body: Some(2), ..ball(None, 0.5) },
+    ];
     let mut physics = Rapier::new(&spec).unwrap();
     let upright = [1.0, 0.0, 0.0, 0.0];
     let start = [&[0.0, 0.0, 0.3], &upright[..], &[5.0, 0.0, 1.8], &upright[..]].concat();
@@ -88,29 +99,38 @@ fn several_roots_and_the_world_carry_geoms() {
 /// A margin on both sides adds up, and contacts begin there.
 #[test]
 fn margins_hold_a_distance() {
-    let mut spec = contraption(vec![block("ball", None)], vec![Joint::slide("z", 0, [0.0, 0.0, 1.0])]);
-    spec.geoms = vec![Geom { margin: 0.01, ..ball(Some(0), 0.1) }, Geom { margin: 0.02, ..floor(0.0) }];
+    let mut spec =
+        contraption(vec![block("ball", None)], vec![Joint::slide("z", 0, [0.0, 0.0, 1.0])]);
+    spec.geoms =
+        vec![Geom { margin: 0.01, ..ball(Some(0), 0.1) }, Geom { margin: 0.02, ..floor(0.0) }];
     let mut physics = Rapier::new(&spec).unwrap();
     physics.reset_to(&[0.2], &[0.0]).unwrap();
     physics.step(&[], 1000).unwrap();
     assert!((qpos(&physics)[0] - 0.13).abs() < 1e-3, "{:?}", qpos(&physics));
 }
 
-/// Nothing is held back on the way to the floor, however fast: continuous collision detection would.
+/// Nothing is held back on the way to the floor, however fast: continuous collision detection
+/// would.
 #[test]
 fn what_falls_fast_falls_freely() {
-    let mut spec = contraption(vec![block("ball", None)], vec![Joint::slide("z", 0, [0.0, 0.0, 1.0])]);
+    let mut spec =
+        contraption(vec![block("ball", None)], vec![Joint::slide("z", 0, [0.0, 0.0, 1.0])]);
     spec.geoms = vec![ball(Some(0), 0.1), floor(0.0)];
     let mut physics = Rapier::new(&spec).unwrap();
     physics.reset_to(&[0.1001], &[-40.0]).unwrap();
     physics.step(&[], 1).unwrap();
-    assert!((qpos(&physics)[0] - (0.1001 - 0.002 * (40.0 + 0.002 * 9.81))).abs() < 1e-12, "{:?}", qpos(&physics));
+    assert!(
+        (qpos(&physics)[0] - (0.1001 - 0.002 * (40.0 + 0.002 * 9.81))).abs() < 1e-12,
+        "{:?}",
+        qpos(&physics)
+    );
 }
 
 /// After ten seconds at rest a motor moves it at once.
 #[test]
 fn nothing_sleeps() {
-    let mut spec = contraption(vec![block("ball", None)], vec![Joint::slide("z", 0, [0.0, 0.0, 1.0])]);
+    let mut spec =
+        contraption(vec![block("ball", None)], vec![Joint::slide("z", 0, [0.0, 0.0, 1.0])]);
     spec.geoms = vec![ball(Some(0), 0.1), floor(0.0)];
     spec.actuators = vec![motor(0, 100.0)];
     let mut physics = Rapier::new(&spec).unwrap();

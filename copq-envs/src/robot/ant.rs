@@ -6,8 +6,8 @@ use crate::Field;
 
 use super::capsule::{solid_ball, unit};
 use super::{
-    Actuator, Body, Capsule, Geom, Health, Inertial, Integrator, Joint, Noise, Observation, Part, Preset, RobotSpec,
-    Shape, Solver, VelocityPoint,
+    Actuator, Body, Capsule, Geom, Health, Inertial, Integrator, Joint, Noise, Observation, Part,
+    Preset, RobotSpec, Shape, Solver, VelocityPoint,
 };
 
 /// Density of everything (kg/m^3).
@@ -25,10 +25,11 @@ const FUSED: Inertial = Inertial {
     quat: [0.5000000000000007, 0.5000000000000007, -0.5000000000000007, 0.5000000000000007],
 };
 
-/// The ant: 0.91 kg, qpos = (position, quaternion, then hip and ankle of each leg), eight motors of 150 N m, those of
-/// the last leg first.
+/// The ant: 0.91 kg, qpos = (position, quaternion, then hip and ankle of each leg), eight motors of
+/// 150 N m, those of the last leg first.
 ///
-/// Gymnasium's starts with its ankles outside their limits, as its own environment does; Brax's starts on bent legs.
+/// Gymnasium's starts with its ankles outside their limits, as its own environment does; Brax's
+/// starts on bent legs.
 pub fn ant(preset: Preset) -> RobotSpec {
     match preset {
         Preset::GymV5 => gym(),
@@ -39,13 +40,20 @@ pub fn ant(preset: Preset) -> RobotSpec {
 fn gym() -> RobotSpec {
     let mut robot = RobotSpec {
         name: "ant".into(),
-        bodies: vec![Body::new("torso", None, [0.0, 0.0, 0.75], solid_ball(DENSITY, 0.25, [0.0; 3]))],
+        bodies: vec![Body::new(
+            "torso",
+            None,
+            [0.0, 0.0, 0.75],
+            solid_ball(DENSITY, 0.25, [0.0; 3]),
+        )],
         joints: vec![Joint::free("root", 0)],
         geoms: vec![
             Geom::new("floor", None, Shape::Plane),
             Geom::new("torso_geom", Some(0), Shape::Sphere { radius: 0.25 }),
         ],
-        actuators: [7, 8, 1, 2, 3, 4, 5, 6].map(|joint| Actuator { joint, gear: 150.0, range: [-1.0, 1.0] }).into(),
+        actuators: [7, 8, 1, 2, 3, 4, 5, 6]
+            .map(|joint| Actuator { joint, gear: 150.0, range: [-1.0, 1.0] })
+            .into(),
         gravity: [0.0, 0.0, -9.81],
         timestep: 0.01,
         integrator: Integrator::Rk4,
@@ -71,7 +79,8 @@ fn gym() -> RobotSpec {
     robot
 }
 
-/// Brax welds the first segments to the torso; only four balls at the tips of the legs touch the floor.
+/// Brax welds the first segments to the torso; only four balls at the tips of the legs touch the
+/// floor.
 fn paper() -> RobotSpec {
     let mut robot = gym();
     robot.bodies = vec![Body { inertial: FUSED, ..robot.bodies.swap_remove(0) }];
@@ -79,11 +88,16 @@ fn paper() -> RobotSpec {
     robot.geoms.truncate(2);
     for (leg, signs) in LEGS.into_iter().enumerate() {
         let name = format!("aux_{}_geom", leg + 1);
-        robot.geoms.push(Geom::capsule(&name, 0, Capsule::between([0.0; 3], along(signs, 0.2), THIN)));
+        robot.geoms.push(Geom::capsule(
+            &name,
+            0,
+            Capsule::between([0.0; 3], along(signs, 0.2), THIN),
+        ));
     }
     for (leg, signs) in LEGS.into_iter().enumerate() {
         let ankle = robot.movable(leg, signs, 0);
-        let foot = Geom::new(&format!("foot_{}", leg + 1), Some(ankle), Shape::Sphere { radius: THIN });
+        let foot =
+            Geom::new(&format!("foot_{}", leg + 1), Some(ankle), Shape::Sphere { radius: THIN });
         robot.geoms.push(Geom { pos: along(signs, 0.4), ..foot });
     }
     robot.geoms.iter_mut().for_each(|geom| geom.friction = [1.0, 0.5, 0.5]);
@@ -101,11 +115,14 @@ impl RobotSpec {
     /// Adds the hip's segment below `parent` and the ankle's below that; returns the ankle's.
     fn movable(&mut self, leg: usize, signs: [f64; 2], parent: usize) -> usize {
         let number = leg + 1;
-        let hip = self.segment(parent, &format!("leg_{number}"), along(signs, 0.2), along(signs, 0.2));
+        let hip =
+            self.segment(parent, &format!("leg_{number}"), along(signs, 0.2), along(signs, 0.2));
         let axis = Joint::hinge(&format!("hip_{number}"), hip, [0.0, 0.0, 1.0]);
         self.joints.push(Joint { range: Some([-30.0, 30.0].map(f64::to_radians)), ..sprung(axis) });
-        let ankle = self.segment(hip, &format!("ankle_{number}"), along(signs, 0.2), along(signs, 0.4));
-        let axis = Joint::hinge(&format!("ankle_{number}"), ankle, unit([-signs[0] * signs[1], 1.0, 0.0]));
+        let ankle =
+            self.segment(hip, &format!("ankle_{number}"), along(signs, 0.2), along(signs, 0.4));
+        let axis =
+            Joint::hinge(&format!("ankle_{number}"), ankle, unit([-signs[0] * signs[1], 1.0, 0.0]));
         let range = if signs[0] > 0.0 { [30.0, 70.0] } else { [-70.0, -30.0] };
         self.joints.push(Joint { range: Some(range.map(f64::to_radians)), ..sprung(axis) });
         ankle
@@ -113,7 +130,8 @@ impl RobotSpec {
 
     /// Adds a body that is one capsule from its origin to `end`.
     fn segment(&mut self, parent: usize, name: &str, pos: [f64; 3], end: [f64; 3]) -> usize {
-        let (body, capsule) = (self.bodies.len(), Capsule::between([0.0; 3], end, THIN));
+        let body = self.bodies.len();
+        let capsule = Capsule::between([0.0; 3], end, THIN);
         self.bodies.push(Body::new(name, Some(parent), pos, capsule.solid(DENSITY)));
         self.geoms.push(Geom::capsule(&format!("{name}_geom"), body, capsule));
         body

@@ -1,4 +1,5 @@
-//! Solid shapes: a capsule between two points, a ball, and their inertia, in the arithmetic of MuJoCo's compiler.
+//! Solid shapes: a capsule between two points, a ball, and their inertia, in the arithmetic of
+//! MuJoCo's compiler.
 
 use std::f64::consts::PI;
 
@@ -18,7 +19,8 @@ pub struct Capsule {
 }
 
 impl Capsule {
-    /// The capsule whose caps are centred on two points (m); its local z axis points from `to` to `from`.
+    /// The capsule whose caps are centred on two points (m); its local z axis points from `to` to
+    /// `from`.
     pub fn between(from: [f64; 3], to: [f64; 3], radius: f64) -> Self {
         let axis = [0, 1, 2].map(|i| from[i] - to[i]);
         let centre = [0, 1, 2].map(|i| 0.5 * (from[i] + to[i]));
@@ -30,10 +32,11 @@ impl Capsule {
         Shape::Capsule { radius: self.radius, half_length: self.half_length }
     }
 
-    /// Mass and inertia when filled (density in kg/m^3): a cylinder between two half balls, each with its centre of
-    /// mass 3 r / 8 beyond the cylinder's end.
+    /// Mass and inertia when filled (density in kg/m^3): a cylinder between two half balls, each
+    /// with its centre of mass 3 r / 8 beyond the cylinder's end.
     pub fn solid(&self, density: f64) -> Inertial {
-        let (r, length) = (self.radius, 2.0 * self.half_length);
+        let r = self.radius;
+        let length = 2.0 * self.half_length;
         let mass = density * (PI * (r * r * length + 4.0 * r * r * r / 3.0));
         let ball = mass * 4.0 * r / (4.0 * r + 3.0 * length);
         let cylinder = mass - ball;
@@ -79,11 +82,15 @@ mod tests {
 
     #[test]
     fn a_capsule_without_a_cylinder_is_a_ball() {
-        let (ball, centre) = (solid_ball(1000.0, 0.1, [0.0; 3]), [0.0; 3]);
-        let capsule = Capsule { radius: 0.1, half_length: 0.0, centre, quat: [1.0, 0.0, 0.0, 0.0] }.solid(1000.0);
+        let ball = solid_ball(1000.0, 0.1, [0.0; 3]);
+        let centre = [0.0; 3];
+        let capsule = Capsule { radius: 0.1, half_length: 0.0, centre, quat: [1.0, 0.0, 0.0, 0.0] }
+            .solid(1000.0);
         assert_abs_diff_eq!(ball.mass, 4.0 / 3.0 * PI, epsilon = 1e-12);
         assert_abs_diff_eq!(capsule.mass, ball.mass, epsilon = 1e-12);
-        assert!(capsule.moments.iter().all(|moment| (moment - 0.4 * ball.mass * 1e-2).abs() < 1e-15));
+        assert!(
+            capsule.moments.iter().all(|moment| (moment - 0.4 * ball.mass * 1e-2).abs() < 1e-15)
+        );
     }
 
     #[test]
@@ -94,7 +101,10 @@ mod tests {
             ([3.0, 0.0, 0.0], [0.5_f64.sqrt(), 0.0, 0.5_f64.sqrt(), 0.0]),
         ] {
             let quat = Capsule::between(from, [0.0; 3], 0.1).quat;
-            assert!(quat.iter().zip(wanted).all(|(got, wanted)| (got - wanted).abs() < 1e-15), "{quat:?}");
+            assert!(
+                quat.iter().zip(wanted).all(|(got, wanted)| (got - wanted).abs() < 1e-15),
+                "{quat:?}"
+            );
         }
     }
 }

@@ -23,7 +23,11 @@ impl RobotSpec {
             return Err(self.wrong("frame_skip", "at least 1", 0));
         }
         if self.initial_qpos.len() != self.nq() {
-            return Err(self.wrong("initial_qpos", format!("{} values", self.nq()), self.initial_qpos.len()));
+            return Err(self.wrong(
+                "initial_qpos",
+                format!("{} values", self.nq()),
+                self.initial_qpos.len(),
+            ));
         }
         Ok(())
     }
@@ -34,12 +38,22 @@ impl RobotSpec {
         for (index, body) in self.bodies.iter().enumerate() {
             while path.last().copied() != body.parent {
                 if path.pop().is_none() {
-                    return Err(self.wrong(&body.name, "bodies listed depth first", "a parent that is later or done"));
+                    return Err(self.wrong(
+                        &body.name,
+                        "bodies listed depth first",
+                        "a parent that is later or done",
+                    ));
                 }
             }
             path.push(index);
-            if !(body.inertial.mass > 0.0 && body.inertial.moments.iter().all(|&moment| moment > 0.0)) {
-                return Err(self.wrong(&body.name, "positive mass and moments", format!("{:?}", body.inertial)));
+            if !(body.inertial.mass > 0.0
+                && body.inertial.moments.iter().all(|&moment| moment > 0.0))
+            {
+                return Err(self.wrong(
+                    &body.name,
+                    "positive mass and moments",
+                    format!("{:?}", body.inertial),
+                ));
             }
         }
         Ok(())
@@ -49,10 +63,18 @@ impl RobotSpec {
         let mut last = 0;
         for joint in &self.joints {
             if joint.body < last || joint.body >= self.bodies.len() {
-                return Err(self.wrong(&joint.name, "a body, in the order of the bodies", joint.body));
+                return Err(self.wrong(
+                    &joint.name,
+                    "a body, in the order of the bodies",
+                    joint.body,
+                ));
             }
             if joint.range.is_some_and(|[low, high]| low.is_nan() || high.is_nan() || low >= high) {
-                return Err(self.wrong(&joint.name, "lower limit < upper limit", format!("{:?}", joint.range)));
+                return Err(self.wrong(
+                    &joint.name,
+                    "lower limit < upper limit",
+                    format!("{:?}", joint.range),
+                ));
             }
             last = joint.body;
         }
@@ -60,14 +82,21 @@ impl RobotSpec {
     }
 
     fn check_geoms(&self) -> Result<()> {
-        let lost = self.geoms.iter().find(|geom| geom.body.is_some_and(|body| body >= self.bodies.len()));
-        lost.map_or(Ok(()), |geom| Err(self.wrong(&geom.name, "a body of the robot", format!("{:?}", geom.body))))
+        let lost =
+            self.geoms.iter().find(|geom| geom.body.is_some_and(|body| body >= self.bodies.len()));
+        lost.map_or(Ok(()), |geom| {
+            Err(self.wrong(&geom.name, "a body of the robot", format!("{:?}", geom.body)))
+        })
     }
 
     fn check_actuators(&self) -> Result<()> {
         for (index, actuator) in self.actuators.iter().enumerate() {
             if self.joints.get(actuator.joint).is_none_or(|joint| joint.kind.nv() != 1) {
-                return Err(self.wrong(&format!("actuator {index}"), "a slide or hinge joint", actuator.joint));
+                return Err(self.wrong(
+                    &format!("actuator {index}"),
+                    "a slide or hinge joint",
+                    actuator.joint,
+                ));
             }
         }
         Ok(())

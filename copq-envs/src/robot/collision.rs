@@ -3,17 +3,22 @@
 use super::{Geom, RobotSpec};
 
 impl RobotSpec {
-    /// Whether geoms `a` and `b` (indices) may touch: the bits of one's type and the other's affinity meet, and their
-    /// bodies are neither the same nor parent and child, bodies without joints counting as one with their parents. The
-    /// world counts as nobody's parent here.
+    /// Whether geoms `a` and `b` (indices) may touch: the bits of one's type and the other's
+    /// affinity meet, and their bodies are neither the same nor parent and child, bodies without
+    /// joints counting as one with their parents. The world counts as nobody's parent here.
     pub fn collide(&self, a: usize, b: usize) -> bool {
-        let (a, b) = (&self.geoms[a], &self.geoms[b]);
+        let a = &self.geoms[a];
+        let b = &self.geoms[b];
         let bodies = [a, b].map(|geom| self.welded(geom.body));
-        bits_meet(a, b) && bodies[0] != bodies[1] && !self.is_parent(bodies) && !self.is_parent([bodies[1], bodies[0]])
+        bits_meet(a, b)
+            && bodies[0] != bodies[1]
+            && !self.is_parent(bodies)
+            && !self.is_parent([bodies[1], bodies[0]])
     }
 
     fn is_parent(&self, [parent, child]: [Option<usize>; 2]) -> bool {
-        parent.is_some() && child.is_some_and(|child| self.welded(self.bodies[child].parent) == parent)
+        parent.is_some()
+            && child.is_some_and(|child| self.welded(self.bodies[child].parent) == parent)
     }
 
     /// The body, or if it has no joints the next one above that has; `None` is the world.

@@ -36,7 +36,8 @@ pub struct Geom {
     pub quat: [f64; 4],
     /// Sliding, spinning and rolling friction; a pair takes the larger of each.
     pub friction: [f64; 3],
-    /// Dimensions of a contact's force: 1 without friction, 3 with sliding friction; a pair takes the larger.
+    /// Dimensions of a contact's force: 1 without friction, 3 with sliding friction; a pair takes
+    /// the larger.
     pub condim: u8,
     /// Bits that other geoms' [`Geom::conaffinity`] is compared with.
     pub contype: u32,
@@ -68,6 +69,10 @@ impl Geom {
 
     /// A capsule, with MuJoCo's defaults.
     pub fn capsule(name: &str, body: usize, capsule: Capsule) -> Self {
-        Self { pos: capsule.centre, quat: capsule.quat, ..Self::new(name, Some(body), capsule.shape()) }
+        Self {
+            pos: capsule.centre,
+            quat: capsule.quat,
+            ..Self::new(name, Some(body), capsule.shape())
+        }
     }
 }

@@ -1,10 +1,11 @@
-//! The half-cheetah: a running robot in the x-z plane, with a torso that carries a head, a back leg and a front leg.
+//! The half-cheetah: a running robot in the x-z plane, with a torso that carries a head, a back leg
+//! and a front leg.
 //!
 //! Facts of Gymnasium's halfcheetah v5 as MuJoCo 3.17.0 compiles them, and of Brax's.
 
 use super::{
-    Actuator, Body, Capsule, Geom, Health, Inertial, Integrator, Joint, Noise, Observation, Preset, RobotSpec, Shape,
-    Softness, Solver, VelocityPoint, planar,
+    Actuator, Body, Capsule, Geom, Health, Inertial, Integrator, Joint, Noise, Observation, Preset,
+    RobotSpec, Shape, Softness, Solver, VelocityPoint, planar,
 };
 
 const RADIUS: f64 = 0.046;
@@ -21,7 +22,8 @@ const TORSO: Inertial = Inertial {
     quat: [0.5224297915933479, 0.4765155956059912, 0.4765155956059912, 0.5224297915933479],
 };
 
-/// One limb of a leg: a body with one capsule, turned by an angle about y, and the joint at its origin.
+/// One limb of a leg: a body with one capsule, turned by an angle about y, and the joint at its
+/// origin.
 struct Limb {
     name: &'static str,
     parent: usize,
@@ -45,8 +47,8 @@ const LIMBS: [Limb; 6] = [
     Limb { name: "ffoot",  parent: 5, pos: [0.13, -0.18],  centre: [0.045, -0.07], angle: -0.6,  half_length: 0.07,  range: [-0.5, 0.5],     stiffness: 60.0,  damping: 1.5, gear: 30.0 },
 ];
 
-/// The half-cheetah: 14 kg, qpos = (x, z - 0.7 m, pitch, back thigh, shin, foot, front thigh, shin, foot), six motors
-/// of 30 to 120 N m. It has no unhealthy state.
+/// The half-cheetah: 14 kg, qpos = (x, z - 0.7 m, pitch, back thigh, shin, foot, front thigh, shin,
+/// foot), six motors of 30 to 120 N m. It has no unhealthy state.
 pub fn halfcheetah(preset: Preset) -> RobotSpec {
     match preset {
         Preset::GymV5 => gym(),
@@ -61,7 +63,9 @@ fn gym() -> RobotSpec {
         bodies: bodies(),
         joints: joints(),
         geoms: geoms(),
-        actuators: motors.map(|(i, limb)| Actuator { joint: 3 + i, gear: limb.gear, range: [-1.0, 1.0] }).collect(),
+        actuators: motors
+            .map(|(i, limb)| Actuator { joint: 3 + i, gear: limb.gear, range: [-1.0, 1.0] })
+            .collect(),
         gravity: [0.0, 0.0, -9.81],
         timestep: 0.01,
         integrator: Integrator::Euler,
@@ -85,7 +89,12 @@ fn paper() -> RobotSpec {
 fn bodies() -> Vec<Body> {
     let limbs = LIMBS.iter().map(|limb| {
         let Inertial { mass, com, moments, quat } = capsule(limb).solid(1000.0);
-        let inertial = Inertial { mass: SCALE * mass, com, moments: moments.map(|moment| SCALE * moment), quat };
+        let inertial = Inertial {
+            mass: SCALE * mass,
+            com,
+            moments: moments.map(|moment| SCALE * moment),
+            quat,
+        };
         Body::new(limb.name, Some(limb.parent), at(limb.pos), inertial)
     });
     std::iter::once(Body::new("torso", None, [0.0, 0.0, 0.7], TORSO)).chain(limbs).collect()
@@ -108,10 +117,19 @@ fn joints() -> Vec<Joint> {
 
 fn geoms() -> Vec<Geom> {
     let spine = Capsule::between([-0.5, 0.0, 0.0], [0.5, 0.0, 0.0], RADIUS);
-    let head = Capsule { radius: RADIUS, half_length: 0.15, centre: [0.6, 0.0, 0.1], quat: pitched(0.87) };
-    let mut geoms =
-        vec![Geom::new("floor", None, Shape::Plane), Geom::capsule("torso", 0, spine), Geom::capsule("head", 0, head)];
-    geoms.extend(LIMBS.iter().enumerate().map(|(index, limb)| Geom::capsule(limb.name, index + 1, capsule(limb))));
+    let head =
+        Capsule { radius: RADIUS, half_length: 0.15, centre: [0.6, 0.0, 0.1], quat: pitched(0.87) };
+    let mut geoms = vec![
+        Geom::new("floor", None, Shape::Plane),
+        Geom::capsule("torso", 0, spine),
+        Geom::capsule("head", 0, head),
+    ];
+    geoms.extend(
+        LIMBS
+            .iter()
+            .enumerate()
+            .map(|(index, limb)| Geom::capsule(limb.name, index + 1, capsule(limb))),
+    );
     for geom in &mut geoms {
         (geom.friction, geom.softness) = ([0.4, 0.1, 0.1], CONTACT);
         geom.conaffinity = geom.body.is_none().into();
@@ -120,7 +138,8 @@ fn geoms() -> Vec<Geom> {
 }
 
 fn capsule(limb: &Limb) -> Capsule {
-    let (centre, quat) = (at(limb.centre), pitched(limb.angle));
+    let centre = at(limb.centre);
+    let quat = pitched(limb.angle);
     Capsule { radius: RADIUS, half_length: limb.half_length, centre, quat }
 }
 

@@ -11,7 +11,8 @@ pub enum Health {
         height: [f64; 2],
         /// Pitch of the torso qpos\[2\] (rad).
         pitch: [f64; 2],
-        /// Every element of qpos\[2..\] and qvel must be smaller than this in size; infinite for no test.
+        /// Every element of qpos\[2..\] and qvel must be smaller than this in size; infinite for no
+        /// test.
         bound: f64,
         /// What is added to qpos\[1\] to get the height (m).
         lift: f64,
@@ -51,7 +52,12 @@ mod tests {
 
     #[test]
     fn bounds_are_open_and_x_is_free() {
-        let health = Health::Planar { height: [0.7, f64::INFINITY], pitch: [-0.2, 0.2], bound: 100.0, lift: 0.0 };
+        let health = Health::Planar {
+            height: [0.7, f64::INFINITY],
+            pitch: [-0.2, 0.2],
+            bound: 100.0,
+            lift: 0.0,
+        };
         assert!(health.test(&[1e6, 0.71, 0.19, 0.0], &[99.0]));
         assert!(!health.test(&[0.0, 0.7, 0.0, 0.0], &[0.0]));
         assert!(!health.test(&[0.0, 1.0, -0.2, 0.0], &[0.0]));
@@ -64,7 +70,9 @@ mod tests {
     fn heights_of_free_robots() {
         let closed = Health::Height { range: [0.2, 1.0], open: false };
         let open = Health::Height { range: [0.2, 1.0], open: true };
-        for (z, wanted) in [(0.2, [true, false]), (0.5, [true, true]), (1.0, [true, false]), (1.1, [false; 2])] {
+        for (z, wanted) in
+            [(0.2, [true, false]), (0.5, [true, true]), (1.0, [true, false]), (1.1, [false; 2])]
+        {
             assert_eq!([&closed, &open].map(|health| health.test(&[9.0, 9.0, z], &[])), wanted);
         }
         assert!(!closed.test(&[0.0, 0.0, f64::NAN], &[]));

@@ -6,8 +6,8 @@ use std::f64::consts::{FRAC_PI_4, PI};
 
 use super::planar::{self, Limb};
 use super::{
-    Actuator, Geom, Health, Integrator, Joint, Noise, Observation, Preset, RobotSpec, Shape, Softness, Solver,
-    VelocityPoint,
+    Actuator, Geom, Health, Integrator, Joint, Noise, Observation, Preset, RobotSpec, Shape,
+    Softness, Solver, VelocityPoint,
 };
 
 const CONTACT: Softness = Softness { solref: [0.02, 1.0], solimp: [0.8, 0.8, 0.01, 0.5, 2.0] };
@@ -36,7 +36,9 @@ fn gym() -> RobotSpec {
         bodies: planar::bodies(&LIMBS),
         joints: joints(HEIGHT, -150.0 * PI / 180.0, FRAC_PI_4),
         geoms: geoms(),
-        actuators: (3..6).map(|joint| Actuator { joint, gear: 200.0, range: [-1.0, 1.0] }).collect(),
+        actuators: (3..6)
+            .map(|joint| Actuator { joint, gear: 200.0, range: [-1.0, 1.0] })
+            .collect(),
         gravity: [0.0, 0.0, -9.81],
         timestep: 0.002,
         integrator: Integrator::Rk4,
@@ -44,7 +46,12 @@ fn gym() -> RobotSpec {
         frame_skip: 4,
         initial_qpos: vec![0.0, HEIGHT, 0.0, 0.0, 0.0, 0.0],
         reset_noise: [Noise::Uniform(0.005); 2],
-        health: Health::Planar { height: [0.7, f64::INFINITY], pitch: [-0.2, 0.2], bound: 100.0, lift: 0.0 },
+        health: Health::Planar {
+            height: [0.7, f64::INFINITY],
+            pitch: [-0.2, 0.2],
+            bound: 100.0,
+            lift: 0.0,
+        },
         velocity_point: VelocityPoint::X,
         observation: Observation { clip: 10.0, ..Observation::planar() },
     }
@@ -55,7 +62,12 @@ fn paper() -> RobotSpec {
     RobotSpec {
         joints: joints(0.0, -planar::BRAX_150, planar::BRAX_45),
         initial_qpos: vec![0.0; 6],
-        health: Health::Planar { height: [0.7, f64::INFINITY], pitch: [-0.2, 0.2], bound: 100.0, lift: HEIGHT },
+        health: Health::Planar {
+            height: [0.7, f64::INFINITY],
+            pitch: [-0.2, 0.2],
+            bound: 100.0,
+            lift: HEIGHT,
+        },
         observation: Observation { clip: 10.0, lift: HEIGHT, ..Observation::planar() },
         ..gym().braxed(&["foot_geom"])
     }
@@ -74,7 +86,13 @@ fn geoms() -> Vec<Geom> {
     let floor = Geom { margin: 0.001, softness: CONTACT, ..Geom::new("floor", None, Shape::Plane) };
     let limbs = LIMBS.iter().enumerate().map(|(index, limb)| {
         let friction = [limb.friction, 0.005, 0.0001];
-        Geom { friction, condim: 1, margin: floor.margin, softness: floor.softness, ..limb.geom(index) }
+        Geom {
+            friction,
+            condim: 1,
+            margin: floor.margin,
+            softness: floor.softness,
+            ..limb.geom(index)
+        }
     });
     std::iter::once(floor.clone()).chain(limbs).collect()
 }

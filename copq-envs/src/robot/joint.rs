@@ -5,8 +5,8 @@ use super::Softness;
 /// The freedom a joint gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// All six freedoms; qpos holds position and quaternion (7), qvel the linear velocity in world axes and the angular
-    /// velocity in body axes (6).
+    /// All six freedoms; qpos holds position and quaternion (7), qvel the linear velocity in world
+    /// axes and the angular velocity in body axes (6).
     Free,
     /// Translation along the axis (m).
     Slide,
@@ -39,7 +39,8 @@ pub struct Joint {
     pub axis: [f64; 3],
     /// Point on the axis in the body frame (m).
     pub anchor: [f64; 3],
-    /// The value of qpos at which the body has the pose of its [`Body`](super::Body) entry; springs rest there.
+    /// The value of qpos at which the body has the pose of its [`Body`](super::Body) entry; springs
+    /// rest there.
     pub reference: f64,
     /// Limits of qpos, if any.
     pub range: Option<[f64; 2]>,
@@ -71,8 +72,25 @@ impl Joint {
 
     /// Without limits, spring, damping or armature.
     fn new(name: &str, body: usize, kind: JointKind, axis: [f64; 3]) -> Self {
-        let (anchor, softness) = ([0.0; 3], Softness::MUJOCO);
-        let (reference, range, damping, armature, stiffness) = (0.0, None, 0.0, 0.0, 0.0);
-        Self { name: name.into(), body, kind, axis, anchor, reference, range, damping, armature, stiffness, softness }
+        let anchor = [0.0; 3];
+        let softness = Softness::MUJOCO;
+        let reference = 0.0;
+        let range = None;
+        let damping = 0.0;
+        let armature = 0.0;
+        let stiffness = 0.0;
+        Self {
+            name: name.into(),
+            body,
+            kind,
+            axis,
+            anchor,
+            reference,
+            range,
+            damping,
+            armature,
+            stiffness,
+            softness,
+        }
     }
 }

@@ -3,10 +3,12 @@
 use super::pose::normalised;
 use super::{Geom, Joint, JointKind, Pose, RobotSpec, Shape};
 
-/// A capsule in the world: all points within `radius` of the line between its ends, a ball if they coincide.
+/// A capsule in the world: all points within `radius` of the line between its ends, a ball if they
+/// coincide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
-    /// Which limb it is part of: bodies from one branching to the next count as one, in the order of the bodies.
+    /// Which limb it is part of: bodies from one branching to the next count as one, in the order
+    /// of the bodies.
     pub limb: usize,
     /// Centres of the two caps, in world axes (m).
     pub ends: [[f64; 3]; 2],
@@ -15,9 +17,11 @@ pub struct Segment {
 }
 
 impl RobotSpec {
-    /// The poses of the bodies, in their order: MuJoCo's xpos and xquat. `qpos` has nq entries; fewer panic.
+    /// The poses of the bodies, in their order: MuJoCo's xpos and xquat. `qpos` has nq entries;
+    /// fewer panic.
     pub fn body_poses(&self, qpos: &[f64]) -> Vec<Pose> {
-        let (mut poses, mut rest) = (Vec::<Pose>::with_capacity(self.bodies.len()), qpos);
+        let mut poses = Vec::<Pose>::with_capacity(self.bodies.len());
+        let mut rest = qpos;
         for (index, body) in self.bodies.iter().enumerate() {
             // Bodies come depth first, so that a parent's pose is there already.
             let parent = body.parent.map_or(Pose::WORLD, |parent| poses[parent]);
@@ -46,7 +50,8 @@ impl RobotSpec {
         moment.map(|sum| sum / self.total_mass())
     }
 
-    /// The robot's capsules and balls, given [`RobotSpec::body_poses`]: all that it takes to draw it.
+    /// The robot's capsules and balls, given [`RobotSpec::body_poses`]: all that it takes to draw
+    /// it.
     pub fn segments(&self, bodies: &[Pose]) -> Vec<Segment> {
         let limbs = self.limbs();
         let segment = |geom: &Geom| {
@@ -62,12 +67,16 @@ impl RobotSpec {
         self.geoms.iter().filter_map(segment).collect()
     }
 
-    /// The limb of each body, as [`Segment::limb`] counts them: an only child goes on with its parent's.
+    /// The limb of each body, as [`Segment::limb`] counts them: an only child goes on with its
+    /// parent's.
     pub fn limbs(&self) -> Vec<usize> {
-        let children = |parent| self.bodies.iter().filter(|body| body.parent == Some(parent)).count();
-        let (mut limbs, mut next) = (Vec::<usize>::with_capacity(self.bodies.len()), 0..);
+        let children =
+            |parent| self.bodies.iter().filter(|body| body.parent == Some(parent)).count();
+        let mut limbs = Vec::<usize>::with_capacity(self.bodies.len());
+        let mut next = 0..;
         for body in &self.bodies {
-            let inherited = body.parent.filter(|&parent| children(parent) == 1).map(|parent| limbs[parent]);
+            let inherited =
+                body.parent.filter(|&parent| children(parent) == 1).map(|parent| limbs[parent]);
             limbs.extend(inherited.or_else(|| next.next()));
         }
         limbs
@@ -77,7 +86,10 @@ impl RobotSpec {
 /// A body's pose after one more of its joints.
 fn moved(pose: Pose, joint: &Joint, value: &[f64]) -> Pose {
     match joint.kind {
-        JointKind::Free => Pose { pos: [0, 1, 2].map(|i| value[i]), quat: normalised([3, 4, 5, 6].map(|i| value[i])) },
+        JointKind::Free => Pose {
+            pos: [0, 1, 2].map(|i| value[i]),
+            quat: normalised([3, 4, 5, 6].map(|i| value[i])),
+        },
         JointKind::Slide => pose.slid(joint.axis, value[0] - joint.reference),
         JointKind::Hinge => pose.turned(joint.axis, value[0] - joint.reference, joint.anchor),
     }

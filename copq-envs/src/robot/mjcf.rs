@@ -6,18 +6,19 @@ use std::fmt::Display;
 
 use super::{Actuator, Algorithm, Geom, Integrator, Joint, JointKind, RobotSpec, Shape};
 
-/// First version, as `mj_version` counts, in which a contact begins at the sum of two margins and not at the larger.
+/// First version, as `mj_version` counts, in which a contact begins at the sum of two margins and
+/// not at the larger.
 const MARGINS_ADD: i32 = 350;
 /// First version of the 3 series: it has flags for explicit damping and a limit to line searches.
 const THREE: i32 = 300;
 
 impl RobotSpec {
-    /// The robot and its world as MJCF for this version of MuJoCo, as `mj_version` counts: 222 is 2.2.2, 3017000 is
-    /// 3.17.0.
+    /// The robot and its world as MJCF for this version of MuJoCo, as `mj_version` counts: 222 is
+    /// 2.2.2, 3017000 is 3.17.0.
     ///
-    /// Versions that take the larger of two margins get margins with the same sums for the floor, and for the rest
-    /// where a robot's margins are all equal. Versions without explicit damping get none: see
-    /// [`RobotSpec::applied_damping`].
+    /// Versions that take the larger of two margins get margins with the same sums for the floor,
+    /// and for the rest where a robot's margins are all equal. Versions without explicit damping
+    /// get none: see [`RobotSpec::applied_damping`].
     pub fn mjcf(&self, version: i32) -> String {
         let mut text = format!("<mujoco model=\"{}\">\n", escaped(&self.name));
         text += "<compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n";
@@ -30,8 +31,8 @@ impl RobotSpec {
         text + "</actuator>\n</mujoco>\n"
     }
 
-    /// Damping of each freedom (nv) for which [`RobotSpec::mjcf`] left the force `-damping * qvel` to the engine, to be
-    /// applied before every physics step; `None` if MuJoCo does it all.
+    /// Damping of each freedom (nv) for which [`RobotSpec::mjcf`] left the force `-damping * qvel`
+    /// to the engine, to be applied before every physics step; `None` if MuJoCo does it all.
     pub fn applied_damping(&self, version: i32) -> Option<Vec<f64>> {
         let damping = self.joints.iter().flat_map(|joint| vec![joint.damping; joint.kind.nv()]);
         self.lacks_explicit_damping(version).then(|| damping.collect())
@@ -47,7 +48,9 @@ impl RobotSpec {
             Algorithm::Newton => "Newton",
             Algorithm::Pgs => "PGS",
         };
-        let (gravity, timestep, iterations) = (list(&self.gravity), self.timestep, self.solver.iterations);
+        let gravity = list(&self.gravity);
+        let timestep = self.timestep;
+        let iterations = self.solver.iterations;
         let mut text = format!(
             "<option timestep=\"{timestep}\" gravity=\"{gravity}\" integrator=\"{integrator}\" solver=\"{solver}\" \
              iterations=\"{iterations}\""
@@ -70,15 +73,26 @@ impl RobotSpec {
     }
 
     fn body(&self, index: usize, version: i32, text: &mut String) {
-        let (body, inertial) = (&self.bodies[index], &self.bodies[index].inertial);
-        let (pos, quat) = (list(&body.pos), list(&body.quat));
-        *text += &format!("<body name=\"{}\" pos=\"{pos}\" quat=\"{quat}\">\n", escaped(&body.name));
-        let (mass, com, moments, quat) = (inertial.mass, inertial.com, inertial.moments, inertial.quat);
-        let (com, moments, quat) = (list(&com), list(&moments), list(&quat));
-        *text += &format!("<inertial mass=\"{mass}\" pos=\"{com}\" diaginertia=\"{moments}\" quat=\"{quat}\"/>\n");
+        let body = &self.bodies[index];
+        let inertial = &self.bodies[index].inertial;
+        let pos = list(&body.pos);
+        let quat = list(&body.quat);
+        *text +=
+            &format!("<body name=\"{}\" pos=\"{pos}\" quat=\"{quat}\">\n", escaped(&body.name));
+        let mass = inertial.mass;
+        let com = inertial.com;
+        let moments = inertial.moments;
+        let quat = inertial.quat;
+        let com = list(&com);
+        let moments = list(&moments);
+        let quat = list(&quat);
+        *text += &format!(
+            "<inertial mass=\"{mass}\" pos=\"{com}\" diaginertia=\"{moments}\" quat=\"{quat}\"/>\n"
+        );
         self.joints_of(index).for_each(|(_, joint)| *text += &self.joint(joint, version));
         self.geoms_of(Some(index)).for_each(|geom| *text += &self.geom(geom, version));
-        let children = (index + 1..self.bodies.len()).filter(|&child| self.bodies[child].parent == Some(index));
+        let children = (index + 1..self.bodies.len())
+            .filter(|&child| self.bodies[child].parent == Some(index));
         children.for_each(|child| self.body(child, version, text));
         *text += "</body>\n";
     }
@@ -89,20 +103,27 @@ impl RobotSpec {
             JointKind::Slide => "slide",
             JointKind::Hinge => "hinge",
         };
-        let (name, armature, stiffness) = (escaped(&joint.name), joint.armature, joint.stiffness);
+        let name = escaped(&joint.name);
+        let armature = joint.armature;
+        let stiffness = joint.stiffness;
         let damping = if self.lacks_explicit_damping(version) { 0.0 } else { joint.damping };
         let mut text = format!(
             "<joint name=\"{name}\" type=\"{kind}\" damping=\"{damping}\" armature=\"{armature}\" stiffness=\"{stiffness}\""
         );
         if joint.kind != JointKind::Free {
-            let (axis, anchor, reference) = (list(&joint.axis), list(&joint.anchor), joint.reference);
-            text += &format!(" axis=\"{axis}\" pos=\"{anchor}\" ref=\"{reference}\" springref=\"{reference}\"");
+            let axis = list(&joint.axis);
+            let anchor = list(&joint.anchor);
+            let reference = joint.reference;
+            text += &format!(
+                " axis=\"{axis}\" pos=\"{anchor}\" ref=\"{reference}\" springref=\"{reference}\""
+            );
         }
         text += &match joint.range {
             Some(range) => format!(" limited=\"true\" range=\"{}\"", list(&range)),
             None => " limited=\"false\"".into(),
         };
-        let (solref, solimp) = (list(&joint.softness.solref), list(&joint.softness.solimp));
+        let solref = list(&joint.softness.solref);
+        let solimp = list(&joint.softness.solimp);
         text + &format!(" solreflimit=\"{solref}\" solimplimit=\"{solimp}\"/>\n")
     }
 
@@ -113,10 +134,16 @@ impl RobotSpec {
             Shape::Capsule { radius, half_length } => ("capsule", list(&[radius, half_length])),
             Shape::Sphere { radius } => ("sphere", radius.to_string()),
         };
-        let (name, pos, quat) = (escaped(&geom.name), list(&geom.pos), list(&geom.quat));
-        let (friction, margin) = (list(&geom.friction), self.margin(geom, version));
-        let (condim, contype, conaffinity) = (geom.condim, geom.contype, geom.conaffinity);
-        let (solref, solimp) = (list(&geom.softness.solref), list(&geom.softness.solimp));
+        let name = escaped(&geom.name);
+        let pos = list(&geom.pos);
+        let quat = list(&geom.quat);
+        let friction = list(&geom.friction);
+        let margin = self.margin(geom, version);
+        let condim = geom.condim;
+        let contype = geom.contype;
+        let conaffinity = geom.conaffinity;
+        let solref = list(&geom.softness.solref);
+        let solimp = list(&geom.softness.solimp);
         format!(
             "<geom name=\"{name}\" type=\"{shape}\" size=\"{size}\" pos=\"{pos}\" quat=\"{quat}\" friction=\"{friction}\" \
              condim=\"{condim}\" contype=\"{contype}\" conaffinity=\"{conaffinity}\" margin=\"{margin}\" \
@@ -135,8 +162,12 @@ impl RobotSpec {
     }
 
     fn motor(&self, actuator: &Actuator) -> String {
-        let (joint, gear, range) = (escaped(&self.joints[actuator.joint].name), actuator.gear, list(&actuator.range));
-        format!("<motor joint=\"{joint}\" gear=\"{gear}\" ctrllimited=\"true\" ctrlrange=\"{range}\"/>\n")
+        let joint = escaped(&self.joints[actuator.joint].name);
+        let gear = actuator.gear;
+        let range = list(&actuator.range);
+        format!(
+            "<motor joint=\"{joint}\" gear=\"{gear}\" ctrllimited=\"true\" ctrlrange=\"{range}\"/>\n"
+        )
     }
 }
 

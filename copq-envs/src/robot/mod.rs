@@ -47,19 +47,20 @@ pub use solver::{Algorithm, Integrator, Solver};
 pub use velocity_point::VelocityPoint;
 pub use walker2d::walker2d;
 
-/// A robot, the world it lives in, and the conventions of its environments: where it starts, when it counts as healthy,
-/// what is seen of it and where it is.
+/// A robot, the world it lives in, and the conventions of its environments: where it starts, when
+/// it counts as healthy, what is seen of it and where it is.
 ///
-/// Conventions are MuJoCo's: SI units and radians, z up, quaternions as (w, x, y, z), body frames relative to the
-/// parent, the world as parent of everything that has none. Bodies come depth first (a body, then all below it, then
-/// the next), joints in the order of qpos.
+/// Conventions are MuJoCo's: SI units and radians, z up, quaternions as (w, x, y, z), body frames
+/// relative to the parent, the world as parent of everything that has none. Bodies come depth first
+/// (a body, then all below it, then the next), joints in the order of qpos.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotSpec {
     /// A short name such as `hopper`.
     pub name: String,
     /// The rigid bodies, depth first.
     pub bodies: Vec<Body>,
-    /// The joints, in the order of qpos and of their bodies; a body with several joints applies them in order.
+    /// The joints, in the order of qpos and of their bodies; a body with several joints applies
+    /// them in order.
     pub joints: Vec<Joint>,
     /// The shapes that collide, the floor among them.
     pub geoms: Vec<Geom>,
@@ -131,10 +132,11 @@ impl RobotSpec {
         }
     }
 
-    /// The position in which this robot's bodies stand as the other's do at its start; the two have the same joints,
-    /// but may count from other references.
+    /// The position in which this robot's bodies stand as the other's do at its start; the two have
+    /// the same joints, but may count from other references.
     pub fn pose_of(&self, other: &Self) -> Vec<f64> {
-        let shift = |(own, other): (&Joint, &Joint)| vec![own.reference - other.reference; own.kind.nq()];
+        let shift =
+            |(own, other): (&Joint, &Joint)| vec![own.reference - other.reference; own.kind.nq()];
         let shifts = self.joints.iter().zip(&other.joints).flat_map(shift);
         other.initial_qpos.iter().zip(shifts).map(|(position, shift)| position + shift).collect()
     }

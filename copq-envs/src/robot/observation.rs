@@ -5,7 +5,8 @@ use crate::{Field, Readings};
 use super::RobotSpec;
 use super::part::Part;
 
-/// Part of qpos, all of qvel, then what else the robot's observation has; neither scaled nor normalised.
+/// Part of qpos, all of qvel, then what else the robot's observation has; neither scaled nor
+/// normalised.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
     /// How many leading entries of qpos are left out (those of the robot's place).
@@ -23,8 +24,8 @@ pub struct Observation {
 /// How much of a robot's observation the agent gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Senses {
-    /// What benchmarks A and B use: positions and velocities (ant: 27), and for the humanoid inertia, velocities and
-    /// forces of its bodies (348 in `GymV5`, 244 in `Paper`).
+    /// What benchmarks A and B use: positions and velocities (ant: 27), and for the humanoid
+    /// inertia, velocities and forces of its bodies (348 in `GymV5`, 244 in `Paper`).
     #[default]
     Standard,
     /// Positions and velocities only (humanoid: 45, as CAL's); every engine tells these.
@@ -62,11 +63,20 @@ impl Observation {
 
     /// Length of the observation of this robot.
     pub fn len(&self, robot: &RobotSpec) -> usize {
-        robot.nq() - self.skip + robot.nv() + self.parts.iter().map(|part| part.len(robot)).sum::<usize>()
+        robot.nq() - self.skip
+            + robot.nv()
+            + self.parts.iter().map(|part| part.len(robot)).sum::<usize>()
     }
 
     /// Writes the observation of a state ([`Observation::len`] numbers).
-    pub fn write(&self, robot: &RobotSpec, qpos: &[f64], qvel: &[f64], readings: &Readings, out: &mut [f32]) {
+    pub fn write(
+        &self,
+        robot: &RobotSpec,
+        qpos: &[f64],
+        qvel: &[f64],
+        readings: &Readings,
+        out: &mut [f32],
+    ) {
         let (positions, out) = out.split_at_mut(qpos.len() - self.skip);
         put(qpos[self.skip..].iter().copied(), positions);
         positions[0] = (qpos[self.skip] + self.lift) as f32;

@@ -17,11 +17,11 @@ pub enum Part {
         /// The rest is clipped to [-clip, clip]; infinite for no clipping.
         clip: f64,
     },
-    /// Brax: each body's inertia matrix about the robot's centre of mass in world axes (9, row-major, kg m^2), then its
-    /// mass (kg).
+    /// Brax: each body's inertia matrix about the robot's centre of mass in world axes (9,
+    /// row-major, kg m^2), then its mass (kg).
     LinkInertia,
-    /// Brax: the velocity of each body's centre of mass times its share of the robot's mass (3, m/s), then its angular
-    /// velocity (3, rad/s), in world axes.
+    /// Brax: the velocity of each body's centre of mass times its share of the robot's mass (3,
+    /// m/s), then its angular velocity (3, rad/s), in world axes.
     LinkVelocity,
 }
 
@@ -53,11 +53,14 @@ impl Part {
     pub fn write(&self, robot: &RobotSpec, readings: &Readings, out: &mut [f32]) {
         match *self {
             Self::Field { field, skip, clip } => {
-                let values = readings.get(field)[skip..].iter().map(|value| value.clamp(-clip, clip));
+                let values =
+                    readings.get(field)[skip..].iter().map(|value| value.clamp(-clip, clip));
                 out.iter_mut().zip(values).for_each(|(out, value)| *out = value as f32);
             }
             Self::LinkInertia => {
-                for (out, inertia) in out.chunks_mut(10).zip(readings.get(Field::Inertia).chunks(10)) {
+                for (out, inertia) in
+                    out.chunks_mut(10).zip(readings.get(Field::Inertia).chunks(10))
+                {
                     let [xx, yy, zz, xy, xz, yz] = [0, 1, 2, 3, 4, 5].map(|i| inertia[i] as f32);
                     out.copy_from_slice(&[xx, xy, xz, xy, yy, yz, xz, yz, zz, inertia[9] as f32]);
                 }
@@ -68,8 +71,10 @@ impl Part {
 }
 
 fn link_velocity(robot: &RobotSpec, readings: &Readings, out: &mut [f32]) {
-    let (middle, total) = (centre_of_mass(robot, readings), robot.total_mass());
-    let (centres, velocities) = (readings.get(Field::BodyCentre), readings.get(Field::Velocity));
+    let middle = centre_of_mass(robot, readings);
+    let total = robot.total_mass();
+    let centres = readings.get(Field::BodyCentre);
+    let velocities = readings.get(Field::Velocity);
     for (index, body) in robot.bodies.iter().enumerate() {
         let arm = [0, 1, 2].map(|i| centres[3 * index + i] - middle[i]);
         let spin = [0, 1, 2].map(|i| velocities[6 * index + i]);

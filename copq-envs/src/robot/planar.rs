@@ -1,4 +1,5 @@
-//! What robots in the x-z plane share: a root that slides along x and z and pitches about y, and limbs of one capsule.
+//! What robots in the x-z plane share: a root that slides along x and z and pitches about y, and
+//! limbs of one capsule.
 
 use super::{Body, Capsule, Geom, Joint, Softness};
 
@@ -11,8 +12,8 @@ pub(super) const BRAX_150: f64 = 2.61799;
 #[expect(clippy::approx_constant, reason = "the rounding is the fact")]
 pub(super) const BRAX_45: f64 = 0.785398;
 
-/// The root joints, x, z and pitch, of body 0. qpos of z is `height` (m) at the reference pose; the slides' axes pass
-/// that far below the body, which changes nothing.
+/// The root joints, x, z and pitch, of body 0. qpos of z is `height` (m) at the reference pose; the
+/// slides' axes pass that far below the body, which changes nothing.
 pub(super) fn root(height: f64, softness: Softness) -> Vec<Joint> {
     let anchor = [0.0, 0.0, -height];
     vec![
@@ -22,8 +23,9 @@ pub(super) fn root(height: f64, softness: Softness) -> Vec<Joint> {
     ]
 }
 
-/// One limb: a body with one capsule. Points are (x, z) of the world at the reference pose (m); bodies' frames follow by
-/// subtraction, as they did for Gymnasium's, so that they have the same bits.
+/// One limb: a body with one capsule. Points are (x, z) of the world at the reference pose (m);
+/// bodies' frames follow by subtraction, as they did for Gymnasium's, so that they have the same
+/// bits.
 pub(super) struct Limb {
     pub name: &'static str,
     pub parent: Option<usize>,

@@ -8,14 +8,15 @@ pub enum Preset {
     /// Gymnasium's v5 robots: their MuJoCo models, observations and resets.
     #[default]
     GymV5,
-    /// Brax's robots, which the COP-Q paper trained: only some geoms touch the floor and none each other, joint damping
-    /// is explicit, reset noise has the paper's scale of 0.005. Contacts are the engine's, not Brax's.
+    /// Brax's robots, which the COP-Q paper trained: only some geoms touch the floor and none each
+    /// other, joint damping is explicit, reset noise has the paper's scale of 0.005. Contacts are
+    /// the engine's, not Brax's.
     Paper,
 }
 
 impl RobotSpec {
-    /// Brax's contacts and integrator: the geoms of these names touch the floor, always with friction and without
-    /// margin; nothing else touches.
+    /// Brax's contacts and integrator: the geoms of these names touch the floor, always with
+    /// friction and without margin; nothing else touches.
     pub(super) fn braxed(mut self, touching: &[&str]) -> Self {
         for geom in &mut self.geoms {
             let touches = touching.contains(&geom.name.as_str());

@@ -1,13 +1,15 @@
 //! How soft a constraint is.
 
-/// MuJoCo's softness of contacts and limits: a spring and damper seen as acceleration towards the constraint.
+/// MuJoCo's softness of contacts and limits: a spring and damper seen as acceleration towards the
+/// constraint.
 ///
 /// Source: MuJoCo documentation, "Solver parameters".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Softness {
     /// solref: time constant (s) and damping ratio.
     pub solref: [f64; 2],
-    /// solimp: impedance at zero depth and at full depth, the depth (m or rad) where it is full, midpoint, power.
+    /// solimp: impedance at zero depth and at full depth, the depth (m or rad) where it is full,
+    /// midpoint, power.
     pub solimp: [f64; 5],
 }
 
@@ -15,7 +17,8 @@ impl Softness {
     /// MuJoCo's default.
     pub const MUJOCO: Self = Self { solref: [0.02, 1.0], solimp: [0.9, 0.95, 0.001, 0.5, 2.0] };
 
-    /// The impedance d in (0, 1) at a depth (m or rad): the share of an acceleration that the constraint takes over.
+    /// The impedance d in (0, 1) at a depth (m or rad): the share of an acceleration that the
+    /// constraint takes over.
     pub fn impedance(&self, depth: f64) -> f64 {
         let [shallow, deep, width, midpoint, power] = self.solimp;
         let x = (depth.abs() / width.max(1e-15)).min(1.0);
@@ -27,10 +30,12 @@ impl Softness {
         (shallow + y * (deep - shallow)).clamp(1e-4, 0.9999)
     }
 
-    /// Damping b (1/s) and stiffness k (1/s^2) of the acceleration that the constraint strives for, -b v - k d r (MuJoCo's
-    /// aref), with v the velocity out of the violation, r the negative depth, and d the impedance there.
+    /// Damping b (1/s) and stiffness k (1/s^2) of the acceleration that the constraint strives for,
+    /// -b v - k d r (MuJoCo's aref), with v the velocity out of the violation, r the negative
+    /// depth, and d the impedance there.
     pub fn reference(&self) -> [f64; 2] {
-        let ([time_constant, damping_ratio], full) = (self.solref, self.solimp[1]);
+        let [time_constant, damping_ratio] = self.solref;
+        let full = self.solimp[1];
         [2.0 / (full * time_constant), (full * time_constant * damping_ratio).powi(-2)]
     }
 
@@ -49,7 +54,14 @@ mod tests {
     #[test]
     fn impedance_rises_from_shallow_to_deep() {
         let softness = Softness::MUJOCO;
-        let wanted = [(0.0, 0.9), (0.00025, 0.90625), (0.0005, 0.925), (0.00075, 0.94375), (0.001, 0.95), (1.0, 0.95)];
+        let wanted = [
+            (0.0, 0.9),
+            (0.00025, 0.90625),
+            (0.0005, 0.925),
+            (0.00075, 0.94375),
+            (0.001, 0.95),
+            (1.0, 0.95),
+        ];
         for (depth, impedance) in wanted {
             assert!((softness.impedance(-depth) - impedance).abs() < 1e-12, "{depth}");
         }
@@ -58,7 +70,8 @@ mod tests {
     #[test]
     fn the_reference_is_critically_damped_at_full_impedance() {
         // With the constraint's share d of the acceleration: x'' = -2 x' / tc - x / tc^2.
-        let ([damping, stiffness], d) = (Softness::MUJOCO.reference(), 0.95);
+        let [damping, stiffness] = Softness::MUJOCO.reference();
+        let d = 0.95;
         assert!((d * damping - 100.0).abs() < 1e-9 && (d * stiffness * d - 2500.0).abs() < 1e-9);
     }
 }

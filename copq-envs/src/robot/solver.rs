@@ -33,5 +33,6 @@ pub struct Solver {
 
 impl Solver {
     /// MuJoCo's default: Newton, 100 iterations, 50 in a line search.
-    pub const MUJOCO: Self = Self { algorithm: Algorithm::Newton, iterations: 100, ls_iterations: 50 };
+    pub const MUJOCO: Self =
+        Self { algorithm: Algorithm::Newton, iterations: 100, ls_iterations: 50 };
 }

@@ -1,4 +1,5 @@
-//! Benchmark A: MuJoCo robots with a reward vector of safety, velocity and control (paper section 5.1, Table 1).
+//! Benchmark A: MuJoCo robots with a reward vector of safety, velocity and control (paper section
+//! 5.1, Table 1).
 
 use super::{ControlCost, FailingStep, Objective, Options, Signal};
 

@@ -1,11 +1,13 @@
-//! Benchmark B: go forward, but not too fast (the velocity tasks of Safety-Gymnasium in Brax's form; paper appendix C).
+//! Benchmark B: go forward, but not too fast (the velocity tasks of Safety-Gymnasium in Brax's
+//! form; paper appendix C).
 
 use super::{ControlCost, Cost, FailingStep, Objective, Options, Signal};
 
 /// A row of the paper's Table C.1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
-    /// What being healthy, a forward velocity of 1 m/s and a sum of squared controls of 1 contribute to the reward.
+    /// What being healthy, a forward velocity of 1 m/s and a sum of squared controls of 1
+    /// contribute to the reward.
     pub weights: [f64; 3],
     /// What an episode's cost shall not exceed.
     pub limit: f64,
@@ -26,7 +28,11 @@ impl Row {
 }
 
 /// A reward of being healthy, velocity and minus control, with these factors, and of further terms.
-pub(super) fn scalar([healthy, velocity, control]: [f64; 3], more: &[(f64, Signal)], options: &Options) -> Objective {
+pub(super) fn scalar(
+    [healthy, velocity, control]: [f64; 3],
+    more: &[(f64, Signal)],
+    options: &Options,
+) -> Objective {
     let bonus = match options.failing_step {
         FailingStep::Nothing => Signal::Healthy,
         FailingStep::Bonus => Signal::Alive,

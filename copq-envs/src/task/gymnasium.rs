@@ -5,7 +5,8 @@ use super::{Objective, Options, Signal, benchmark_b};
 /// A robot's reward.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
-    /// What being healthy, a forward velocity of 1 m/s and a sum of squared controls of 1 contribute.
+    /// What being healthy, a forward velocity of 1 m/s and a sum of squared controls of 1
+    /// contribute.
     pub weights: [f64; 3],
     /// Minus what contact forces cost: a factor, and their [`Signal::Contact`].
     pub contact: Option<(f64, Signal)>,

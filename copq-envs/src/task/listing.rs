@@ -6,13 +6,16 @@ use copq::Result;
 
 use super::{Objective, Options, task_with, tasks};
 
-/// A line for every task with these options: name, lengths of observation and action, and the objectives in order of
-/// priority, each with its weight, or for a cost with the limit of an episode's sum.
+/// A line for every task with these options: name, lengths of observation and action, and the
+/// objectives in order of priority, each with its weight, or for a cost with the limit of an
+/// episode's sum.
 pub fn list_tasks(options: &Options) -> Result<String> {
-    let mut text = format!("{:<16}{:>6}{:>8}  objectives, highest priority first\n", "task", "sees", "motors");
+    let mut text =
+        format!("{:<16}{:>6}{:>8}  objectives, highest priority first\n", "task", "sees", "motors");
     for name in tasks() {
         let task = task_with(name, options)?;
-        let (seen, motors) = (task.robot.observation.len(&task.robot), task.robot.nu());
+        let seen = task.robot.observation.len(&task.robot);
+        let motors = task.robot.nu();
         let objectives: Vec<_> = task.objectives.iter().map(describe).collect();
         // Writing to a String cannot fail.
         let _ = writeln!(text, "{name:<16}{seen:>6}{motors:>8}  {}", objectives.join(", "));

@@ -33,9 +33,18 @@ pub struct Task {
 impl Task {
     /// The fields that an engine must tell beside qpos and qvel, some perhaps twice.
     pub fn fields(&self) -> Vec<Field> {
-        let signals = self.objectives.iter().flat_map(|objective| &objective.terms).map(|(_, signal)| *signal);
+        let signals = self
+            .objectives
+            .iter()
+            .flat_map(|objective| &objective.terms)
+            .map(|(_, signal)| *signal);
         let rewards = signals.filter_map(Signal::field);
-        self.robot.observation.fields().chain(self.robot.velocity_point.field()).chain(rewards).collect()
+        self.robot
+            .observation
+            .fields()
+            .chain(self.robot.velocity_point.field())
+            .chain(rewards)
+            .collect()
     }
 
     /// The task as learners see it: actions are in [-1, 1].
@@ -44,7 +53,9 @@ impl Task {
         let spec = EnvSpec::new(&self.name, obs_len, self.robot.nu()).horizon(self.horizon);
         self.objectives.iter().fold(spec, |spec, objective| {
             spec.objective(match objective.limit {
-                Some(limit) => copq::Objective::cost(&objective.name, limit as f32).weight(objective.weight),
+                Some(limit) => {
+                    copq::Objective::cost(&objective.name, limit as f32).weight(objective.weight)
+                }
                 None => copq::Objective::reward(&objective.name, objective.weight),
             })
         })

@@ -6,11 +6,12 @@ use copq::{Error, Result};
 
 use crate::robot::{Preset, Senses};
 
-/// Choices where the benchmarks leave room or Gymnasium and Brax differ. The default is what this crate recommends.
+/// Choices where the benchmarks leave room or Gymnasium and Brax differ. The default is what this
+/// crate recommends.
 ///
-/// A [`Task`](super::Task) is plain data, so what is not here can be changed there: `robot.velocity_point` (the humanoid's
-/// velocity is its centre of mass's; `VelocityPoint::Body(0)` makes it the torso's), `robot.reset_noise`, `robot.health`,
-/// `horizon`.
+/// A [`Task`](super::Task) is plain data, so what is not here can be changed there:
+/// `robot.velocity_point` (the humanoid's velocity is its centre of mass's;
+/// `VelocityPoint::Body(0)` makes it the torso's), `robot.reset_noise`, `robot.health`, `horizon`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Whose robots.
@@ -25,8 +26,9 @@ pub struct Options {
     pub control: ControlCost,
     /// What benchmark B's cost is.
     pub cost: Cost,
-    /// Instead of benchmark B's own limit of the episode's cost. The paper prints 1411.9 for the humanoid, probably for
-    /// 1414.9, a thousand times Safety-Gymnasium's threshold as for the other robots.
+    /// Instead of benchmark B's own limit of the episode's cost. The paper prints 1411.9 for the
+    /// humanoid, probably for 1414.9, a thousand times Safety-Gymnasium's threshold as for the
+    /// other robots.
     pub limit: Option<f64>,
 }
 
@@ -36,8 +38,8 @@ pub enum Start {
     /// The preset's own.
     #[default]
     Preset,
-    /// That of [`Preset::Paper`], on the robot of any preset: it differs for the ant, which Gymnasium starts with its
-    /// ankles outside their limits.
+    /// That of [`Preset::Paper`], on the robot of any preset: it differs for the ant, which
+    /// Gymnasium starts with its ankles outside their limits.
     Paper,
 }
 
@@ -51,11 +53,12 @@ pub enum FailingStep {
     Bonus,
 }
 
-/// What the control cost sums the squares of. They differ for the humanoid only, whose controls are 0.4 times its
-/// actions.
+/// What the control cost sums the squares of. They differ for the humanoid only, whose controls are
+/// 0.4 times its actions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ControlCost {
-    /// Actions in benchmark A (paper equation C.1), controls in benchmark B and in Gymnasium's own reward.
+    /// Actions in benchmark A (paper equation C.1), controls in benchmark B and in Gymnasium's own
+    /// reward.
     #[default]
     Benchmark,
     /// The actions in [-1, 1].
@@ -93,7 +96,11 @@ impl FromStr for Senses {
         choose(
             "senses",
             name,
-            &[("standard", Self::Standard), ("joints", Self::Joints), ("gymnasium", Self::Gymnasium)],
+            &[
+                ("standard", Self::Standard),
+                ("joints", Self::Joints),
+                ("gymnasium", Self::Gymnasium),
+            ],
         )
     }
 }

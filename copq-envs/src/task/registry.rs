@@ -58,7 +58,8 @@ pub fn tasks() -> Vec<&'static str> {
     ENTRIES.iter().map(|entry| entry.name).collect()
 }
 
-/// The task of this name with the default [`Options`]; an unknown one is answered with the nearest names.
+/// The task of this name with the default [`Options`]; an unknown one is answered with the nearest
+/// names.
 pub fn task(name: &str) -> Result<Task> {
     task_with(name, &Options::default())
 }
@@ -76,7 +77,12 @@ impl Entry {
             robot.initial_qpos = robot.pose_of(&(self.robot)(Preset::Paper));
         }
         robot.observation = robot.observation.with(options.senses);
-        Task { name: self.name.into(), robot, objectives: self.rewards.objectives(options), horizon: 1000 }
+        Task {
+            name: self.name.into(),
+            robot,
+            objectives: self.rewards.objectives(options),
+            horizon: 1000,
+        }
     }
 }
 

@@ -19,8 +19,8 @@ pub enum Signal {
     Control,
     /// Sum of the squared controls: the clamped actions in the motors' own units.
     MotorControl,
-    /// Sum of the squared contact forces and torques (N^2, N^2 m^2) of all bodies, each number clipped to [-clip,
-    /// clip], the sum to `cap`; either may be infinite.
+    /// Sum of the squared contact forces and torques (N^2, N^2 m^2) of all bodies, each number
+    /// clipped to [-clip, clip], the sum to `cap`; either may be infinite.
     Contact {
         /// Bound of every number.
         clip: f64,
@@ -41,7 +41,8 @@ impl Signal {
 pub struct Objective {
     /// Its name, such as `safety`.
     pub name: String,
-    /// Its weight in the task's total return, not normalised; 0 for a cost, whose weight is a multiplier's to find.
+    /// Its weight in the task's total return, not normalised; 0 for a cost, whose weight is a
+    /// multiplier's to find.
     pub weight: f32,
     /// The reward is the sum of factor x signal.
     pub terms: Vec<(f64, Signal)>,

@@ -18,7 +18,8 @@ fn a_step_allocates_nothing() {
         let task = task_with(name, &Options { preset, ..Options::default() }).unwrap();
         let physics = Recording::new(&task.robot, &Table::parse(text));
         let mut env = Locomotion::new(task, physics).unwrap();
-        let (mut obs, mut reward) = (vec![0.0; env.spec().obs_len], vec![0.0; env.spec().objectives.len()]);
+        let mut obs = vec![0.0; env.spec().obs_len];
+        let mut reward = vec![0.0; env.spec().objectives.len()];
         env.reset(1, &mut obs).unwrap();
         let step = || {
             env.step(&[0.5; 17], &mut obs, &mut reward).unwrap();

@@ -15,7 +15,10 @@ fn bodies_come_depth_first() {
     // The left leg below the right foot's side of the tree, after the left thigh: breadth first.
     let error = refused(|robot| robot.bodies[5].parent = Some(1));
     assert!(error.contains("walker2d: leg_left: wanted bodies listed depth first"), "{error}");
-    assert!(refused(|robot| robot.bodies[1].parent = Some(2)).contains("thigh: wanted bodies listed depth first"));
+    assert!(
+        refused(|robot| robot.bodies[1].parent = Some(2))
+            .contains("thigh: wanted bodies listed depth first")
+    );
 }
 
 type Spoil = fn(&mut RobotSpec);
@@ -27,7 +30,9 @@ fn contradictions_are_named() {
         ("frame_skip", |robot| robot.frame_skip = 0),
         ("initial_qpos", |robot| robot.initial_qpos.truncate(3)),
         ("leg: wanted positive mass", |robot| robot.bodies[2].inertial.mass = 0.0),
-        ("foot_joint: wanted lower limit < upper limit", |robot| robot.joints[5].range = Some([1.0, 1.0])),
+        ("foot_joint: wanted lower limit < upper limit", |robot| {
+            robot.joints[5].range = Some([1.0, 1.0])
+        }),
         ("actuator 2", |robot| robot.actuators[2].joint = 9),
         ("velocity_point", |robot| robot.velocity_point = VelocityPoint::Body(7)),
         ("observation", |robot| robot.observation.skip = 9),

@@ -71,7 +71,8 @@ fn falling_terminates_on_the_last_step_too() {
 
 #[test]
 fn noise_depends_on_the_seed_alone_and_stays_in_its_bounds() {
-    let (mut one, mut other) = (Bench::new(Still::new()), Bench::new(Still::new()));
+    let mut one = Bench::new(Still::new());
+    let mut other = Bench::new(Still::new());
     one.reset(5);
     one.step([1.0; 3]).unwrap();
     one.reset(7);

@@ -21,12 +21,15 @@ fn task(name: &str, preset: Preset) -> Task {
     task_with(name, &Options { preset, senses, ..Options::default() }).unwrap()
 }
 
-/// Plays a robot's recorded run in a task: every observation, the rewards in the columns `rewards`, and the end.
+/// Plays a robot's recorded run in a task: every observation, the rewards in the columns `rewards`,
+/// and the end.
 fn replay(benchmark: &str, robot: &str, preset: Preset, rewards: &[&str]) {
-    let (task, table) = (task(&format!("{benchmark}/{robot}"), preset), table(preset, robot));
+    let task = task(&format!("{benchmark}/{robot}"), preset);
+    let table = table(preset, robot);
     let physics = Recording::new(&task.robot, &table);
     let mut env = Locomotion::new(task, physics).unwrap();
-    let (mut obs, mut reward) = (vec![0.0; env.spec().obs_len], vec![0.0; env.spec().objectives.len()]);
+    let mut obs = vec![0.0; env.spec().obs_len];
+    let mut reward = vec![0.0; env.spec().objectives.len()];
     env.reset(0, &mut obs).unwrap();
     close(&obs, &table.vector(0, "obs"), robot);
     for row in 1..table.len() {

@@ -9,7 +9,8 @@ use support::Table;
 
 const UPRIGHT: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
-/// The robot of `data/kinematics.py`: a free trunk with an arm of three joints, and a cart on slides beside it.
+/// The robot of `data/kinematics.py`: a free trunk with an arm of three joints, and a cart on
+/// slides beside it.
 fn awkward() -> RobotSpec {
     RobotSpec {
         bodies: vec![
@@ -31,10 +32,25 @@ fn awkward() -> RobotSpec {
         ],
         geoms: vec![
             geom(None, Shape::Sphere { radius: 0.2 }, [1.0, 2.0, 3.0], UPRIGHT),
-            geom(Some(0), Shape::Capsule { radius: 0.1, half_length: 0.3 }, [0.05, 0.0, -0.02], [0.6, 0.8, 0.0, 0.0]),
-            geom(Some(1), Shape::Capsule { radius: 0.04, half_length: 0.2 }, [0.0, 0.1, 0.2], [0.48, 0.64, 0.36, 0.48]),
+            geom(
+                Some(0),
+                Shape::Capsule { radius: 0.1, half_length: 0.3 },
+                [0.05, 0.0, -0.02],
+                [0.6, 0.8, 0.0, 0.0],
+            ),
+            geom(
+                Some(1),
+                Shape::Capsule { radius: 0.04, half_length: 0.2 },
+                [0.0, 0.1, 0.2],
+                [0.48, 0.64, 0.36, 0.48],
+            ),
             geom(Some(2), Shape::Sphere { radius: 0.06 }, [0.02, 0.03, 0.04], UPRIGHT),
-            geom(Some(3), Shape::Capsule { radius: 0.02, half_length: 0.15 }, [0.0; 3], [0.0, 0.6, 0.0, 0.8]),
+            geom(
+                Some(3),
+                Shape::Capsule { radius: 0.02, half_length: 0.15 },
+                [0.0; 3],
+                [0.0, 0.6, 0.0, 0.8],
+            ),
         ],
         actuators: Vec::new(),
         ..robot::hopper(Preset::GymV5)
@@ -75,7 +91,11 @@ fn bodies_and_geoms_are_where_mujoco_puts_them() {
         let bodies = robot.body_poses(qpos);
         let geoms: Vec<_> = robot.geoms.iter().map(|geom| robot.geom_pose(geom, &bodies)).collect();
         assert_eq!(wanted.len(), 7 * (bodies.len() + geoms.len()));
-        bodies.iter().chain(&geoms).zip(wanted.chunks(7)).for_each(|(got, wanted)| check_pose(got, wanted));
+        bodies
+            .iter()
+            .chain(&geoms)
+            .zip(wanted.chunks(7))
+            .for_each(|(got, wanted)| check_pose(got, wanted));
     }
 }
 
@@ -94,10 +114,12 @@ fn segments_end_on_their_geoms_axes() {
         let Shape::Capsule { half_length, .. } = geom.shape else { continue };
         assert_abs_diff_eq!(length, 2.0 * half_length, epsilon = 1e-14);
     }
-    // The floor is no segment, and each part of the upright hopper begins where the one before it ends.
+    // The floor is no segment, and each part of the upright hopper begins where the one before it
+    // ends.
     let hopper = robot::hopper(Preset::GymV5);
     let parts = hopper.segments(&hopper.body_poses(&hopper.initial_qpos));
-    let heights: Vec<_> = parts.iter().map(|part| part.ends.map(|end| (1e9 * end[2]).round() / 1e9)).collect();
+    let heights: Vec<_> =
+        parts.iter().map(|part| part.ends.map(|end| (1e9 * end[2]).round() / 1e9)).collect();
     assert_eq!(heights, [[1.45, 1.05], [1.05, 0.6], [0.6, 0.1], [0.1, 0.1]]);
 }
 
@@ -110,7 +132,12 @@ fn limbs_begin_where_a_body_has_several_children() {
     ] {
         let robot = robot(Preset::GymV5);
         let segments = robot.segments(&robot.body_poses(&robot.initial_qpos));
-        assert_eq!(segments.iter().map(|segment| segment.limb).collect::<Vec<_>>(), wanted, "{}", robot.name);
+        assert_eq!(
+            segments.iter().map(|segment| segment.limb).collect::<Vec<_>>(),
+            wanted,
+            "{}",
+            robot.name
+        );
     }
 }
 
@@ -125,7 +152,8 @@ fn centres_of_mass_are_mujocos() {
 }
 
 fn check_flight(robot: fn(Preset) -> RobotSpec, flight: &str) {
-    let (robot, flight) = (robot(Preset::GymV5), Table::parse(flight));
+    let robot = robot(Preset::GymV5);
+    let flight = Table::parse(flight);
     assert_eq!(flight.len(), 6);
     for row in 0..flight.len() {
         let centre = robot.centre_of_mass(&robot.body_poses(&flight.vector(row, "qpos")));

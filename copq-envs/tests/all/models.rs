@@ -1,4 +1,5 @@
-//! The robots' constants against those that MuJoCo 3.17.0 compiles from Gymnasium's and Brax's own models.
+//! The robots' constants against those that MuJoCo 3.17.0 compiles from Gymnasium's and Brax's own
+//! models.
 
 use copq_envs::RobotSpec;
 use copq_envs::robot::{self, Geom, Integrator, Joint, JointKind, Preset, Shape, Solver};
@@ -10,7 +11,11 @@ const ROBOTS: [fn(Preset) -> RobotSpec; 5] =
 fn each(mut test: impl FnMut(&RobotSpec, &Value, Preset)) {
     for (name, preset) in [("gym", Preset::GymV5), ("brax", Preset::Paper)] {
         for robot in ROBOTS.map(|robot| robot(preset)) {
-            let file = format!("{}/tests/data/model_{name}_{}.json", env!("CARGO_MANIFEST_DIR"), robot.name);
+            let file = format!(
+                "{}/tests/data/model_{name}_{}.json",
+                env!("CARGO_MANIFEST_DIR"),
+                robot.name
+            );
             let model = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
             test(&robot, &model, preset);
         }
@@ -29,7 +34,10 @@ fn same(got: &[f64], wanted: &Value, what: &str) {
     };
     assert_eq!(got.len(), wanted.len(), "{what}");
     for (got, wanted) in got.iter().zip(wanted) {
-        assert!((got - wanted).abs() <= 1e-15 * (1.0 + wanted.abs()), "{what}: {got} against {wanted}");
+        assert!(
+            (got - wanted).abs() <= 1e-15 * (1.0 + wanted.abs()),
+            "{what}: {got} against {wanted}"
+        );
     }
 }
 
@@ -49,7 +57,8 @@ fn bodies() {
         let wanted = &list(&model["bodies"])[1..];
         assert_eq!(robot.bodies.len(), wanted.len());
         for (body, wanted) in robot.bodies.iter().zip(wanted) {
-            let (what, inertial) = (format!("{}'s {}", robot.name, body.name), &body.inertial);
+            let what = format!("{}'s {}", robot.name, body.name);
+            let inertial = &body.inertial;
             let parent = body.parent.map_or(0, |parent| parent as u64 + 1);
             assert_eq!(wanted["parent"].as_u64().unwrap(), parent, "{what}");
             same(&body.pos, &wanted["pos"], &what);
@@ -65,7 +74,8 @@ fn bodies() {
 #[test]
 fn joints() {
     each(|robot, model, _| {
-        let (wanted, mut dofs) = (list(&model["joints"]), list(&model["dofs"]).iter());
+        let wanted = list(&model["joints"]);
+        let mut dofs = list(&model["dofs"]).iter();
         assert_eq!(robot.joints.len(), wanted.len());
         for (joint, wanted) in robot.joints.iter().zip(wanted) {
             let what = format!("{}'s {}", robot.name, joint.name);
@@ -85,7 +95,11 @@ fn joints() {
 }
 
 fn one_joint(joint: &Joint, wanted: &Value, what: &str) {
-    assert_eq!(wanted["type"], if joint.kind == JointKind::Hinge { "hinge" } else { "slide" }, "{what}");
+    assert_eq!(
+        wanted["type"],
+        if joint.kind == JointKind::Hinge { "hinge" } else { "slide" },
+        "{what}"
+    );
     same(&joint.axis, &wanted["axis"], what);
     same(&joint.anchor, &wanted["pos"], what);
     assert_eq!(wanted["limited"].as_bool().unwrap(), joint.range.is_some(), "{what}");
@@ -97,8 +111,8 @@ fn one_joint(joint: &Joint, wanted: &Value, what: &str) {
     same(&joint.softness.solimp, &wanted["solimp"], what);
 }
 
-/// A pair's friction, softness and dimension are mixed from both geoms', so each must be right. Brax's hopper has a
-/// margin in its file that Brax does not use.
+/// A pair's friction, softness and dimension are mixed from both geoms', so each must be right.
+/// Brax's hopper has a margin in its file that Brax does not use.
 #[test]
 fn geoms() {
     each(|robot, model, preset| {
@@ -106,17 +120,26 @@ fn geoms() {
         assert_eq!(robot.geoms.len(), wanted.len());
         for (geom, wanted) in robot.geoms.iter().zip(wanted) {
             let what = format!("{}'s geom {}", robot.name, geom.name);
-            assert_eq!(wanted["body"].as_u64().unwrap(), geom.body.map_or(0, |body| body as u64 + 1), "{what}");
+            assert_eq!(
+                wanted["body"].as_u64().unwrap(),
+                geom.body.map_or(0, |body| body as u64 + 1),
+                "{what}"
+            );
             shape(geom, wanted, &what);
             same(&geom.pos, &wanted["pos"], &what);
             same(&geom.quat, &wanted["quat"], &what);
             same(&geom.friction, &wanted["friction"], &what);
             same(&geom.softness.solref, &wanted["solref"], &what);
             same(&geom.softness.solimp, &wanted["solimp"], &what);
-            let margin = if preset == Preset::GymV5 { wanted["margin"].as_f64().unwrap() } else { 0.0 };
+            let margin =
+                if preset == Preset::GymV5 { wanted["margin"].as_f64().unwrap() } else { 0.0 };
             assert_eq!(geom.margin, margin, "{what}");
             let bits = [geom.condim.into(), geom.contype, geom.conaffinity].map(u64::from);
-            assert_eq!(["condim", "contype", "conaffinity"].map(|name| wanted[name].as_u64().unwrap()), bits, "{what}");
+            assert_eq!(
+                ["condim", "contype", "conaffinity"].map(|name| wanted[name].as_u64().unwrap()),
+                bits,
+                "{what}"
+            );
         }
     });
 }
@@ -137,7 +160,8 @@ fn motors() {
         let wanted = list(&model["actuators"]);
         assert_eq!(robot.actuators.len(), wanted.len());
         for (actuator, wanted) in robot.actuators.iter().zip(wanted) {
-            let joint = list(&model["joints"]).iter().position(|joint| joint["name"] == wanted["joint"]);
+            let joint =
+                list(&model["joints"]).iter().position(|joint| joint["name"] == wanted["joint"]);
             assert_eq!(joint, Some(actuator.joint), "{}", robot.name);
             same(&[actuator.gear], &wanted["gear"], &robot.name);
             same(&actuator.range, &wanted["ctrlrange"], &robot.name);
@@ -149,7 +173,9 @@ fn motors() {
 fn the_same_pairs_may_collide() {
     each(|robot, model, _| {
         let n = robot.geoms.len();
-        let pairs = (0..n).flat_map(|a| (a + 1..n).map(move |b| (a, b))).filter(|&(a, b)| robot.collide(a, b));
+        let pairs = (0..n)
+            .flat_map(|a| (a + 1..n).map(move |b| (a, b)))
+            .filter(|&(a, b)| robot.collide(a, b));
         let name = |geom: usize| model["geoms"][geom]["name"].clone();
         let pairs: Vec<_> = pairs.map(|(a, b)| Value::from(vec![name(a), name(b)])).collect();
         assert_eq!(pairs, list(&model["collidable_pairs"]), "{}", robot.name);
@@ -157,7 +183,8 @@ fn the_same_pairs_may_collide() {
     });
 }
 
-/// Brax's files name a solver that only approximates Brax's; what to use instead is measured in no file.
+/// Brax's files name a solver that only approximates Brax's; what to use instead is measured in no
+/// file.
 #[test]
 fn the_world() {
     each(|robot, model, preset| {
@@ -183,8 +210,11 @@ fn the_start() {
             wanted.splice(7.., bent.map(Value::from));
         }
         same(&robot.initial_qpos, &wanted.into(), &robot.name);
-        let limits = robot.joints.iter().zip(&robot.initial_qpos[robot.nq() - robot.joints.len()..]).skip(1);
-        let legal = limits.into_iter().all(|(joint, q)| joint.range.is_none_or(|[low, high]| (low..=high).contains(q)));
+        let limits =
+            robot.joints.iter().zip(&robot.initial_qpos[robot.nq() - robot.joints.len()..]).skip(1);
+        let legal = limits
+            .into_iter()
+            .all(|(joint, q)| joint.range.is_none_or(|[low, high]| (low..=high).contains(q)));
         let illegal = robot.name == "humanoid" || (robot.name == "ant" && preset == Preset::GymV5);
         assert_eq!(legal, !illegal, "{}", robot.name);
     });

@@ -33,12 +33,23 @@ fn observations_have_gymnasiums_and_braxs_lengths() {
 
 fn value(objective: &Objective, healthy: bool) -> f64 {
     let readings = Readings::default();
-    let motion = Motion { healthy, velocity: [-3.0, 4.0], control: 2.0, motor_control: 0.32, readings: &readings };
+    let motion = Motion {
+        healthy,
+        velocity: [-3.0, 4.0],
+        control: 2.0,
+        motor_control: 0.32,
+        readings: &readings,
+    };
     objective.reward(&motion)
 }
 
 fn values(name: &str, options: &Options, healthy: bool) -> Vec<f64> {
-    task_with(name, options).unwrap().objectives.iter().map(|objective| value(objective, healthy)).collect()
+    task_with(name, options)
+        .unwrap()
+        .objectives
+        .iter()
+        .map(|objective| value(objective, healthy))
+        .collect()
 }
 
 /// Velocity (-3, 4) m/s, squared actions 2, squared controls 0.32.
@@ -50,7 +61,9 @@ fn rewards_are_those_of_tables_1_and_c1() {
     assert_eq!(values("a/halfcheetah", &options, true), [-3.0, -2.0]);
     assert_eq!(values("b/humanoid", &options, true), [5.0, 5.0 - 3.75 - 0.1 * 0.32]);
     assert_eq!(values("b/ant", &options, false), [5.0, -3.0 - 0.5 * 0.32]);
-    let weights = |name| task(name).unwrap().objectives.iter().map(|objective| objective.weight).collect::<Vec<_>>();
+    let weights = |name| {
+        task(name).unwrap().objectives.iter().map(|objective| objective.weight).collect::<Vec<_>>()
+    };
     assert_eq!(weights("a/humanoid"), [1.0, 5.0, 1.0]);
     assert_eq!(weights("a/walker2d"), [1.0, 1.0, 0.5]);
     assert_eq!(weights("a/halfcheetah"), [1.0, 1.0]);
@@ -79,12 +92,16 @@ fn options_choose_the_other_readings() {
 fn any_preset_can_start_as_the_paper_does() {
     let options = Options { start: Start::Paper, ..Options::default() };
     for name in tasks() {
-        let (moved, own) = (task_with(name, &options).unwrap().robot, task(name).unwrap().robot);
+        let moved = task_with(name, &options).unwrap().robot;
+        let own = task(name).unwrap().robot;
         assert_eq!(moved.initial_qpos != own.initial_qpos, own.name == "ant", "{name}");
         assert_eq!(moved.reset_noise, own.reset_noise);
     }
     let ant = task_with("a/ant", &options).unwrap().robot;
-    assert_eq!(ant.initial_qpos[2..], [0.55, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0]);
+    assert_eq!(
+        ant.initial_qpos[2..],
+        [0.55, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0]
+    );
     assert_eq!(ant.reset_noise, [Noise::Uniform(0.1), Noise::Gaussian(0.1)]);
 }
 
@@ -107,7 +124,10 @@ fn an_engine_that_cannot_tell_a_field_is_refused_at_once() {
     assert_eq!(task.fields(), [Field::BodyPosition, Field::ContactForce]);
     let physics = Still { tells: vec![Field::BodyPosition], ..Still::of(&task.robot) };
     let error = Locomotion::new(task, physics).unwrap_err().to_string();
-    assert!(error.contains("gym/ant reads") && error.contains("does not tell ContactForce"), "{error}");
+    assert!(
+        error.contains("gym/ant reads") && error.contains("does not tell ContactForce"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -115,7 +135,10 @@ fn the_table_lists_every_task() {
     let table = list_tasks(&Options::default()).unwrap();
     assert_eq!(table.lines().count(), tasks().len() + 1);
     let line = |name| table.lines().find(|line| line.starts_with(name)).unwrap().to_owned();
-    assert_eq!(line("a/humanoid"), "a/humanoid         348      17  safety x 1, velocity x 5, control x 1");
+    assert_eq!(
+        line("a/humanoid"),
+        "a/humanoid         348      17  safety x 1, velocity x 5, control x 1"
+    );
     assert_eq!(line("b/hopper"), "b/hopper            11       3  cost <= 740.2, reward x 1");
 }
 

@@ -36,9 +36,10 @@ struct Group {
 
 /// Draws the runs' evaluation curves to `out`, whose ending decides the format: `.svg` or `.png`.
 ///
-/// One colour a label: the line is the median of its seeds, the band goes from the lowest to the highest seed; with one
-/// seed they are the mean and the range of the evaluation episodes. A step that not all seeds reached is left out. A dashed
-/// line goes across at the `limits` (objective and return).
+/// One colour a label: the line is the median of its seeds, the band goes from the lowest to the
+/// highest seed; with one seed they are the mean and the range of the evaluation episodes. A step
+/// that not all seeds reached is left out. A dashed line goes across at the `limits` (objective and
+/// return).
 pub fn compare(title: &str, runs: &[Labelled], limits: &[(String, f64)], out: &Path) -> Result<()> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
@@ -46,28 +47,38 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[(String, f64)], out: &P
     if let Some((unknown, _)) = limits.iter().find(|(name, _)| !objectives.contains(name)) {
         return Err(Error::invalid("objective of a limit", objectives.join(" or "), unknown));
     }
-    let limit = |title: &str| limits.iter().find(|(name, _)| name == title).map(|&(_, limit)| limit);
+    let limit =
+        |title: &str| limits.iter().find(|(name, _)| name == title).map(|&(_, limit)| limit);
     let note = note(&groups).to_owned() + if limits.is_empty() { "" } else { LIMIT_NOTE };
     let mut figure = Figure::new(title, note);
     for quantity in &quantities {
         let panel = Panel::new(quantity.title()).limit(limit(&quantity.title()));
-        figure = figure.panel(groups.iter().fold(panel, |panel, group| panel.series(group.series(quantity))));
+        figure = figure
+            .panel(groups.iter().fold(panel, |panel, group| panel.series(group.series(quantity))));
     }
     figure.write(out)
 }
 
-/// A markdown table of the same runs: the mean of the last three evaluations up to the last step that all of a label's
-/// seeds reached, as the median over the seeds and, for several seeds, their range.
+/// A markdown table of the same runs: the mean of the last three evaluations up to the last step
+/// that all of a label's seeds reached, as the median over the seeds and, for several seeds, their
+/// range.
 pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
     let row = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-    let head = ["label", "seeds", "steps"].map(str::to_owned).into_iter().chain(quantities.iter().map(Quantity::title));
+    let head = ["label", "seeds", "steps"]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(quantities.iter().map(Quantity::title));
     let mut text = row(head.collect());
     text += &format!("|---|--:|--:|{}\n", "--:|".repeat(quantities.len()));
     for group in &groups {
-        let first = [group.label.clone(), group.seeds.len().to_string(), grouped(group.last_step())];
-        text += &row(first.into_iter().chain(quantities.iter().map(|quantity| group.last(quantity))).collect());
+        let first =
+            [group.label.clone(), group.seeds.len().to_string(), grouped(group.last_step())];
+        text += &row(first
+            .into_iter()
+            .chain(quantities.iter().map(|quantity| group.last(quantity)))
+            .collect());
     }
     Ok(text)
 }
@@ -76,7 +87,8 @@ fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
     let mut groups: Vec<Group> = Vec::new();
     for Labelled { label, folder } in runs {
         let seed = Evaluated::read(folder)?;
-        let config = if folder.join("config.toml").is_file() { Some(read_config(folder)?) } else { None };
+        let config =
+            if folder.join("config.toml").is_file() { Some(read_config(folder)?) } else { None };
         match groups.iter_mut().find(|group| group.label == *label) {
             Some(group) => {
                 check_same_method(label, group.config.as_ref(), config.as_ref())?;
@@ -85,7 +97,11 @@ fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
             None => groups.push(Group { label: label.clone(), config, seeds: vec![seed] }),
         }
     }
-    if groups.is_empty() { Err(Error::invalid("runs to compare", "at least one", 0)) } else { Ok(groups) }
+    if groups.is_empty() {
+        Err(Error::invalid("runs to compare", "at least one", 0))
+    } else {
+        Ok(groups)
+    }
 }
 
 /// An error unless two runs differ in nothing but seed, length and cadence.
@@ -99,13 +115,20 @@ fn check_same_method(label: &str, first: Option<&Config>, other: Option<&Config>
     if !first.plan.is_seed_of(&other.plan) {
         return differing(name(&first.plan), name(&other.plan));
     }
-    match difference("settings", &complete(&first.settings).into(), &complete(&other.settings).into()) {
+    match difference(
+        "settings",
+        &complete(&first.settings).into(),
+        &complete(&other.settings).into(),
+    ) {
         None => Ok(()),
-        Some((key, wanted, got)) => differing(format!("{} with {key} {wanted}", name(&first.plan)), got),
+        Some((key, wanted, got)) => {
+            differing(format!("{} with {key} {wanted}", name(&first.plan)), got)
+        }
     }
 }
 
-/// A learner's settings with the defaults of those that its run did not know yet; other settings as they are.
+/// A learner's settings with the defaults of those that its run did not know yet; other settings as
+/// they are.
 fn complete(settings: &toml::Table) -> toml::Table {
     let learner: Option<copq::Config> = settings.clone().try_into().ok();
     let completed = learner.and_then(|learner| toml::Table::try_from(learner).ok());
@@ -151,7 +174,8 @@ impl Group {
     /// The end of the runs as a cell of the table.
     fn last(&self, quantity: &Quantity) -> String {
         let end = self.last_step();
-        let ends: Vec<f64> = self.seeds.iter().map(|seed| last_three(&seed.means(quantity), end)).collect();
+        let ends: Vec<f64> =
+            self.seeds.iter().map(|seed| last_three(&seed.means(quantity), end)).collect();
         let middle = median(&ends);
         match (middle.is_nan(), ends.len()) {
             (true, _) => "".to_owned(),
@@ -163,7 +187,8 @@ impl Group {
 
 /// The mean of the last three values up to a step.
 fn last_three(means: &[(u64, f64)], end: u64) -> f64 {
-    let until: Vec<f64> = means.iter().filter(|&&(step, _)| step <= end).map(|&(_, value)| value).collect();
+    let until: Vec<f64> =
+        means.iter().filter(|&&(step, _)| step <= end).map(|&(_, value)| value).collect();
     mean(&until[until.len().saturating_sub(3)..])
 }
 
@@ -189,7 +214,9 @@ mod tests {
     fn run(folder: &Path, name: &str, ends: [f64; 3]) -> PathBuf {
         let path = folder.join(name);
         std::fs::create_dir(&path).unwrap();
-        let mut text = "step,weighted_total/mean,return/speed/mean,return/speed/min,return/speed/max\n".to_owned();
+        let mut text =
+            "step,weighted_total/mean,return/speed/mean,return/speed/min,return/speed/max\n"
+                .to_owned();
         for (i, end) in ends.iter().enumerate() {
             text += &format!("{},{end},{},0,9\n", 1_000 * i, 2.0 * end);
         }
@@ -200,8 +227,10 @@ mod tests {
     #[test]
     fn the_table_gives_the_median_of_the_seeds() {
         let folder = tempfile::tempdir().unwrap();
-        let labelled =
-            |label: &str, name, ends| Labelled { label: label.to_owned(), folder: run(folder.path(), name, ends) };
+        let labelled = |label: &str, name, ends| Labelled {
+            label: label.to_owned(),
+            folder: run(folder.path(), name, ends),
+        };
         let runs = [
             labelled("cholesky", "c0", [1.0, 2.0, 3.0]),
             labelled("minimum", "m0", [0.0, 0.5, 1.0]),
@@ -214,16 +243,28 @@ mod tests {
         // A seed that stopped earlier ends the comparison there.
         let short = runs[0].folder.join("evaluations.csv");
         let text = std::fs::read_to_string(&short).unwrap();
-        std::fs::write(&short, text.lines().take(3).fold(String::new(), |all, line| all + line + "\n")).unwrap();
-        assert!(comparison_table(&runs).unwrap().contains("| cholesky | 3 | 1,000 | 2.5 (1.5 to 4.5) |"));
+        std::fs::write(
+            &short,
+            text.lines().take(3).fold(String::new(), |all, line| all + line + "\n"),
+        )
+        .unwrap();
+        assert!(
+            comparison_table(&runs)
+                .unwrap()
+                .contains("| cholesky | 3 | 1,000 | 2.5 (1.5 to 4.5) |")
+        );
         for name in ["x.svg", "x.png"] {
-            compare("COP-Q", &runs, &[("speed".to_owned(), 20.5)], &folder.path().join(name)).unwrap();
+            compare("COP-Q", &runs, &[("speed".to_owned(), 20.5)], &folder.path().join(name))
+                .unwrap();
         }
         let svg = std::fs::read_to_string(folder.path().join("x.svg")).unwrap();
-        let words = ["COP-Q", "cholesky", "minimum", "weighted total", "speed", "Dashed: the limit.", "20"];
+        let words =
+            ["COP-Q", "cholesky", "minimum", "weighted total", "speed", "Dashed: the limit.", "20"];
         assert!(words.iter().all(|text| svg.contains(text)));
         assert!(compare("COP-Q", &runs, &[], Path::new("x.pdf")).is_err());
-        let error = compare("COP-Q", &runs, &[("sped".to_owned(), 1.0)], Path::new("x.svg")).unwrap_err().to_string();
+        let error = compare("COP-Q", &runs, &[("sped".to_owned(), 1.0)], Path::new("x.svg"))
+            .unwrap_err()
+            .to_string();
         assert!(["limit", "speed", "sped"].iter().all(|text| error.contains(text)), "{error}");
     }
 
@@ -247,9 +288,17 @@ mod tests {
         assert!(with(labelled("seed", plan("cholesky", 1), "tau = 0.005")).is_ok());
         let wanted = "runs called 'td3': wanted seeds of cop-td3-a-hopper-cholesky-s0";
         let error = with(labelled("projection", plan("eigen", 1), "tau = 0.005")).unwrap_err();
-        assert_eq!(error, format!("{wanted} (another label for another method), got cop-td3-a-hopper-eigen-s0"));
+        assert_eq!(
+            error,
+            format!("{wanted} (another label for another method), got cop-td3-a-hopper-eigen-s0")
+        );
         let error = with(labelled("setting", plan("cholesky", 1), "tau = 0.01")).unwrap_err();
-        assert_eq!(error, format!("{wanted} with settings.tau 0.005 (another label for another method), got 0.01"));
+        assert_eq!(
+            error,
+            format!(
+                "{wanted} with settings.tau 0.005 (another label for another method), got 0.01"
+            )
+        );
     }
 
     /// A run from before a setting was there, and one of today with the setting's default.

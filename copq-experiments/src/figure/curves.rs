@@ -44,23 +44,31 @@ impl Evaluated {
         let path = folder.join("evaluations.csv");
         let sheet = Sheet::read(&path)?;
         if sheet.steps().is_empty() {
-            return Err(Error::invalid(format!("'{}'", path.display()), "at least one evaluation", "none"));
+            return Err(Error::invalid(
+                format!("'{}'", path.display()),
+                "at least one evaluation",
+                "none",
+            ));
         }
         Ok(Self { sheet })
     }
 
     /// The weighted total, then the objectives in the order of their priority.
     pub(crate) fn quantities(&self) -> Vec<Quantity> {
-        let objective = |column: &String| Some(column.strip_prefix("return/")?.strip_suffix("/mean")?.to_owned());
+        let objective = |column: &String| {
+            Some(column.strip_prefix("return/")?.strip_suffix("/mean")?.to_owned())
+        };
         let objectives = self.sheet.columns().iter().filter_map(objective).map(Quantity::Return);
         std::iter::once(Quantity::WeightedTotal).chain(objectives).collect()
     }
 
     /// Mean, lowest and highest episode of each evaluation.
     pub(crate) fn over_episodes(&self, quantity: &Quantity) -> Vec<Point> {
-        let [middle, low, high] = ["mean", "min", "max"].map(|statistic| self.statistic(quantity, statistic));
+        let [middle, low, high] =
+            ["mean", "min", "max"].map(|statistic| self.statistic(quantity, statistic));
         let steps = self.sheet.steps().into_iter().enumerate();
-        let point = |(i, step)| Point { step: step as f64, middle: middle[i], low: low[i], high: high[i] };
+        let point =
+            |(i, step)| Point { step: step as f64, middle: middle[i], low: low[i], high: high[i] };
         steps.map(point).collect()
     }
 

@@ -14,19 +14,23 @@ use curves::Evaluated;
 /// What a dashed line means.
 const LIMIT_NOTE: &str = " Dashed: the limit.";
 
-/// Draws a run's evaluations as `curve.svg` and `curve.png` in its folder, and the limits of its task's costs.
+/// Draws a run's evaluations as `curve.svg` and `curve.png` in its folder, and the limits of its
+/// task's costs.
 pub(crate) fn draw_run(folder: &Path, spec: &EnvSpec) -> Result<()> {
     let run = Evaluated::read(folder)?;
     let plan = crate::folder::read_plan(folder)?;
-    let title =
-        format!("{}, {} on {}, {} bound, seed {}", plan.method, plan.task, plan.engine, plan.bound, plan.run.seed);
+    let title = format!(
+        "{}, {} on {}, {} bound, seed {}",
+        plan.method, plan.task, plan.engine, plan.bound, plan.run.seed
+    );
     let limit = |title: &str| {
         let objective = spec.names().into_iter().position(|name| name == title)?;
         spec.limit(objective).map(f64::from)
     };
     let limits: Vec<_> = run.quantities().iter().map(|quantity| limit(&quantity.title())).collect();
     let dashed = if limits.iter().any(Option::is_some) { LIMIT_NOTE } else { "" };
-    let note = format!("Line: mean of the evaluation episodes. Band: lowest to highest episode.{dashed}");
+    let note =
+        format!("Line: mean of the evaluation episodes. Band: lowest to highest episode.{dashed}");
     let mut figure = Figure::new(title, note);
     for (quantity, limit) in run.quantities().iter().zip(limits) {
         let series = Series::new("", run.over_episodes(quantity));

@@ -62,16 +62,24 @@ fn stop_with(signal: &str) {
     let child = spawn(&folder, 1_000_000_000);
     let metrics = folder.join("metrics.csv");
     wait_until(|| Sheet::read(&metrics).is_ok_and(|sheet| sheet.steps().len() > 3));
-    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+    assert!(
+        Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success()
+    );
     let output = child.wait_with_output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{text}");
-    assert!(text.contains("stopped and saved at step ") && text.contains("go on with copq resume "), "{text}");
+    assert!(
+        text.contains("stopped and saved at step ") && text.contains("go on with copq resume "),
+        "{text}"
+    );
 
     let plan = copq_experiments::read_plan(&folder).unwrap();
     let resumed = RunFolder::resume(&folder, &plan, &settings()).unwrap();
     let steps = point_mass::run(resumed, &plan).trainer_mut().steps();
-    assert!(steps > 30 && text.replace(',', "").contains(&format!("at step {steps};")), "{steps} steps: {text}");
+    assert!(
+        steps > 30 && text.replace(',', "").contains(&format!("at step {steps};")),
+        "{steps} steps: {text}"
+    );
 }
 
 #[test]
@@ -89,7 +97,8 @@ fn sigint_saves_and_ends_well() {
 #[test]
 fn a_run_killed_again_and_again_ends_as_if_it_had_not_been() {
     let temporary = tempfile::tempdir().unwrap();
-    let (whole, killed) = (temporary.path().join("whole"), temporary.path().join("killed"));
+    let whole = temporary.path().join("whole");
+    let killed = temporary.path().join("killed");
     assert!(spawn(&whole, 200).wait_with_output().unwrap().status.success());
     let mut moments = Rng::with_stream(11, 0);
     for _ in 0..12 {

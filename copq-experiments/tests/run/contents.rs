@@ -5,7 +5,8 @@ use std::path::Path;
 
 use copq::EnvSpec;
 use copq_experiments::{
-    Ending, Metrics, RunConfig, RunFolder, Sheet, comparison_table, read_checkpoint, read_config, tensorboard,
+    Ending, Metrics, RunConfig, RunFolder, Sheet, comparison_table, read_checkpoint, read_config,
+    tensorboard,
 };
 
 use crate::point_mass::{self, Settings, plan, settings};
@@ -14,12 +15,16 @@ fn finished(folder: &Path) {
     let plan = plan(1, 620);
     let folder = RunFolder::create(folder, &plan, &settings()).unwrap();
     let path = folder.path().to_owned();
-    assert_eq!(point_mass::run(folder, &plan).silent().train().unwrap(), Ending::Finished { folder: path });
+    assert_eq!(
+        point_mass::run(folder, &plan).silent().train().unwrap(),
+        Ending::Finished { folder: path }
+    );
 }
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();
-    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    let mut names: Vec<_> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
 }
@@ -30,7 +35,8 @@ fn a_run_leaves_all_its_files() {
     let folder = temporary.path().join("new/run");
     finished(&folder);
     let names = names(&folder);
-    let (events, others): (Vec<_>, Vec<_>) = names.iter().partition(|name| name.starts_with("events.out.tfevents."));
+    let (events, others): (Vec<_>, Vec<_>) =
+        names.iter().partition(|name| name.starts_with("events.out.tfevents."));
     let wanted = [
         ".lock",
         "checkpoint.safetensors",
@@ -57,12 +63,19 @@ fn rows_are_at_their_intervals_and_at_the_end() {
     let folder = temporary.path().join("run");
     finished(&folder);
     let sheet = |name: &str| Sheet::read(&folder.join(name)).unwrap();
-    let (metrics, evaluations) = (sheet("metrics.csv"), sheet("evaluations.csv"));
+    let metrics = sheet("metrics.csv");
+    let evaluations = sheet("evaluations.csv");
     assert_eq!(metrics.steps(), [100, 200, 300, 400, 500, 600, 620]);
     assert_eq!(sheet("timings.csv").steps(), metrics.steps());
     assert_eq!(evaluations.steps(), [0, 250, 500, 620]);
-    let wanted =
-        ["step", "train/length", "train/return/effort", "train/return/speed", "train/weighted_total", "q/effort"];
+    let wanted = [
+        "step",
+        "train/length",
+        "train/return/effort",
+        "train/return/speed",
+        "train/weighted_total",
+        "q/effort",
+    ];
     assert_eq!(metrics.columns()[..6], wanted);
     assert!(metrics.column("q/speed").unwrap()[0].is_nan(), "nothing is logged in the warm-up");
     let column = |name: &str| evaluations.column(name).unwrap();
@@ -80,7 +93,11 @@ fn tensorboard_gets_the_same_numbers() {
     let file = names(&folder).into_iter().find(|name| name.starts_with("events.")).unwrap();
     let scalars = tensorboard::read_scalars(&folder.join(file)).unwrap();
     let of = |tag: &str| -> Vec<(u64, f32)> {
-        scalars.iter().filter(|scalar| scalar.1 == tag).map(|&(step, _, value)| (step, value)).collect()
+        scalars
+            .iter()
+            .filter(|scalar| scalar.1 == tag)
+            .map(|&(step, _, value)| (step, value))
+            .collect()
     };
     let rows = |file: &str, column: &str| -> Vec<(u64, f32)> {
         let sheet = Sheet::read(&folder.join(file)).unwrap();
@@ -98,22 +115,28 @@ fn a_run_is_not_overwritten() {
     let folder = temporary.path().join("run");
     finished(&folder);
     let message = RunFolder::create(&folder, &plan(1, 620), &settings()).unwrap_err().to_string();
-    assert!(message.contains(&format!("copq resume {}", folder.display())) && message.contains("another --out"));
+    assert!(
+        message.contains(&format!("copq resume {}", folder.display()))
+            && message.contains("another --out")
+    );
     std::fs::create_dir(temporary.path().join("mine")).unwrap();
     std::fs::write(temporary.path().join("mine/notes.txt"), "").unwrap();
     assert!(RunFolder::create(temporary.path().join("mine"), &plan(1, 620), &settings()).is_err());
     let open = RunFolder::resume(&folder, &plan(1, 620), &settings()).unwrap();
-    let message = RunFolder::resume(open.path(), &plan(1, 620), &settings()).unwrap_err().to_string();
+    let message =
+        RunFolder::resume(open.path(), &plan(1, 620), &settings()).unwrap_err().to_string();
     assert!(message.contains("no other process writes to"), "{message}");
 }
 
 #[test]
 fn a_run_that_has_saved_nothing_yet_has_no_checkpoint() {
     let temporary = tempfile::tempdir().unwrap();
-    let folder = RunFolder::create(temporary.path().join("run"), &plan(1, 620), &settings()).unwrap();
+    let folder =
+        RunFolder::create(temporary.path().join("run"), &plan(1, 620), &settings()).unwrap();
     let message = read_checkpoint(folder.path()).unwrap_err().to_string();
     assert!(
-        message.contains("run': wanted one with a checkpoint") && message.ends_with("got one without"),
+        message.contains("run': wanted one with a checkpoint")
+            && message.ends_with("got one without"),
         "{message}"
     );
 }
@@ -123,7 +146,8 @@ fn another_plan_or_other_settings_do_not_resume() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path().join("run");
     finished(&folder);
-    let message = |plan, settings| RunFolder::resume(&folder, &plan, &settings).unwrap_err().to_string();
+    let message =
+        |plan, settings| RunFolder::resume(&folder, &plan, &settings).unwrap_err().to_string();
     assert!(message(plan(1, 620), Settings { rate: 0.5 }).starts_with("settings.rate "));
     assert!(message(plan(1, 619), settings()).contains("at least its 620, got 619"));
     assert!(message(plan(2, 620), settings()).starts_with("plan of the run in "));
@@ -140,7 +164,10 @@ fn metrics_are_averages_over_the_interval() {
     metrics.episode(2, &point_mass::episode([4.0, -2.0]), &spec);
     let row = metrics.row(2).unwrap();
     let number = |name: &str| row.iter().find(|(column, _)| column == name).unwrap().1;
-    assert_eq!((number("q/safety"), number("train/weighted_total"), number("train/length")), (1.5, 3.0, 70.0));
+    assert_eq!(
+        (number("q/safety"), number("train/weighted_total"), number("train/length")),
+        (1.5, 3.0, 70.0)
+    );
     assert!(metrics.row(3).unwrap().is_empty());
 }
 
@@ -151,6 +178,9 @@ fn a_finished_run_has_a_row_in_a_comparison() {
     finished(&folder);
     let runs = [copq_experiments::Labelled { label: "pusher".to_owned(), folder }];
     let table = comparison_table(&runs).unwrap();
-    assert!(table.starts_with("| label | seeds | steps | weighted total | speed | effort |\n"), "{table}");
+    assert!(
+        table.starts_with("| label | seeds | steps | weighted total | speed | effort |\n"),
+        "{table}"
+    );
     assert_eq!(table.lines().count(), 3);
 }

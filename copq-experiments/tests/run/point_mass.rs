@@ -1,8 +1,9 @@
-//! A point mass on a line and an agent that learns to push it, small enough to train a thousand steps in a blink.
+//! A point mass on a line and an agent that learns to push it, small enough to train a thousand
+//! steps in a blink.
 
 use copq::{
-    Agent, Env, EnvSpec, Episode, Method, Mode, Objective, Observer, Outcome, Result, Rng, State, Stream, Trainer,
-    Transition,
+    Agent, Env, EnvSpec, Episode, Method, Mode, Objective, Observer, Outcome, Result, Rng, State,
+    Stream, Trainer, Transition,
 };
 use copq_experiments::{Plan, Run, RunFolder, RunSettings};
 use serde::{Deserialize, Serialize};
@@ -106,7 +107,8 @@ impl Agent for Pusher {
     }
 
     fn observe(&mut self, transition: Transition<'_>) -> Result<()> {
-        self.weight += self.rate * (0.01 + transition.reward[0] * transition.action[0]).clamp(-0.1, 0.1);
+        self.weight +=
+            self.rate * (0.01 + transition.reward[0] * transition.action[0]).clamp(-0.1, 0.1);
         self.weight = self.weight.min(0.8);
         Ok(())
     }
@@ -142,7 +144,14 @@ impl Agent for Pusher {
 
 /// A short run's plan.
 pub fn plan(seed: u64, steps: u64) -> Plan {
-    let run = RunSettings { steps, seed, eval_every: 250, eval_episodes: 4, log_every: 100, checkpoint_every: 300 };
+    let run = RunSettings {
+        steps,
+        seed,
+        eval_every: 250,
+        eval_episodes: 4,
+        log_every: 100,
+        checkpoint_every: 300,
+    };
     Plan { task: "test/point-mass".to_owned(), run, ..Plan::new(&Method::cop_td3()) }
 }
 

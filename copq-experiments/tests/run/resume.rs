@@ -7,7 +7,8 @@ use copq_experiments::{Ending, Plan, Run, RunFolder, read_plan};
 use crate::point_mass::{self, plan, settings};
 
 /// The files that may not depend on time.
-pub const SAME: [&str; 5] = ["metrics.csv", "evaluations.csv", "checkpoint.safetensors", "curve.svg", "curve.png"];
+pub const SAME: [&str; 5] =
+    ["metrics.csv", "evaluations.csv", "checkpoint.safetensors", "curve.svg", "curve.png"];
 
 /// Begins or goes on with a run.
 pub fn train(folder: &Path, seed: u64, steps: u64) {
@@ -32,7 +33,8 @@ pub fn assert_same(a: &Path, b: &Path) {
 #[test]
 fn two_thousand_steps_are_one_thousand_and_one_thousand() {
     let temporary = tempfile::tempdir().unwrap();
-    let (whole, parts) = (temporary.path().join("whole"), temporary.path().join("parts"));
+    let whole = temporary.path().join("whole");
+    let parts = temporary.path().join("parts");
     train(&whole, 7, 2_000);
     train(&parts, 7, 1_000);
     train(&parts, 7, 2_000);
@@ -43,7 +45,8 @@ fn two_thousand_steps_are_one_thousand_and_one_thousand() {
 #[test]
 fn ends_off_every_interval_leave_no_trace() {
     let temporary = tempfile::tempdir().unwrap();
-    let (whole, parts) = (temporary.path().join("whole"), temporary.path().join("parts"));
+    let whole = temporary.path().join("whole");
+    let parts = temporary.path().join("parts");
     train(&whole, 3, 1_234);
     for steps in [13, 477, 477, 480, 1_101, 1_234] {
         train(&parts, 3, steps);
@@ -54,10 +57,13 @@ fn ends_off_every_interval_leave_no_trace() {
 #[test]
 fn rows_after_the_checkpoint_and_torn_rows_are_written_again() {
     let temporary = tempfile::tempdir().unwrap();
-    let (whole, crashed) = (temporary.path().join("whole"), temporary.path().join("crashed"));
+    let whole = temporary.path().join("whole");
+    let crashed = temporary.path().join("crashed");
     train(&whole, 5, 900);
     train(&crashed, 5, 600);
-    for (name, torn) in [("metrics.csv", "\n700,1,2,3,4,5,6\n800,70,"), ("evaluations.csv", "750,4,1.0")] {
+    for (name, torn) in
+        [("metrics.csv", "\n700,1,2,3,4,5,6\n800,70,"), ("evaluations.csv", "750,4,1.0")]
+    {
         let path = crashed.join(name);
         let text = std::fs::read_to_string(&path).unwrap();
         std::fs::write(&path, text + torn).unwrap();
@@ -71,7 +77,8 @@ fn rows_after_the_checkpoint_and_torn_rows_are_written_again() {
 #[test]
 fn a_run_without_a_checkpoint_begins_anew() {
     let temporary = tempfile::tempdir().unwrap();
-    let (whole, bare) = (temporary.path().join("whole"), temporary.path().join("bare"));
+    let whole = temporary.path().join("whole");
+    let bare = temporary.path().join("bare");
     train(&whole, 5, 600);
     train(&bare, 5, 290);
     std::fs::remove_file(bare.join("checkpoint.safetensors")).unwrap();
@@ -86,10 +93,15 @@ fn a_run_that_lost_its_checkpoint_loses_nothing_more() {
     train(&bare, 5, 600);
     std::fs::remove_file(bare.join("checkpoint.safetensors")).unwrap();
     let evaluations = std::fs::read_to_string(bare.join("evaluations.csv")).unwrap();
-    let (plan, eval_env) = (plan(5, 900), Box::new(point_mass::PointMass::new()));
+    let plan = plan(5, 900);
+    let eval_env = Box::new(point_mass::PointMass::new());
     let folder = RunFolder::resume(&bare, &plan, &settings()).unwrap();
-    let error = Run::new(point_mass::trainer(5), eval_env, folder, plan.run).unwrap_err().to_string();
-    assert!(error.contains("wanted its checkpoint.safetensors") && error.ends_with("up to step 600"), "{error}");
+    let error =
+        Run::new(point_mass::trainer(5), eval_env, folder, plan.run).unwrap_err().to_string();
+    assert!(
+        error.contains("wanted its checkpoint.safetensors") && error.ends_with("up to step 600"),
+        "{error}"
+    );
     assert_eq!(std::fs::read_to_string(bare.join("evaluations.csv")).unwrap(), evaluations);
 }
 

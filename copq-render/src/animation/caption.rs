@@ -26,7 +26,9 @@ impl Caption {
     /// The picture with a row of names and values; red, green and blue of every pixel.
     pub fn write(&mut self, picture: &[u8], readings: &[(String, String)]) -> Result<Vec<u8>> {
         check_len("picture", picture.len(), 3 * (WIDTH * HEIGHT) as usize)?;
-        for (pixel, colour) in self.sheet.data_mut().chunks_exact_mut(4).zip(picture.chunks_exact(3)) {
+        for (pixel, colour) in
+            self.sheet.data_mut().chunks_exact_mut(4).zip(picture.chunks_exact(3))
+        {
             pixel[..3].copy_from_slice(colour);
             pixel[3] = u8::MAX;
         }

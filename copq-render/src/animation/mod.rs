@@ -1,8 +1,9 @@
 //! A robot in motion, as an animated GIF or as PNG frames, with a row of numbers above it.
 //!
-//! An animation knows no robots and no engines: it keeps positions, and is handed a [`Draw`] that turns one into a picture.
-//! [`SideView`] draws the capsules that a robot is made of, and needs nothing for it. Pictures are drawn while a file is written: a
-//! long episode costs little memory, and what no viewer would show is never drawn.
+//! An animation knows no robots and no engines: it keeps positions, and is handed a [`Draw`] that
+//! turns one into a picture. [`SideView`] draws the capsules that a robot is made of, and needs
+//! nothing for it. Pictures are drawn while a file is written: a long episode costs little memory,
+//! and what no viewer would show is never drawn.
 
 mod camera;
 mod caption;
@@ -25,10 +26,12 @@ pub const WIDTH: u32 = 640;
 /// Pixels of a picture from top to bottom.
 pub const HEIGHT: u32 = 420;
 
-/// Draws a scene's position: red, green and blue of [`WIDTH`] x [`HEIGHT`] pixels, row by row from the top.
+/// Draws a scene's position: red, green and blue of [`WIDTH`] x [`HEIGHT`] pixels, row by row from
+/// the top.
 pub type Draw<'a> = dyn FnMut(&[f64]) -> Result<Vec<u8>> + 'a;
 
-/// Shortest time that a GIF's frame is shown, in hundredths of a second: viewers slow down anything shorter.
+/// Shortest time that a GIF's frame is shown, in hundredths of a second: viewers slow down anything
+/// shorter.
 const SHORTEST: u64 = 2;
 
 /// All points within `radius` of the line between two points, a ball if they coincide.
@@ -65,14 +68,15 @@ struct Frame {
     scene: Scene,
 }
 
-/// A colour for a robot's n-th limb, from a small set that people with any colour vision can tell apart.
+/// A colour for a robot's n-th limb, from a small set that people with any colour vision can tell
+/// apart.
 pub fn limb_colour(n: usize) -> [u8; 3] {
     colour(n)
 }
 
 impl Animation {
-    /// Shows a scene for so long (s) after all others. GIFs show at most 50 scenes a second: one that is over sooner gives
-    /// way to the next, so that time stays true.
+    /// Shows a scene for so long (s) after all others. GIFs show at most 50 scenes a second: one
+    /// that is over sooner gives way to the next, so that time stays true.
     pub fn push(&mut self, scene: Scene, seconds: f64) {
         let start = hundredths(self.seconds);
         self.seconds += seconds;
@@ -90,7 +94,11 @@ impl Animation {
     /// Writes a GIF that runs in real time, again and again.
     pub fn write_gif(&self, path: &Path, draw: &mut Draw<'_>) -> Result<()> {
         if path.extension().is_none_or(|ending| ending != "gif") {
-            return Err(Error::invalid("animation's file", "a name that ends in .gif", path.display()));
+            return Err(Error::invalid(
+                "animation's file",
+                "a name that ends in .gif",
+                path.display(),
+            ));
         }
         files::replace(path, &gif::encode(self, draw)?)
     }
@@ -107,7 +115,10 @@ impl Animation {
     }
 
     /// What draws a scene and writes its readings; an error if there is no scene.
-    fn pictures<'a>(&self, draw: &'a mut Draw<'_>) -> Result<impl FnMut(&Scene) -> Result<Vec<u8>> + 'a> {
+    fn pictures<'a>(
+        &self,
+        draw: &'a mut Draw<'_>,
+    ) -> Result<impl FnMut(&Scene) -> Result<Vec<u8>> + 'a> {
         if self.frames.is_empty() {
             return Err(Error::invalid("animation", "at least one scene", "none"));
         }
@@ -117,8 +128,12 @@ impl Animation {
 
     /// How long each frame is seen, in hundredths of a second.
     fn delays(&self) -> impl Iterator<Item = u64> {
-        let ends = self.frames.iter().skip(1).map(|frame| frame.start).chain([hundredths(self.seconds)]);
-        self.frames.iter().zip(ends).map(|(frame, end)| end.saturating_sub(frame.start).max(SHORTEST))
+        let ends =
+            self.frames.iter().skip(1).map(|frame| frame.start).chain([hundredths(self.seconds)]);
+        self.frames
+            .iter()
+            .zip(ends)
+            .map(|(frame, end)| end.saturating_sub(frame.start).max(SHORTEST))
     }
 }
 
@@ -127,10 +142,17 @@ fn hundredths(seconds: f64) -> u64 {
 }
 
 fn sheet() -> Result<Pixmap> {
-    Pixmap::new(WIDTH, HEIGHT).ok_or_else(|| Error::invalid("picture", "a width and height", "none"))
+    Pixmap::new(WIDTH, HEIGHT)
+        .ok_or_else(|| Error::invalid("picture", "a width and height", "none"))
 }
 
 /// Red, green and blue of every pixel, row by row, of a sheet without holes.
 fn rgb(sheet: &Pixmap) -> Vec<u8> {
-    sheet.data().as_chunks::<4>().0.iter().flat_map(|&[red, green, blue, _]| [red, green, blue]).collect()
+    sheet
+        .data()
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .flat_map(|&[red, green, blue, _]| [red, green, blue])
+        .collect()
 }

@@ -15,10 +15,12 @@ const INK: [u8; 3] = [45, 45, 45];
 const GREY: [u8; 3] = [112, 118, 128];
 /// Side of a tile (m).
 const TILE: f64 = 0.5;
-/// Where the distances are written, in parts of the way from below the robot to the picture's lower edge.
+/// Where the distances are written, in parts of the way from below the robot to the picture's lower
+/// edge.
 const MARKS: f64 = 0.45;
 
-/// Draws capsules above a floor, always from the same distance: in plain Rust, without a window or a graphics card.
+/// Draws capsules above a floor, always from the same distance: in plain Rust, without a window or
+/// a graphics card.
 pub struct SideView {
     camera: Camera,
     pen: Pen,
@@ -31,8 +33,8 @@ impl SideView {
         Ok(Self { camera: Camera::new(capsules, WIDTH, HEIGHT), pen: Pen::new()?, sheet: sheet()? })
     }
 
-    /// A picture of [`WIDTH`] by [`HEIGHT`] pixels, red, green and blue, row by row. The camera follows `centre` (m) sideways
-    /// and in depth.
+    /// A picture of [`WIDTH`] by [`HEIGHT`] pixels, red, green and blue, row by row. The camera
+    /// follows `centre` (m) sideways and in depth.
     pub fn draw(&mut self, capsules: &[Capsule], centre: [f64; 3]) -> Vec<u8> {
         self.sheet.fill(Color::from_rgba8(SKY[0], SKY[1], SKY[2], 255));
         self.floor(centre);
@@ -49,10 +51,18 @@ impl SideView {
         for (column, left, right) in tiles(x + left, x + right) {
             for (row, near, far) in tiles(y + near, y + far) {
                 let shade = TILES[(column + row).rem_euclid(2) as usize];
-                let [left, near, right, far] = [left - x, near - y, right - x, far - y].map(|at| at as f32);
+                let [left, near, right, far] =
+                    [left - x, near - y, right - x, far - y].map(|at| at as f32);
                 if let Some(tile) = Rect::from_ltrb(left, near, right, far) {
-                    let (tile, shade) = (PathBuilder::from_rect(tile), paint(shade, 255));
-                    self.sheet.fill_path(&tile, &shade, FillRule::Winding, self.camera.on_floor(), None);
+                    let tile = PathBuilder::from_rect(tile);
+                    let shade = paint(shade, 255);
+                    self.sheet.fill_path(
+                        &tile,
+                        &shade,
+                        FillRule::Winding,
+                        self.camera.on_floor(),
+                        None,
+                    );
                 }
             }
         }
@@ -64,8 +74,14 @@ impl SideView {
 
     fn shadows(&mut self, capsules: &[Capsule], centre: [f64; 3]) {
         for capsule in capsules {
-            let [a, b] = capsule.ends.map(|[x, y, _]| ((x - centre[0]) as f32, (y - centre[1]) as f32));
-            self.stroke([a, b], 2.0 * capsule.radius as f32, paint(INK, 36), self.camera.on_floor());
+            let [a, b] =
+                capsule.ends.map(|[x, y, _]| ((x - centre[0]) as f32, (y - centre[1]) as f32));
+            self.stroke(
+                [a, b],
+                2.0 * capsule.radius as f32,
+                paint(INK, 36),
+                self.camera.on_floor(),
+            );
         }
     }
 
@@ -80,7 +96,13 @@ impl SideView {
     }
 
     /// A line with round ends; one of no width or less is none.
-    fn stroke(&mut self, [a, b]: [(f32, f32); 2], width: f32, paint: Paint<'_>, transform: Transform) {
+    fn stroke(
+        &mut self,
+        [a, b]: [(f32, f32); 2],
+        width: f32,
+        paint: Paint<'_>,
+        transform: Transform,
+    ) {
         let mut path = PathBuilder::new();
         path.move_to(a.0, a.1);
         path.line_to(b.0, b.1);
@@ -99,8 +121,10 @@ impl fmt::Debug for SideView {
 
 /// The tiles that cover a stretch, with the part of each that is inside (m).
 fn tiles(from: f64, to: f64) -> impl Iterator<Item = (i64, f64, f64)> {
-    let (first, last) = ((from / TILE).floor() as i64, (to / TILE).floor() as i64);
-    (first..=last).map(move |tile| (tile, (tile as f64 * TILE).max(from), ((tile + 1) as f64 * TILE).min(to)))
+    let first = (from / TILE).floor() as i64;
+    let last = (to / TILE).floor() as i64;
+    (first..=last)
+        .map(move |tile| (tile, (tile as f64 * TILE).max(from), ((tile + 1) as f64 * TILE).min(to)))
 }
 
 fn depth(capsule: &Capsule) -> f64 {

@@ -28,16 +28,21 @@ pub struct Context<'a> {
 
 impl Debug for Context<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Context").field("projection", &self.projection).field("weights", &self.weights).finish()
+        f.debug_struct("Context")
+            .field("projection", &self.projection)
+            .field("weights", &self.weights)
+            .finish()
     }
 }
 
 /// Chooses the action of a step that gathers data.
 pub trait Explore: Debug + Send {
-    /// Writes an action in [-1, 1] for one observation, normalised if the learner's networks see normalised ones.
+    /// Writes an action in [-1, 1] for one observation, normalised if the learner's networks see
+    /// normalised ones.
     fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()>;
 
-    /// Writes what changes from step to step, for a rule with a memory; the generator is the learner's.
+    /// Writes what changes from step to step, for a rule with a memory; the generator is the
+    /// learner's.
     fn save(&self, _state: &mut State) {}
 
     /// Restores what [`Explore::save`] wrote.

@@ -1,4 +1,5 @@
-//! Optimistic exploration: the policy shifted towards the upper bound of the critics, as far as a KL bound allows.
+//! Optimistic exploration: the policy shifted towards the upper bound of the critics, as far as a
+//! KL bound allows.
 
 use std::sync::Arc;
 
@@ -8,20 +9,23 @@ use crate::projection::{Bound, Directions, Projection, by_name};
 use crate::{Net, Optimism, QView, Result};
 
 /// Optimistic Actor Critic (Ciosek et al. 2019) with any projection's upper bound: COP-OAC with
-/// [`Cholesky`](crate::projection::Cholesky) (paper eq. 15), Extremum-OAC with [`Extremum`](crate::projection::Extremum).
+/// [`Cholesky`](crate::projection::Cholesky) (paper eq. 15), Extremum-OAC with
+/// [`Extremum`](crate::projection::Extremum).
 ///
-/// The mean of the exploring policy moves by `shift * Sigma_T g / sqrt(g' Sigma_T g)`, with g the gradient of
-/// `u . (mean + beta C R u)` at the policy's mode and Sigma_T the policy's covariance (paper App. D.1): the KL divergence
-/// from the policy is `shift^2 / 2`, whatever the gradient's size. A zero gradient moves nothing.
+/// The mean of the exploring policy moves by `shift * Sigma_T g / sqrt(g' Sigma_T g)`, with g the
+/// gradient of `u . (mean + beta C R u)` at the policy's mode and Sigma_T the policy's covariance
+/// (paper App. D.1): the KL divergence from the policy is `shift^2 / 2`, whatever the gradient's
+/// size. A zero gradient moves nothing.
 ///
-/// For a deterministic policy g is taken in the action and Sigma_T is `std^2 I`. For a squashed Gaussian g is taken in
-/// its mean before the tanh. Both are one rule in units of the noise, `noise + shift * h / |h|`, where h is the gradient
-/// in the noise.
+/// For a deterministic policy g is taken in the action and Sigma_T is `std^2 I`. For a squashed
+/// Gaussian g is taken in its mean before the tanh. Both are one rule in units of the noise,
+/// `noise + shift * h / |h|`, where h is the gradient in the noise.
 #[derive(Debug)]
 pub struct Optimistic {
     /// How optimistic.
     pub optimism: Optimism,
-    /// Standard deviation of a deterministic policy's noise, in units of half the action range; unused for others.
+    /// Standard deviation of a deterministic policy's noise, in units of half the action range;
+    /// unused for others.
     pub std: f32,
     /// Whose upper bound; the learner's own projection's, unless given.
     projection: Option<Arc<dyn Projection>>,
@@ -39,14 +43,16 @@ struct Work {
 }
 
 impl Default for Optimistic {
-    /// The upper bound of the learner's own projection, with the paper's constants (Tables D.2 and D.3).
+    /// The upper bound of the learner's own projection, with the paper's constants (Tables D.2 and
+    /// D.3).
     fn default() -> Self {
         Self { optimism: Optimism::default(), std: 0.1, projection: None, work: Work::default() }
     }
 }
 
 impl Optimistic {
-    /// Optimism as described, an error for a projection that nobody knows; `std` as the field of that name.
+    /// Optimism as described, an error for a projection that nobody knows; `std` as the field of
+    /// that name.
     pub fn new(optimism: Optimism, std: f32) -> Result<Self> {
         let projection = optimism.projection.as_deref().map(by_name).transpose()?;
         Ok(Self { optimism, std, projection, ..Self::default() })
@@ -58,7 +64,12 @@ impl Optimistic {
     }
 
     /// Writes the gradient of the scalarised upper bound in the action, at `action`.
-    fn action_grad(&mut self, context: &mut Context<'_>, obs: &[f32], action: &[f32]) -> Result<()> {
+    fn action_grad(
+        &mut self,
+        context: &mut Context<'_>,
+        obs: &[f32],
+        action: &[f32],
+    ) -> Result<()> {
         let Self { optimism, projection, work, .. } = self;
         let Context { critic, weights, scratch, .. } = context;
         let projection = projection.as_deref().unwrap_or(context.projection);
@@ -70,7 +81,12 @@ impl Optimistic {
         work.grad_bound.iter_mut().zip(&work.unit).for_each(|(grad, &u)| *grad = u as f32);
         let Work { grad_bound, grad_action, .. } = work;
         let upper = &mut |q: QView<'_>, grad_q: &mut [f32]| {
-            projection.vjp(Bound { q, weights, step: optimism.beta as f32 }, scratch, grad_bound, grad_q)
+            projection.vjp(
+                Bound { q, weights, step: optimism.beta as f32 },
+                scratch,
+                grad_bound,
+                grad_q,
+            )
         };
         critic.action_grad(obs, action, upper, grad_action)
     }
@@ -94,7 +110,10 @@ impl Explore for Optimistic {
             noise.resize(action.len(), 0.0);
             context.rng.fill_normal(noise);
             add_shift(noise, grad_action, shift);
-            action.iter_mut().zip(noise).for_each(|(a, noise)| *a = (*a + *std * *noise).clamp(-1.0, 1.0));
+            action
+                .iter_mut()
+                .zip(noise)
+                .for_each(|(a, noise)| *a = (*a + *std * *noise).clamp(-1.0, 1.0));
             return Ok(());
         }
         noise.clear();
@@ -129,7 +148,10 @@ mod tests {
         let mut noise = [0.0; 2];
         add_shift(&mut noise, &[0.3, -0.4], 6.86);
         let shifted = [0.1 + 0.1 * noise[0], 0.2 + 0.1 * noise[1]];
-        assert!((shifted[0] - 0.5116).abs() < 1e-6 && (shifted[1] + 0.3488).abs() < 1e-6, "{shifted:?}");
+        assert!(
+            (shifted[0] - 0.5116).abs() < 1e-6 && (shifted[1] + 0.3488).abs() < 1e-6,
+            "{shifted:?}"
+        );
     }
 
     #[test]

@@ -3,16 +3,21 @@
 use super::Learner;
 use crate::error::check_len;
 use crate::loss::{finite, finite_row};
-use crate::{Agent, Context, EnvSpec, Error, Mode, Net, Normaliser, Observer, Outcome, Result, State, Transition};
+use crate::{
+    Agent, Context, EnvSpec, Error, Mode, Net, Normaliser, Observer, Outcome, Result, State,
+    Transition,
+};
 
 /// What to do about an observation that is not finite.
 const OBSERVATION: &str = "the environment returned it; check its physics";
 
 impl Learner {
-    /// An error unless a saved learner was made as this one is. Those from before that was written down are trusted.
+    /// An error unless a saved learner was made as this one is. Those from before that was written
+    /// down are trusted.
     fn check_maker(&self, state: &State) -> Result<()> {
         let Ok(made) = state.child("made_by") else { return Ok(()) };
-        let (objectives, bound) = (self.objectives.join(","), format!("{:?}", self.projection));
+        let objectives = self.objectives.join(",");
+        let bound = format!("{:?}", self.projection);
         for (what, own) in [
             ("method", self.name.as_str()),
             ("bound", bound.as_str()),
@@ -30,7 +35,11 @@ impl Learner {
         }
         let discount = made.get_one::<f64>("discount")?;
         if discount != self.config.discount {
-            return Err(Error::invalid("discount of the saved learner", self.config.discount, discount));
+            return Err(Error::invalid(
+                "discount of the saved learner",
+                self.config.discount,
+                discount,
+            ));
         }
         Ok(())
     }
@@ -66,7 +75,19 @@ impl Agent for Learner {
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
         finite_row("observation", obs, self.steps, OBSERVATION)?;
         self.take_in(obs)?;
-        let Self { config, actor, critic, projection, multiplier, explore, warm_up, streams, work, steps, .. } = self;
+        let Self {
+            config,
+            actor,
+            critic,
+            projection,
+            multiplier,
+            explore,
+            warm_up,
+            streams,
+            work,
+            steps,
+            ..
+        } = self;
         let obs = self.obs.as_slice();
         if mode == Mode::Exploit {
             actor.sample(Net::Online, obs, &[], action, &mut [])?;
@@ -83,7 +104,12 @@ impl Agent for Learner {
             let explore = if *steps < config.start_steps { warm_up } else { explore };
             explore.act(&mut context, obs, action)?;
         }
-        finite_row("action", action, self.steps, "the actor's weights have diverged; lower its step size")
+        finite_row(
+            "action",
+            action,
+            self.steps,
+            "the actor's weights have diverged; lower its step size",
+        )
     }
 
     fn observe(&mut self, t: Transition<'_>) -> Result<()> {
@@ -112,7 +138,8 @@ impl Agent for Learner {
 
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()> {
         check_len("values", q.len(), self.objectives.len())?;
-        let (critics, n) = (self.critic.critics(), self.objectives.len());
+        let critics = self.critic.critics();
+        let n = self.objectives.len();
         self.take_in(obs)?;
         let values = &mut self.work.q[..critics * n];
         self.critic.values(Net::Online, &self.obs, action, values)?;
@@ -163,9 +190,15 @@ impl Agent for Learner {
         // A rule without a memory has written nothing.
         self.explore.load(state.child("explore").unwrap_or(&State::default()))?;
         Normaliser::restore(&mut self.normaliser, state)?;
-        for (part, wanted) in [("temperature", self.temperature.is_some()), ("famo", self.famo.is_some())] {
+        for (part, wanted) in
+            [("temperature", self.temperature.is_some()), ("famo", self.famo.is_some())]
+        {
             if state.child(part).is_ok() != wanted {
-                let [own, saved] = if wanted { ["one with it", "one without"] } else { ["one without", "one with it"] };
+                let [own, saved] = if wanted {
+                    ["one with it", "one without"]
+                } else {
+                    ["one without", "one with it"]
+                };
                 return Err(Error::invalid(format!("{part} of the saved learner"), own, saved));
             }
         }

@@ -1,4 +1,5 @@
-//! How a learner is put together: from a configuration, networks and strategies that fit each other and the task.
+//! How a learner is put together: from a configuration, networks and strategies that fit each other
+//! and the task.
 
 use super::Learner;
 use super::streams::Streams;
@@ -7,20 +8,24 @@ use crate::error::check_len;
 use crate::multiplier::FixedWeights;
 use crate::temperature::Temperature;
 use crate::{
-    Actor, ActorKind, Backend, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, GaussianNoise, Method, Multiplier,
-    Normaliser, Optimistic, PolicySamples, Replay, Result, Rng, Stream, UniformActions, WarmUp,
+    Actor, ActorKind, Backend, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, GaussianNoise,
+    Method, Multiplier, Normaliser, Optimistic, PolicySamples, Replay, Result, Rng, Stream,
+    UniformActions, WarmUp,
 };
 
 impl Learner {
-    /// A learner by a method, for a task, with networks from a backend; every random number comes from `seed`.
+    /// A learner by a method, for a task, with networks from a backend; every random number comes
+    /// from `seed`.
     ///
-    /// It explores by Gaussian noise or a stochastic policy's own samples, towards an upper bound if [`Config::optimism`] says
-    /// so; its scalarisation weights are the task's, or the multipliers of [`Config::constraint`], which is an error for a task
-    /// without costs. Swap exploration and multipliers with [`Learner::explore`] and [`Learner::multiplier`].
+    /// It explores by Gaussian noise or a stochastic policy's own samples, towards an upper bound
+    /// if [`Config::optimism`] says so; its scalarisation weights are the task's, or the
+    /// multipliers of [`Config::constraint`], which is an error for a task without costs. Swap
+    /// exploration and multipliers with [`Learner::explore`] and [`Learner::multiplier`].
     pub fn new(method: Method, spec: &EnvSpec, backend: &dyn Backend, seed: u64) -> Result<Self> {
         method.config.check()?;
         spec.check()?;
-        let (networks, kind) = (&method.config.networks, method.actor());
+        let networks = &method.config.networks;
+        let kind = method.actor();
         let mut rng = Rng::new(seed, Stream::Init);
         let actor = |rng: &mut Rng| backend.actor(spec, networks, kind, rng);
         let critics = |rng: &mut Rng| method.critics.build(backend, spec, networks, rng);
@@ -45,10 +50,12 @@ impl Learner {
         let Method { config, bound, name, .. } = method;
         config.check()?;
         spec.check()?;
-        // A task that does not suit the method is worth more words than critics that do not suit the task.
+        // A task that does not suit the method is worth more words than critics that do not suit
+        // the task.
         let multiplier = multiplier(&config, spec)?;
         check_parts(&config, spec, critic.as_ref(), actor.as_ref())?;
-        let (n, rows) = (spec.objectives.len(), config.batch);
+        let n = spec.objectives.len();
+        let rows = config.batch;
         let entropy = config.entropy.as_ref();
         let temperature = entropy.map(|entropy| Temperature::new(entropy, spec)).transpose()?;
         let famo = config.famo.filter(|famo| famo.separate || critic.shared());
@@ -88,16 +95,24 @@ impl Learner {
         self
     }
 
-    /// Swaps the source of the scalarisation weights. A stochastic policy needs a positive weight of the reward that its
-    /// entropy bonus is added to.
+    /// Swaps the source of the scalarisation weights. A stochastic policy needs a positive weight
+    /// of the reward that its entropy bonus is added to.
     pub fn multiplier(mut self, multiplier: impl Multiplier + 'static) -> Result<Self> {
         check_len("the multiplier's weights", multiplier.weights().len(), self.objectives.len())?;
-        check_len("the multiplier's weights for the actor", multiplier.actor_weights().len(), self.objectives.len())?;
+        check_len(
+            "the multiplier's weights for the actor",
+            multiplier.actor_weights().len(),
+            self.objectives.len(),
+        )?;
         if let Some(objective) = self.temperature.as_ref().map(Temperature::objective) {
             let weight = multiplier.actor_weights()[objective];
             if weight.is_nan() || weight <= 0.0 {
                 let what = format!("the multiplier's weight of '{}'", self.objectives[objective]);
-                return Err(Error::invalid(what, "more than 0, for it has the entropy bonus", weight));
+                return Err(Error::invalid(
+                    what,
+                    "more than 0, for it has the entropy bonus",
+                    weight,
+                ));
             }
         }
         self.multiplier = Box::new(multiplier);
@@ -124,7 +139,9 @@ fn warm_up(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
 /// The exploration that a configuration describes.
 fn exploration(config: &Config, actor: &dyn Actor) -> Result<Box<dyn Explore>> {
     Ok(match &config.optimism {
-        Some(optimism) => Box::new(Optimistic::new(optimism.clone(), config.exploration_std as f32)?),
+        Some(optimism) => {
+            Box::new(Optimistic::new(optimism.clone(), config.exploration_std as f32)?)
+        }
         None => own_noise(config, actor),
     })
 }
@@ -138,14 +155,23 @@ fn own_noise(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
 }
 
 /// An error that names the first part that does not fit the others.
-fn check_parts(config: &Config, spec: &EnvSpec, critic: &dyn Critic, actor: &dyn Actor) -> Result<()> {
+fn check_parts(
+    config: &Config,
+    spec: &EnvSpec,
+    critic: &dyn Critic,
+    actor: &dyn Actor,
+) -> Result<()> {
     check_len("the critic's objectives", critic.objectives(), spec.objectives.len())?;
     check_len("the actor's action", actor.action_len(), spec.action_len())?;
     if critic.critics() == 0 {
         return Err(Error::invalid("the critic ensemble", "at least 1 critic", 0));
     }
     if config.entropy.is_some() && actor.noise_len() == 0 {
-        return Err(Error::invalid("the actor", "a stochastic policy, for the entropy bonus", "a deterministic one"));
+        return Err(Error::invalid(
+            "the actor",
+            "a stochastic policy, for the entropy bonus",
+            "a deterministic one",
+        ));
     }
     match config.subset {
         Some(subset) if subset > critic.critics() => {

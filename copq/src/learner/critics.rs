@@ -6,10 +6,21 @@ use crate::loss::{finite, finite_losses, squared_error_grad, squared_errors};
 use crate::{Bound, Net, Observer, QView, Result};
 
 impl Learner {
-    /// One step of all critics on the same TD targets, the objectives' losses weighted by FAMO; then the target networks
-    /// go `tau` of the way to the online ones.
+    /// One step of all critics on the same TD targets, the objectives' losses weighted by FAMO;
+    /// then the target networks go `tau` of the way to the online ones.
     pub(super) fn fit_critics(&mut self, tau: f32, log: &mut dyn Observer) -> Result<()> {
-        let Self { critic, famo, projection, multiplier, batch, config, objectives, names, steps, .. } = self;
+        let Self {
+            critic,
+            famo,
+            projection,
+            multiplier,
+            batch,
+            config,
+            objectives,
+            names,
+            steps,
+            ..
+        } = self;
         let Work { scratch, target, losses, loss_weights, bound, mean, .. } = &mut self.work;
         let grad = &mut |q: QView<'_>, grad: &mut [f32]| {
             squared_errors(q, target, losses);
@@ -42,7 +53,8 @@ impl Learner {
         Ok(())
     }
 
-    /// Shows a learning multiplier the mean bound at the replayed actions, from the critics as they now are.
+    /// Shows a learning multiplier the mean bound at the replayed actions, from the critics as they
+    /// now are.
     pub(super) fn estimate_costs(&mut self) -> Result<()> {
         if self.multiplier.is_constant() {
             return Ok(());
@@ -51,7 +63,11 @@ impl Learner {
         self.critic.values(Net::Online, &self.batch.obs, &self.batch.action, q)?;
         let q = QView::new(q, self.critic.critics(), self.objectives.len())?;
         let step = -self.config.pessimism as f32;
-        self.projection.project(Bound { q, weights: self.multiplier.weights(), step }, scratch, bound)?;
+        self.projection.project(
+            Bound { q, weights: self.multiplier.weights(), step },
+            scratch,
+            bound,
+        )?;
         column_means(bound, mean);
         finite("cost estimate", mean, &self.objectives, self.steps)?;
         self.multiplier.observe(mean);

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use crate::policy::exported;
 use crate::temperature::Temperature;
 use crate::{
-    Actor, Batch, Config, Critic, EnvSpec, Explore, Famo, Multiplier, Normaliser, Observer, Projection, Replay, Result,
+    Actor, Batch, Config, Critic, EnvSpec, Explore, Famo, Multiplier, Normaliser, Observer,
+    Projection, Replay, Result,
 };
 use streams::Streams;
 use work::{Names, Work};
@@ -19,8 +20,8 @@ mod streams;
 mod targets;
 mod work;
 
-/// Learns a policy and a vector of values from replayed experience:
-/// sample, next actions, targets, fit the critics, every so often improve the actor; targets follow.
+/// Learns a policy and a vector of values from replayed experience: sample, next actions, targets,
+/// fit the critics, every so often improve the actor; targets follow.
 pub struct Learner {
     config: Config,
     seed: u64,
@@ -93,11 +94,13 @@ impl Learner {
         Ok(())
     }
 
-    /// Writes the policy to a small file, without the replay: [`Policy::read`](crate::Policy::read) reads it back.
+    /// Writes the policy to a small file, without the replay: [`Policy::read`](crate::Policy::read)
+    /// reads it back.
     pub fn save_policy(&self, path: impl AsRef<std::path::Path>) -> Result<()> {
         let kind = self.config.actor();
         let networks = &self.config.networks;
-        exported(self.actor.as_ref(), self.normaliser.as_ref(), &self.spec, networks, kind)?.write_file(path)
+        exported(self.actor.as_ref(), self.normaliser.as_ref(), &self.spec, networks, kind)?
+            .write_file(path)
     }
 
     /// Updates done so far.

@@ -6,14 +6,16 @@ use crate::loss::margin;
 use crate::{Bound, Net, Observer, QView, Result};
 
 impl Learner {
-    /// a' = clip(mu'(s') + clip(noise)), TD3's smoothed target actions; of a stochastic policy a sample of the online one.
+    /// a' = clip(mu'(s') + clip(noise)), TD3's smoothed target actions; of a stochastic policy a
+    /// sample of the online one.
     pub(super) fn next_actions(&mut self) -> Result<()> {
         let Work { noise, policy_noise, next_action, log_prob, .. } = &mut self.work;
         let net = if policy_noise.is_empty() { Net::Target } else { Net::Online };
         self.streams.smoothing.fill_normal(policy_noise);
         self.actor.sample(net, &self.batch.next_obs, policy_noise, next_action, log_prob)?;
         if let Some(smoothing) = self.config.smoothing {
-            let (std, clip) = (smoothing.std as f32, smoothing.clip as f32);
+            let std = smoothing.std as f32;
+            let clip = smoothing.clip as f32;
             self.streams.smoothing.fill_normal(noise);
             for (action, noise) in next_action.iter_mut().zip(noise) {
                 *action = (*action + (std * *noise).clamp(-clip, clip)).clamp(-1.0, 1.0);
@@ -22,23 +24,28 @@ impl Learner {
         Ok(())
     }
 
-    /// Maximises w . (lower bound at s, a) - alpha w_e log pi(a|s) over the policy's actions a, with gradients through the
-    /// critics' mean and disagreement: paper eq. 14, and SAC's entropy bonus on the objective e it belongs to. Then the
-    /// temperature's step.
+    /// Maximises w . (lower bound at s, a) - alpha w_e log pi(a|s) over the policy's actions a,
+    /// with gradients through the critics' mean and disagreement: paper eq. 14, and SAC's entropy
+    /// bonus on the objective e it belongs to. Then the temperature's step.
     pub(super) fn improve_actor(&mut self, log: &mut dyn Observer) -> Result<()> {
-        let Self { actor, critic, projection, multiplier, temperature, batch, config, steps, .. } = self;
+        let Self {
+            actor, critic, projection, multiplier, temperature, batch, config, steps, ..
+        } = self;
         let Work { scratch, bound, grad_bound, policy_noise, .. } = &mut self.work;
-        let (rows, weights) = (config.batch as f64, multiplier.actor_weights());
+        let rows = config.batch as f64;
+        let weights = multiplier.actor_weights();
         for row in grad_bound.chunks_exact_mut(weights.len()) {
             row.iter_mut().zip(weights).for_each(|(grad, w)| *grad = (-w / rows) as f32);
         }
-        let grad_log_prob = temperature.as_ref().map_or(0.0, |t| t.alpha() * weights[t.objective()] / rows);
+        let grad_log_prob =
+            temperature.as_ref().map_or(0.0, |t| t.alpha() * weights[t.objective()] / rows);
         let step = -config.actor_pessimism as f32;
         let mut mean_log_prob = 0.0;
         let mut pessimism = 0.0;
         self.streams.smoothing.fill_normal(policy_noise);
         actor.improve(&batch.obs, policy_noise, &mut |sample, grad| {
-            mean_log_prob = sample.log_prob.iter().map(|&log_prob| f64::from(log_prob)).sum::<f64>() / rows;
+            mean_log_prob =
+                sample.log_prob.iter().map(|&log_prob| f64::from(log_prob)).sum::<f64>() / rows;
             grad.log_prob.fill(grad_log_prob as f32);
             let grad_q = &mut |q: QView<'_>, grad_q: &mut [f32]| {
                 let lower = Bound { q, weights: multiplier.weights(), step };
@@ -48,8 +55,13 @@ impl Learner {
             };
             critic.action_grad(&batch.obs, sample.action, grad_q, grad.action)
         })?;
-        let scalarised = |row: &[f32]| row.iter().zip(weights).map(|(&b, w)| f64::from(b) * w).sum::<f64>();
-        log.scalar(*steps, "actor/objective", bound.chunks_exact(weights.len()).map(scalarised).sum::<f64>() / rows);
+        let scalarised =
+            |row: &[f32]| row.iter().zip(weights).map(|(&b, w)| f64::from(b) * w).sum::<f64>();
+        log.scalar(
+            *steps,
+            "actor/objective",
+            bound.chunks_exact(weights.len()).map(scalarised).sum::<f64>() / rows,
+        );
         log.scalar(*steps, "pessimism/actor", pessimism);
         if let Some(temperature) = temperature {
             log.scalar(*steps, "actor/entropy", -mean_log_prob);

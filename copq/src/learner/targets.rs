@@ -6,17 +6,26 @@ use crate::loss::{finite, margin};
 use crate::{Bound, Net, Observer, QView, Result, Rng};
 
 impl Learner {
-    /// y = r + gamma (1 - d) (lower bound of the target critics at s', a'), less alpha log pi(a'|s') on the objective
-    /// that the entropy bonus belongs to: paper eq. 13, with the terminal mask.
+    /// y = r + gamma (1 - d) (lower bound of the target critics at s', a'), less alpha log
+    /// pi(a'|s') on the objective that the entropy bonus belongs to: paper eq. 13, with the
+    /// terminal mask.
     pub(super) fn targets(&mut self, log: &mut dyn Observer) -> Result<()> {
-        let (critics, n) = (self.critic.critics(), self.objectives.len());
+        let critics = self.critic.critics();
+        let n = self.objectives.len();
         let shared = self.batch.reward.len();
-        let Work { q, positions, target, next_action, log_prob, scratch, mean, .. } = &mut self.work;
+        let Work { q, positions, target, next_action, log_prob, scratch, mean, .. } =
+            &mut self.work;
         let promising = match self.config.subset {
             Some(subset) => {
                 draw(&mut self.streams.subset, subset, positions);
                 let q = &mut q[..subset * shared];
-                self.critic.values_of(Net::Target, &positions[..subset], &self.batch.next_obs, next_action, q)?;
+                self.critic.values_of(
+                    Net::Target,
+                    &positions[..subset],
+                    &self.batch.next_obs,
+                    next_action,
+                    q,
+                )?;
                 QView::new(q, subset, n)?
             }
             None => {
@@ -30,13 +39,18 @@ impl Learner {
         let pessimism = margin(promising, &target[..shared], self.multiplier.actor_weights());
         log.scalar(self.steps, "pessimism/target", pessimism);
         if let Some(temperature) = &self.temperature {
-            let (alpha, e) = (temperature.alpha() as f32, temperature.objective());
-            target[..shared].chunks_exact_mut(n).zip(log_prob).for_each(|(row, log_prob)| row[e] -= alpha * *log_prob);
+            let alpha = temperature.alpha() as f32;
+            let e = temperature.objective();
+            target[..shared]
+                .chunks_exact_mut(n)
+                .zip(log_prob)
+                .for_each(|(row, log_prob)| row[e] -= alpha * *log_prob);
         }
         if self.config.own_cost_targets {
             spread(target, shared, q, &self.is_cost);
         }
-        let (gamma, rows) = (self.config.discount as f32, self.config.batch);
+        let gamma = self.config.discount as f32;
+        let rows = self.config.batch;
         for (i, target) in target.chunks_exact_mut(n).enumerate() {
             let row = i % rows;
             let discount = gamma * self.batch.alive[row];
@@ -44,7 +58,9 @@ impl Learner {
                 *y = r + discount * *y;
             }
         }
-        target.chunks_exact(shared).try_for_each(|target| finite("TD target", target, &self.objectives, self.steps))?;
+        target
+            .chunks_exact(shared)
+            .try_for_each(|target| finite("TD target", target, &self.objectives, self.steps))?;
         log.scalar(self.steps, "clip_rate", scratch.clip_rate());
         column_means(target, mean);
         log_each(log, self.steps, &self.names.target, mean);
@@ -87,13 +103,19 @@ mod tests {
 
     #[test]
     fn every_pair_of_critics_is_drawn_equally_often() {
-        let (mut rng, mut counts, mut positions) = (Rng::new(1, Stream::Subset), [[0; 10]; 10], [0; 10]);
+        let mut rng = Rng::new(1, Stream::Subset);
+        let mut counts = [[0; 10]; 10];
+        let mut positions = [0; 10];
         for _ in 0..90_000 {
             draw(&mut rng, 2, &mut positions);
             counts[positions[0]][positions[1]] += 1;
         }
         for (i, row) in counts.iter().enumerate() {
-            assert!(row.iter().enumerate().all(|(j, &n)| if i == j { n == 0 } else { (850..1150).contains(&n) }));
+            assert!(row.iter().enumerate().all(|(j, &n)| if i == j {
+                n == 0
+            } else {
+                (850..1150).contains(&n)
+            }));
         }
     }
 

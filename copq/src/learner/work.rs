@@ -10,14 +10,16 @@ pub(super) struct Work {
     /// Smoothing noise and next actions, `rows x action`.
     pub(super) noise: Vec<f32>,
     pub(super) next_action: Vec<f32>,
-    /// A stochastic policy's noise, `rows x noise`, and log-probabilities, `rows`; empty for a deterministic one.
+    /// A stochastic policy's noise, `rows x noise`, and log-probabilities, `rows`; empty for a
+    /// deterministic one.
     pub(super) policy_noise: Vec<f32>,
     pub(super) log_prob: Vec<f32>,
     /// Critic values, `critics x rows x objectives`.
     pub(super) q: Vec<f32>,
     /// The positions of all critics, the first few of them drawn for a target.
     pub(super) positions: Vec<usize>,
-    /// TD targets, `rows x objectives`, or `critics x rows x objectives` if critics have targets of their own.
+    /// TD targets, `rows x objectives`, or `critics x rows x objectives` if critics have targets of
+    /// their own.
     pub(super) target: Vec<f32>,
     /// Projected bounds and their gradients, `rows x objectives`.
     pub(super) bound: Vec<f32>,
@@ -42,8 +44,11 @@ pub(super) struct Names {
 
 impl Work {
     pub(super) fn new(config: &Config, actor: &dyn Actor, critic: &dyn Critic) -> Self {
-        let (rows, action, stochastic) = (config.batch, actor.action_len(), usize::from(actor.noise_len() > 0));
-        let (critics, n) = (critic.critics(), critic.objectives());
+        let rows = config.batch;
+        let action = actor.action_len();
+        let stochastic = usize::from(actor.noise_len() > 0);
+        let critics = critic.critics();
+        let n = critic.objectives();
         let targets = if config.own_cost_targets { critics } else { 1 };
         let row_values = || vec![0.0; rows * n];
         Self {
@@ -67,7 +72,8 @@ impl Work {
 
 impl Names {
     pub(super) fn new(objectives: &[&str]) -> Self {
-        let named = |kind: &str| objectives.iter().map(|objective| format!("{kind}/{objective}")).collect();
+        let named =
+            |kind: &str| objectives.iter().map(|objective| format!("{kind}/{objective}")).collect();
         Self {
             loss: named("critic_loss"),
             q: named("q"),
@@ -93,12 +99,18 @@ pub(super) fn column_means(values: &[f32], means: &mut [f32]) {
     let n = means.len();
     let rows = (values.len() / n) as f64;
     for (i, mean) in means.iter_mut().enumerate() {
-        *mean = (values.iter().skip(i).step_by(n).map(|&x| f64::from(x)).sum::<f64>() / rows) as f32;
+        *mean =
+            (values.iter().skip(i).step_by(n).map(|&x| f64::from(x)).sum::<f64>() / rows) as f32;
     }
 }
 
 /// Reports one number per objective.
-pub(super) fn log_each<T: Copy + Into<f64>>(log: &mut dyn Observer, step: u64, names: &[String], values: &[T]) {
+pub(super) fn log_each<T: Copy + Into<f64>>(
+    log: &mut dyn Observer,
+    step: u64,
+    names: &[String],
+    values: &[T],
+) {
     for (name, &value) in names.iter().zip(values) {
         log.scalar(step, name, value.into());
     }

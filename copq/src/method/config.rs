@@ -43,7 +43,8 @@ pub enum Init {
     /// Weights and biases uniform within 1/sqrt(inputs): `torch.nn.Linear`'s, and so TD3's.
     #[default]
     Torch,
-    /// Weights uniform within sqrt(3/inputs), which keeps the inputs' variance, and no biases: Brax's.
+    /// Weights uniform within sqrt(3/inputs), which keeps the inputs' variance, and no biases:
+    /// Brax's.
     Lecun,
 }
 
@@ -64,9 +65,15 @@ impl Networks {
     /// An error for a setting no network can have.
     pub fn check(&self) -> Result<()> {
         if self.hidden.is_empty() || self.hidden.contains(&0) {
-            return Err(Error::invalid("networks.hidden", "one or more positive widths", format!("{:?}", self.hidden)));
+            return Err(Error::invalid(
+                "networks.hidden",
+                "one or more positive widths",
+                format!("{:?}", self.hidden),
+            ));
         }
-        for (name, lr) in [("networks.critic_lr", self.critic_lr), ("networks.actor_lr", self.actor_lr)] {
+        for (name, lr) in
+            [("networks.critic_lr", self.critic_lr), ("networks.actor_lr", self.actor_lr)]
+        {
             if !(lr.is_finite() && lr > 0.0) {
                 return Err(Error::invalid(name, "a positive number", lr));
             }
@@ -82,7 +89,8 @@ pub enum WarmUp {
     /// Uniform actions (TD3's and SAC's authors' code).
     #[default]
     Uniform,
-    /// The untrained policy's, with its Gaussian noise or its own samples (paper Alg. 1, which has but one rule).
+    /// The untrained policy's, with its Gaussian noise or its own samples (paper Alg. 1, which has
+    /// but one rule).
     Policy,
 }
 
@@ -96,19 +104,22 @@ pub struct Smoothing {
     pub clip: f64,
 }
 
-/// Exploration towards what the critics may promise: the policy's mean moves up the gradient of their upper bound
-/// (OAC, paper eq. 15 and App. D.1).
+/// Exploration towards what the critics may promise: the policy's mean moves up the gradient of
+/// their upper bound (OAC, paper eq. 15 and App. D.1).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Optimism {
     /// Length of the upper bound's step, the root of chi2_N(p).
     pub beta: f64,
-    /// How far the mean moves, in standard deviations of the policy: sqrt(2 delta), delta the KL bound.
+    /// How far the mean moves, in standard deviations of the policy: sqrt(2 delta), delta the KL
+    /// bound.
     pub shift: f64,
-    /// The projection whose upper bound it is, by its name in [`by_name`](crate::projection::by_name); the method's own unless named.
+    /// The projection whose upper bound it is, by its name in
+    /// [`by_name`](crate::projection::by_name); the method's own unless named.
     pub projection: Option<String>,
-    /// Environment steps over which the shift shrinks to nothing, linearly; it stays unless given. The shift has its length however
-    /// little the critics disagree, so that without an end the data hardly ever holds what the policy itself would do.
+    /// Environment steps over which the shift shrinks to nothing, linearly; it stays unless given.
+    /// The shift has its length however little the critics disagree, so that without an end the
+    /// data hardly ever holds what the policy itself would do.
     pub until: Option<u64>,
 }
 
@@ -141,8 +152,8 @@ impl Optimism {
     }
 }
 
-/// The numbers of a [`Method`](crate::Method): what a [`Learner`](crate::Learner) does in an update, how it explores, and the
-/// shape of its networks. A run's `config.toml` lists them all.
+/// The numbers of a [`Method`](crate::Method): what a [`Learner`](crate::Learner) does in an
+/// update, how it explores, and the shape of its networks. A run's `config.toml` lists them all.
 ///
 /// ```
 /// use copq::{Config, Method};
@@ -168,8 +179,9 @@ pub struct Config {
     pub start_steps: u64,
     /// Whose actions those steps take.
     pub warm_up: WarmUp,
-    /// Whether networks see observations in units of their running deviation ([`Normaliser`](crate::Normaliser)); the replay
-    /// holds raw ones. An observation counts when it is stored, after the action that it led to.
+    /// Whether networks see observations in units of their running deviation
+    /// ([`Normaliser`](crate::Normaliser)); the replay holds raw ones. An observation counts when
+    /// it is stored, after the action that it led to.
     pub normalise: bool,
     /// Updates for each environment step (the update-to-data ratio).
     pub updates_per_step: usize,
@@ -177,13 +189,15 @@ pub struct Config {
     pub actor_delay: u64,
     /// Critic updates for each Polyak step of the targets.
     pub target_period: u64,
-    /// kappa, the length of the pessimistic step in targets and cost estimates: the bound is mean - kappa C R u.
+    /// kappa, the length of the pessimistic step in targets and cost estimates: the bound is mean -
+    /// kappa C R u.
     pub pessimism: f64,
     /// kappa of the actor's objective; 0 makes it the critics' mean.
     pub actor_pessimism: f64,
     /// Critics that make a target, drawn anew for every update (REDQ); all unless given.
     pub subset: Option<usize>,
-    /// Whether every critic of a cost learns from its own target network (CAL), not from the bound that all share.
+    /// Whether every critic of a cost learns from its own target network (CAL), not from the bound
+    /// that all share.
     pub own_cost_targets: bool,
     /// Noise on target actions, if any.
     pub smoothing: Option<Smoothing>,
@@ -191,7 +205,8 @@ pub struct Config {
     pub entropy: Option<Entropy>,
     /// How the limits of costs are held, if they are.
     pub constraint: Option<Constraint>,
-    /// Balancing of the losses of objectives that share networks, if any; see [`FamoConfig::separate`] for those that do not.
+    /// Balancing of the losses of objectives that share networks, if any; see
+    /// [`FamoConfig::separate`] for those that do not.
     pub famo: Option<FamoConfig>,
     /// Standard deviation of the default Gaussian exploration, in units of half the action range.
     pub exploration_std: f64,
@@ -201,8 +216,8 @@ pub struct Config {
     pub networks: Networks,
 }
 
-/// What a stored setting that is not there means: nothing, where that can be, or else what all methods had before the
-/// setting was there.
+/// What a stored setting that is not there means: nothing, where that can be, or else what all
+/// methods had before the setting was there.
 fn bare() -> Config {
     Config {
         start_steps: 25_000,
@@ -214,7 +229,8 @@ fn bare() -> Config {
 }
 
 impl Config {
-    /// The kind of policy that learns by these settings: a stochastic one if it has an entropy bonus.
+    /// The kind of policy that learns by these settings: a stochastic one if it has an entropy
+    /// bonus.
     pub fn actor(&self) -> ActorKind {
         if self.entropy.is_some() { ActorKind::Gaussian } else { ActorKind::Deterministic }
     }
@@ -238,7 +254,11 @@ impl Config {
             return Err(Error::invalid("subset", "at least 1 critic", 0));
         }
         if self.subset.is_some() && self.own_cost_targets {
-            return Err(Error::invalid("subset", "none with own_cost_targets, which needs every critic", "both"));
+            return Err(Error::invalid(
+                "subset",
+                "none with own_cost_targets, which needs every critic",
+                "both",
+            ));
         }
         check_not_negative("pessimism", self.pessimism)?;
         check_not_negative("actor_pessimism", self.actor_pessimism)?;
@@ -247,7 +267,8 @@ impl Config {
             optimism.check()?;
         }
         if self.smoothing.is_some() && self.entropy.is_some() {
-            let wanted = "none with entropy, whose log-probability is that of the action without it";
+            let wanted =
+                "none with entropy, whose log-probability is that of the action without it";
             return Err(Error::invalid("smoothing", wanted, "both"));
         }
         if let Some(smoothing) = self.smoothing {
@@ -259,5 +280,9 @@ impl Config {
 }
 
 fn fraction(name: &str, value: f64) -> Result<()> {
-    if (0.0..=1.0).contains(&value) { Ok(()) } else { Err(Error::invalid(name, "a number from 0 to 1", value)) }
+    if (0.0..=1.0).contains(&value) {
+        Ok(())
+    } else {
+        Err(Error::invalid(name, "a number from 0 to 1", value))
+    }
 }

@@ -12,7 +12,8 @@ use crate::{Backend, Critic, EnvSpec, Networks, Objective, Result, Rng, Separate
 ///
 /// // Critics follow the bound ...
 /// assert_eq!(Method::cop_td3().bound(Extremum).critics, Ensemble::Spanning);
-/// assert_eq!(Method::cop_td3().bound(IndependentMin).critics, Ensemble::Separate { cost: 2, reward: 2 });
+/// let separate = Method::cop_td3().bound(IndependentMin);
+/// assert_eq!(separate.critics, Ensemble::Separate { cost: 2, reward: 2 });
 /// // ... unless one says otherwise.
 /// assert_eq!(Method::cop_td3().critics(Ensemble::Joint(5)).critics, Ensemble::Joint(5));
 /// ```

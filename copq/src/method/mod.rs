@@ -12,8 +12,8 @@ use std::sync::Arc;
 use crate::projection::ScalarisedMin;
 use crate::{ActorKind, Constraint, FamoConfig, Projection};
 
-/// What a [`Learner`](crate::Learner) learns by. Every off-policy method of copq is one of these values, and a method of
-/// your own is another: take the nearest preset and say what is different.
+/// What a [`Learner`](crate::Learner) learns by. Every off-policy method of copq is one of these
+/// values, and a method of your own is another: take the nearest preset and say what is different.
 ///
 /// ```
 /// use copq::projection::{Cholesky, Extremum};
@@ -22,8 +22,12 @@ use crate::{ActorKind, Constraint, FamoConfig, Projection};
 /// // Swap the projection: its critics come with it.
 /// let swapped = Method::cop_td3().bound(Extremum);
 ///
-/// // COP-OAC, part by part: TD3 with a vector of values, their Cholesky bound, balanced losses and an optimistic explorer.
-/// let mut method = Method::td3().bound(Cholesky).balance(FamoConfig::default()).explore(Optimism::default());
+/// // COP-OAC, part by part: TD3 with a vector of values, their Cholesky bound, balanced losses
+/// // and an optimistic explorer.
+/// let mut method = Method::td3()
+///     .bound(Cholesky)
+///     .balance(FamoConfig::default())
+///     .explore(Optimism::default());
 /// method.config.batch = 512;
 /// # let _ = swapped;
 /// ```
@@ -65,8 +69,9 @@ impl Method {
         Self { name: name.into(), config, critics, bound: Arc::new(bound), source: String::new() }
     }
 
-    /// Swaps the bound, and with it the critics: those that the new bound is meant for. Targets from a subset of the critics
-    /// (REDQ) and costs that learn from themselves (CAL) belonged to the old ones.
+    /// Swaps the bound, and with it the critics: those that the new bound is meant for. Targets
+    /// from a subset of the critics (REDQ) and costs that learn from themselves (CAL) belonged to
+    /// the old ones.
     pub fn bound(self, bound: impl Projection + 'static) -> Self {
         let config = Config { subset: None, own_cost_targets: false, ..self.config };
         Self { config, critics: bound.ensemble(), bound: Arc::new(bound), ..self }
@@ -112,12 +117,14 @@ impl Method {
         self
     }
 
-    /// Randomised ensembled double-Q (REDQ, Chen et al. 2021; paper sec. 5.1 and App. D): 10 critics and 20 updates an
-    /// environment step, the 20th with the actor's; each target from 2 critics drawn at random by [`ScalarisedMin`],
-    /// the actor on the mean of all; a warm-up of 5,000 steps.
+    /// Randomised ensembled double-Q (REDQ, Chen et al. 2021; paper sec. 5.1 and App. D): 10
+    /// critics and 20 updates an environment step, the 20th with the actor's; each target from 2
+    /// critics drawn at random by [`ScalarisedMin`], the actor on the mean of all; a warm-up of
+    /// 5,000 steps.
     pub fn redq(self) -> Self {
         let name = if self.config.entropy.is_some() { "redq-sac" } else { "redq" };
-        let mut redq = self.named(name).bound(ScalarisedMin).critics(Ensemble::Joint(10)).warm_up(5_000);
+        let mut redq =
+            self.named(name).bound(ScalarisedMin).critics(Ensemble::Joint(10)).warm_up(5_000);
         redq.config = Config {
             capacity: 100_000,
             updates_per_step: 20,

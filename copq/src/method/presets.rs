@@ -14,9 +14,17 @@ const METHODS: [Preset; 15] = [
     ("cop-td3-paper", Method::cop_td3_paper, "paper sec. 5.1, Tables D.1 and D.3"),
     ("td3", Method::td3, "Fujimoto et al. 2018"),
     ("redq", || Method::cop_td3_paper().redq(), "Chen et al. 2021; paper App. D"),
-    ("redq-oac", || Method::cop_td3_paper().redq().explore(Optimism::by("cholesky")), "paper sec. 5.2, App. D"),
+    (
+        "redq-oac",
+        || Method::cop_td3_paper().redq().explore(Optimism::by("cholesky")),
+        "paper sec. 5.2, App. D",
+    ),
     ("redq-sac", || Method::sac().redq(), "Chen et al. 2021"),
-    ("redq-sac-oac", || Method::sac().redq().explore(Optimism::by("cholesky")), "Chen et al. 2021; paper App. D"),
+    (
+        "redq-sac-oac",
+        || Method::sac().redq().explore(Optimism::by("cholesky")),
+        "Chen et al. 2021; paper App. D",
+    ),
     ("sac", Method::sac, "Haarnoja et al. 2018; paper Table D.3"),
     ("sac-lagrangian", Method::sac_lagrangian, "paper sec. 5"),
     ("saclag-ucb", Method::saclag_ucb, "paper sec. 5"),
@@ -45,10 +53,12 @@ impl Method {
         Ok(make().named(*name).from_source(*source))
     }
 
-    /// COP-Q on TD3 as we use it: the preset to begin with. It is [`Method::cop_td3_paper`] but for five settings, chosen by
-    /// single runs on a hopper, which do not yet show what each is worth (DESIGN.md has them):
+    /// COP-Q on TD3 as we use it: the preset to begin with. It is [`Method::cop_td3_paper`] but for
+    /// five settings, chosen by single runs on a hopper, which do not yet show what each is worth
+    /// (DESIGN.md has them):
     ///
-    /// * a warm-up of 1,000 uniform actions, since a hopper that acts at random falls after 20 steps;
+    /// * a warm-up of 1,000 uniform actions, since a hopper that acts at random falls after 20
+    ///   steps;
     /// * exploration noise of 0.3;
     /// * observations in units of their deviation;
     /// * initial weights that keep the inputs' variance, and no biases;
@@ -62,16 +72,17 @@ impl Method {
         method
     }
 
-    /// COP-Q on TD3 that explores towards the critics' upper bound (COP-OAC, paper sec. 5.2 and Table D.2): by the
-    /// method's own bound, unless [`Optimism::projection`] names another. The rest is [`Method::cop_td3_paper`] after
-    /// a warm-up of 1,000 uniform actions; separate critics have no FAMO.
+    /// COP-Q on TD3 that explores towards the critics' upper bound (COP-OAC, paper sec. 5.2 and
+    /// Table D.2): by the method's own bound, unless [`Optimism::projection`] names another. The
+    /// rest is [`Method::cop_td3_paper`] after a warm-up of 1,000 uniform actions; separate critics
+    /// have no FAMO.
     pub fn cop_td3_oac() -> Self {
         let paper = Self::cop_td3_paper().named("cop-td3-oac").warm_up(1_000);
         paper.explore(Optimism::default()).balance(FamoConfig::default())
     }
 
-    /// COP-Q on TD3 in the protocol of the paper's main comparison (sec. 5.1), for reproduction. Where the paper gives no
-    /// number, its authors' later code does.
+    /// COP-Q on TD3 in the protocol of the paper's main comparison (sec. 5.1), for reproduction.
+    /// Where the paper gives no number, its authors' later code does.
     ///
     /// | setting | value | source |
     /// |---|---|---|
@@ -85,10 +96,16 @@ impl Method {
     /// | observations, initial weights | raw, PyTorch's | the paper gives none |
     ///
     /// The paper's other methods differ in bound and critics alone: N + 1 critics for
-    /// [`Extremum`](crate::projection::Extremum), 2 for [`ScalarisedMin`](crate::projection::ScalarisedMin), 2 separate
-    /// ones an objective for [`IndependentMin`].
+    /// [`Extremum`](crate::projection::Extremum), 2 for
+    /// [`ScalarisedMin`](crate::projection::ScalarisedMin), 2 separate ones an objective for
+    /// [`IndependentMin`].
     pub fn cop_td3_paper() -> Self {
-        let famo = FamoConfig { lr: 0.025, weight_decay: 0.001, decay: FamoDecay::Decoupled, separate: true };
+        let famo = FamoConfig {
+            lr: 0.025,
+            weight_decay: 0.001,
+            decay: FamoDecay::Decoupled,
+            separate: true,
+        };
         let config = Config {
             discount: 0.99,
             tau: 0.005,
@@ -115,9 +132,10 @@ impl Method {
         Self::new("cop-td3-paper", config, Cholesky)
     }
 
-    /// TD3 as its authors have it (Fujimoto et al. 2018): noise alone explores, targets follow at every second update, the
-    /// warm-up is 25,000 steps. Meant for one objective and so for 2 critics, with which every bound is its clipped
-    /// double-Q; the actor climbs the smaller critic, too, where theirs climbs the first.
+    /// TD3 as its authors have it (Fujimoto et al. 2018): noise alone explores, targets follow at
+    /// every second update, the warm-up is 25,000 steps. Meant for one objective and so for 2
+    /// critics, with which every bound is its clipped double-Q; the actor climbs the smaller
+    /// critic, too, where theirs climbs the first.
     pub fn td3() -> Self {
         let mut method = Self::cop_td3_paper().named("td3").warm_up(25_000);
         method.config.target_period = 2;
@@ -125,8 +143,9 @@ impl Method {
         method
     }
 
-    /// SAC with a learned temperature: the constants of the paper's Table D.3, a warm-up of 10,000 steps; actor, temperature
-    /// and targets move at every second update. With one objective and 2 critics every bound is SAC's clipped double-Q.
+    /// SAC with a learned temperature: the constants of the paper's Table D.3, a warm-up of 10,000
+    /// steps; actor, temperature and targets move at every second update. With one objective and 2
+    /// critics every bound is SAC's clipped double-Q.
     pub fn sac() -> Self {
         let mut method = Self::td3().named("sac").warm_up(10_000);
         method.config.smoothing = None;
@@ -143,7 +162,9 @@ impl Method {
 
     /// SAC-Lagrangian with two critics of each cost, of which the larger counts.
     pub fn saclag_ucb() -> Self {
-        Self::sac_lagrangian().named("saclag-ucb").critics(Ensemble::Separate { cost: 2, reward: 2 })
+        Self::sac_lagrangian()
+            .named("saclag-ucb")
+            .critics(Ensemble::Separate { cost: 2, reward: 2 })
     }
 
     /// SAC-Lagrangian with a PID controller for the multiplier.
@@ -151,14 +172,14 @@ impl Method {
         Self::sac_lagrangian().named("sac-pid").constrain(Constraint::Pid(PidConfig::default()))
     }
 
-    /// COP-Q on CAL (paper sec. 5 and Table D.3): SAC under the augmented Lagrangian, with N + 1 critics of cost and reward
-    /// together. The cost should be the first objective.
+    /// COP-Q on CAL (paper sec. 5 and Table D.3): SAC under the augmented Lagrangian, with N + 1
+    /// critics of cost and reward together. The cost should be the first objective.
     pub fn cop_cal() -> Self {
         Self::sac().named("cop-cal").constrain(Constraint::Lagrangian(LagrangianConfig::default()))
     }
 
-    /// CAL as the paper compares it: [`Method::cop_cal`]'s constants, but 4 critics of each cost, each of which learns from
-    /// itself, and 2 of each reward.
+    /// CAL as the paper compares it: [`Method::cop_cal`]'s constants, but 4 critics of each cost,
+    /// each of which learns from itself, and 2 of each reward.
     pub fn cal() -> Self {
         let bound = MeanStd::cal(0.5, 4);
         let cal = Self::cop_cal().named("cal").bound(bound);
@@ -167,7 +188,8 @@ impl Method {
         cal
     }
 
-    /// CAL with the constants of its authors' code (Wu et al. 2024): batches of 12, 10 updates a step, the actor at each.
+    /// CAL with the constants of its authors' code (Wu et al. 2024): batches of 12, 10 updates a
+    /// step, the actor at each.
     pub fn cal_original() -> Self {
         let multiplier = std::f64::consts::LN_2;
         let lagrangian = LagrangianConfig { multiplier, lr: 3e-4, ..Default::default() };
@@ -197,7 +219,9 @@ mod tests {
 
     #[test]
     fn the_functions_name_their_methods_as_the_list_does() {
-        for (name, make, _) in METHODS.iter().filter(|(name, ..)| !name.ends_with("-oac") || name.starts_with("cop")) {
+        for (name, make, _) in
+            METHODS.iter().filter(|(name, ..)| !name.ends_with("-oac") || name.starts_with("cop"))
+        {
             assert_eq!(make().name, *name);
         }
     }

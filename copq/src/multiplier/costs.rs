@@ -1,13 +1,17 @@
-//! The costs of a task under multipliers: limits in the units of Q, estimates, weights, and their report.
+//! The costs of a task under multipliers: limits in the units of Q, estimates, weights, and their
+//! report.
 
 use crate::{EnvSpec, Error, Observer, Result};
 
-/// An episode's limit in the units of a discounted value: `limit (1 - gamma^T) / ((1 - gamma) T)`, the value of paying
-/// `limit / T` at every one of the episode's T steps (paper App. C); the limit itself for gamma = 1.
+/// An episode's limit in the units of a discounted value: `limit (1 - gamma^T) / ((1 - gamma) T)`,
+/// the value of paying `limit / T` at every one of the episode's T steps (paper App. C); the limit
+/// itself for gamma = 1.
 ///
 /// ```
-/// // Speed limits of hopper, walker2d, ant and humanoid for episodes of 1,000 steps, and a tenth of them, as the paper has it.
-/// for (limit, wanted) in [(740.2, 74.0168), (2341.5, 234.1399), (2622.2, 262.2087), (1411.9, 141.1839)] {
+/// // Speed limits of hopper, walker2d, ant and humanoid for episodes of 1,000 steps, and a tenth
+/// // of them, as the paper has it.
+/// let limits = [(740.2, 74.0168), (2341.5, 234.1399), (2622.2, 262.2087), (1411.9, 141.1839)];
+/// for (limit, wanted) in limits {
 ///     assert!((copq::discounted_limit(limit, 0.99, 1000) - wanted).abs() < 5e-5);
 /// }
 /// ```
@@ -60,9 +64,14 @@ impl Costs {
         let costs: Vec<_> = (0..spec.objectives.len()).filter_map(cost).collect();
         if costs.is_empty() {
             let what = format!("a constraint on '{}'", spec.name);
-            return Err(Error::invalid(what, "a task with a cost under a limit, such as b/hopper", "none"));
+            return Err(Error::invalid(
+                what,
+                "a task with a cost under a limit, such as b/hopper",
+                "none",
+            ));
         }
-        let (weights, actor_weights) = (spec.weights(), spec.weights().iter().map(|&w| w.into()).collect());
+        let weights = spec.weights();
+        let actor_weights = spec.weights().iter().map(|&w| w.into()).collect();
         Ok(Self { costs, weights, actor_weights })
     }
 
@@ -91,7 +100,8 @@ impl Costs {
         [self.estimate(i), self.violation(i)].map(|value| value * self.costs[i].per_episode)
     }
 
-    /// Sets the i-th cost's weight in projections. A cost's weight is negative, so that pessimism raises it.
+    /// Sets the i-th cost's weight in projections. A cost's weight is negative, so that pessimism
+    /// raises it.
     pub(super) fn set_weight(&mut self, i: usize, multiplier: f64) {
         self.weights[self.costs[i].objective] = -multiplier as f32;
     }

@@ -23,22 +23,26 @@ pub struct LagrangianConfig {
 }
 
 impl Default for LagrangianConfig {
-    /// lambda 1 to begin with, step size 5e-4 (paper Table D.3), CAL's c = 10, and a cap of 1e6, which is ours: without one
-    /// lambda grows without bound if a limit cannot be held, until squares of gradients overflow.
+    /// lambda 1 to begin with, step size 5e-4 (paper Table D.3), CAL's c = 10, and a cap of 1e6,
+    /// which is ours: without one lambda grows without bound if a limit cannot be held, until
+    /// squares of gradients overflow.
     fn default() -> Self {
         Self { multiplier: 1.0, lr: 5e-4, augmentation: 10.0, cap: 1e6 }
     }
 }
 
-/// A multiplier lambda for each cost, the exponential of what is learned: gradient ascent on `lambda (Q_c - limit)`, with Q_c the
-/// pessimistic cost of the replayed actions (CAL, Wu et al. 2024).
+/// A multiplier lambda for each cost, the exponential of what is learned: gradient ascent on
+/// `lambda (Q_c - limit)`, with Q_c the pessimistic cost of the replayed actions (CAL, Wu et al.
+/// 2024).
 ///
-/// Projections see the direction (-lambda, 1). The actor's weight is that of the augmented Lagrangian,
-/// `lambda - min(c (limit - Q_c), lambda) = max(0, lambda + c (Q_c - limit))`, next to raw weights of the rewards.
+/// Projections see the direction (-lambda, 1). The actor's weight is that of the augmented
+/// Lagrangian, `lambda - min(c (limit - Q_c), lambda) = max(0, lambda + c (Q_c - limit))`, next to
+/// raw weights of the rewards.
 ///
-/// How cautious COP-Q is about cost and reward therefore depends on lambda: the cost's margin is its standard deviation
-/// times `lambda / sqrt(1 + lambda^2)`, a tenth of it for lambda = 0.1. With c so large that the estimate's noise outweighs
-/// lambda, the augmented term holds the limit by itself and lambda falls to nothing; DESIGN.md has a measured case.
+/// How cautious COP-Q is about cost and reward therefore depends on lambda: the cost's margin is
+/// its standard deviation times `lambda / sqrt(1 + lambda^2)`, a tenth of it for lambda = 0.1. With
+/// c so large that the estimate's noise outweighs lambda, the augmented term holds the limit by
+/// itself and lambda falls to nothing; DESIGN.md has a measured case.
 #[derive(Clone, Debug)]
 pub struct Lagrangian {
     augmentation: f64,
@@ -51,7 +55,9 @@ pub struct Lagrangian {
 impl Lagrangian {
     /// A multiplier for each of a task's costs; an error if it has none.
     pub fn new(config: LagrangianConfig, spec: &EnvSpec, discount: f64) -> Result<Self> {
-        for (name, value) in [("lagrangian.multiplier", config.multiplier), ("lagrangian.cap", config.cap)] {
+        for (name, value) in
+            [("lagrangian.multiplier", config.multiplier), ("lagrangian.cap", config.cap)]
+        {
             if !(value.is_finite() && value > 0.0) {
                 return Err(Error::invalid(name, "a positive number", value));
             }

@@ -1,4 +1,5 @@
-//! Where the scalarisation weights come from: constants, or multipliers that learn to hold a constraint.
+//! Where the scalarisation weights come from: constants, or multipliers that learn to hold a
+//! constraint.
 
 mod costs;
 mod fixed;
@@ -18,10 +19,12 @@ use crate::{EnvSpec, Observer, Result, State};
 
 /// The current weights of the objectives, and what moves them.
 ///
-/// At every update of the actor the learner first shows the costs ([`Multiplier::observe`]), then improves the actor
-/// with [`Multiplier::actor_weights`], then lets the multiplier learn ([`Multiplier::update`]).
+/// At every update of the actor the learner first shows the costs ([`Multiplier::observe`]), then
+/// improves the actor with [`Multiplier::actor_weights`], then lets the multiplier learn
+/// ([`Multiplier::update`]).
 pub trait Multiplier: Debug + Send {
-    /// The scalarisation weights w, one per objective, not normalised: their direction u is every projection's.
+    /// The scalarisation weights w, one per objective, not normalised: their direction u is every
+    /// projection's.
     fn weights(&self) -> &[f32];
 
     /// The weights of the bounds in what the actor maximises, one per objective.
@@ -32,7 +35,8 @@ pub trait Multiplier: Debug + Send {
         false
     }
 
-    /// Takes in the batch's mean pessimistic bound at the replayed actions, one value per objective.
+    /// Takes in the batch's mean pessimistic bound at the replayed actions, one value per
+    /// objective.
     fn observe(&mut self, _bound: &[f32]) {}
 
     /// Learns from what was last observed.

@@ -33,13 +33,20 @@ pub struct PidConfig {
 impl Default for PidConfig {
     /// OmniSafe's SACPID: gains 1e-6, 1e-7 and 1e-7 an update, a delay of 10, a cap of 100.
     fn default() -> Self {
-        Self { proportional: 1e-6, integral: 1e-7, derivative: 1e-7, multiplier: 0.001, delay: 10, cap: 100.0 }
+        Self {
+            proportional: 1e-6,
+            integral: 1e-7,
+            derivative: 1e-7,
+            multiplier: 0.001,
+            delay: 10,
+            cap: 100.0,
+        }
     }
 }
 
-/// `lambda = max(0, Kp e + I + Kd max(0, rise))` for each cost (Stooke et al. 2020), with e the smoothed violation of
-/// the pessimistic cost estimate, I its running sum, never negative, and the rise of the smoothed cost over `delay`
-/// updates; all in units of an episode's cost.
+/// `lambda = max(0, Kp e + I + Kd max(0, rise))` for each cost (Stooke et al. 2020), with e the
+/// smoothed violation of the pessimistic cost estimate, I its running sum, never negative, and the
+/// rise of the smoothed cost over `delay` updates; all in units of an episode's cost.
 #[derive(Clone, Debug)]
 pub struct Pid {
     config: PidConfig,
@@ -59,7 +66,13 @@ struct Controller {
 
 impl Controller {
     fn new(config: &PidConfig) -> Self {
-        Self { integral: config.multiplier, error: 0.0, cost: 0.0, past: [0.0].into(), lambda: config.multiplier }
+        Self {
+            integral: config.multiplier,
+            error: 0.0,
+            cost: 0.0,
+            past: [0.0].into(),
+            lambda: config.multiplier,
+        }
     }
 
     fn update(&mut self, config: &PidConfig, cost: f64, violation: f64) {
@@ -161,7 +174,8 @@ mod tests {
     /// Worked out by hand from OmniSafe's published update, gains 0.1, 0.01 and 0.01, limit 10.
     #[test]
     fn fixture() {
-        let config = PidConfig { proportional: 0.1, integral: 0.01, derivative: 0.01, ..Default::default() };
+        let config =
+            PidConfig { proportional: 0.1, integral: 0.01, derivative: 0.01, ..Default::default() };
         let mut controller = Controller::new(&config);
         controller.update(&config, 30.0, 20.0);
         // I = 0.201, e = 1, C = 1.5, rise 1.5: 0.1 + 0.201 + 0.015.

@@ -9,20 +9,23 @@ use crate::{Error, Result};
 pub struct Bound<'a> {
     /// The critics' values, `critics x rows x objectives`.
     pub q: QView<'a>,
-    /// Raw scalarisation weights w, one per objective (`N`) or one set per row (`B x N`); u = w / |w| is made from them.
+    /// Raw scalarisation weights w, one per objective (`N`) or one set per row (`B x N`); u = w /
+    /// |w| is made from them.
     pub weights: &'a [f32],
-    /// Signed length: -1 is the lower bound of TD target and actor (paper eq. 11), 0 the mean, +beta the upper bound
-    /// that explores (eq. 12).
+    /// Signed length: -1 is the lower bound of TD target and actor (paper eq. 11), 0 the mean,
+    /// +beta the upper bound that explores (eq. 12).
     pub step: f32,
 }
 
 impl<'a> Bound<'a> {
-    /// Checks everything that [`Projection::project`](super::Projection::project) is given; returns the directions.
+    /// Checks everything that [`Projection::project`](super::Projection::project) is given; returns
+    /// the directions.
     pub fn check(self, out: &[f32]) -> Result<Directions<'a>> {
         self.check_rows("bound", out)
     }
 
-    /// Checks everything that [`Projection::vjp`](super::Projection::vjp) is given; returns the directions.
+    /// Checks everything that [`Projection::vjp`](super::Projection::vjp) is given; returns the
+    /// directions.
     pub fn check_vjp(self, grad_out: &[f32], grad_q: &[f32]) -> Result<Directions<'a>> {
         let directions = self.check_rows("gradient of the bound", grad_out)?;
         check_len("gradient of the critic values", grad_q.len(), self.q.values().len())?;

@@ -1,4 +1,5 @@
-//! COP-Q's own bound: the Cholesky factor of the critics' covariance, in priority order, with the clip.
+//! COP-Q's own bound: the Cholesky factor of the critics' covariance, in priority order, with the
+//! clip.
 
 use super::batch::Batch;
 use super::clip::{turn, turn_vjp};
@@ -10,31 +11,36 @@ use super::scratch::Buffers;
 use super::vector::dot;
 use super::{Deviations, Ellipsoid, Scratch, Work};
 
-/// `mean + step * L R u`, with L the Cholesky factor of Sigma, objectives in priority order (paper eqs. 10-13).
+/// `mean + step * L R u`, with L the Cholesky factor of Sigma, objectives in priority order (paper
+/// eqs. 10-13).
 ///
-/// As long as the clip does not fire, the first objective's margin is its own standard deviation times its weight; the
-/// others answer for what the ones before them leave unexplained. Where `u . L u` would be negative, R turns u just
-/// far enough to make it zero (paper A.1-A.4), so that always `u . L R u = max(0, u . L u)`.
+/// As long as the clip does not fire, the first objective's margin is its own standard deviation
+/// times its weight; the others answer for what the ones before them leave unexplained. Where
+/// `u . L u` would be negative, R turns u just far enough to make it zero (paper A.1-A.4), so that
+/// always `u . L R u = max(0, u . L u)`.
 ///
-/// No covariance is formed. The deviations themselves are orthogonalised, so that an objective that the earlier ones
-/// explain entirely adds no disagreement of its own, and critics that agree give exactly the mean.
+/// No covariance is formed. The deviations themselves are orthogonalised, so that an objective that
+/// the earlier ones explain entirely adds no disagreement of its own, and critics that agree give
+/// exactly the mean.
 ///
 /// # Where it has no derivative
 ///
-/// * A zero pivot, such as an objective on which all critics agree: the standard deviation has a kink there like |x|
-///   at zero, and the gradient used is the middle of its two sides, 0. For two critics and one objective this is the
-///   tie of clipped double-Q, which here hands half of the gradient to each.
+/// * A zero pivot, such as an objective on which all critics agree: the standard deviation has a
+///   kink there like |x| at zero, and the gradient used is the middle of its two sides, 0. For two
+///   critics and one objective this is the tie of clipped double-Q, which here hands half of the
+///   gradient to each.
 /// * `u . L u = 0`, where the clip starts: the bound is continuous, its slope is not.
-/// * `Sigma u = 0` with Sigma not zero, a scalarised value without disagreement: for objectives valued (1, -1) and
-///   (-1, 1) under weights (1, 1). The bound jumps there, as the limit of R u depends on where one comes from; the
-///   clip counts as not fired.
+/// * `Sigma u = 0` with Sigma not zero, a scalarised value without disagreement: for objectives
+///   valued (1, -1) and (-1, 1) under weights (1, 1). The bound jumps there, as the limit of R u
+///   depends on where one comes from; the clip counts as not fired.
 ///
 /// ```
 /// use copq::projection::{Bound, Cholesky, Projection, QView, Scratch};
 ///
 /// // Three critics, two objectives that disagree in opposite ways: the clip fires.
 /// let q = QView::new(&[10.0, 5.0, 12.0, -4.0, 11.0, 2.0], 3, 2)?;
-/// let (mut scratch, mut low) = (Scratch::default(), [0.0; 2]);
+/// let mut scratch = Scratch::default();
+/// let mut low = [0.0; 2];
 /// Cholesky.project(Bound { q, weights: &[1.0, 1.0], step: -1.0 }, &mut scratch, &mut low)?;
 /// assert!((low[0] - 10.803884).abs() < 1e-5 && (low[1] - 1.196116).abs() < 1e-5);
 /// assert_eq!(scratch.clip_rate(), 1.0);
@@ -54,7 +60,14 @@ impl Ellipsoid for Cholesky {
         }
     }
 
-    fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
+    fn offset_vjp(
+        &self,
+        x: &Deviations<'_>,
+        u: &[f64],
+        work: &mut Work,
+        grad: &[f64],
+        grad_x: &mut [f64],
+    ) {
         offset_vjp(x.values(), u, &mut work.buffers, grad, grad_x);
     }
 
@@ -66,10 +79,18 @@ impl Ellipsoid for Cholesky {
         rows
     }
 
-    fn vjp_blocks(&self, batch: Batch<'_>, scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> usize {
+    fn vjp_blocks(
+        &self,
+        batch: Batch<'_>,
+        scratch: &mut Scratch,
+        grad_out: &[f32],
+        grad_q: &mut [f32],
+    ) -> usize {
         let rows = batch.whole::<Lanes>();
         let (line, buffers) = scratch.lanes();
-        batch.vjp(0..rows, line, (grad_out, grad_q), |x, u, grad, grad_x| offset_vjp(x, u, buffers, grad, grad_x));
+        batch.vjp(0..rows, line, (grad_out, grad_q), |x, u, grad, grad_x| {
+            offset_vjp(x, u, buffers, grad, grad_x)
+        });
         rows
     }
 }
@@ -77,7 +98,8 @@ impl Ellipsoid for Cholesky {
 /// Writes L R u; returns 1 where the clip fired, else 0.
 #[inline(always)]
 fn offset<T: Number>(x: &[T], u: &[T], buffers: &mut Buffers<T>, out: &mut [T]) -> T {
-    let (k, n) = (x.len() / u.len(), u.len());
+    let k = x.len() / u.len();
+    let n = u.len();
     let [e, pivots, sum, p, turned] = buffers.split([n * k, n, k, n, n]);
     let factor = Factor::new(x, e, pivots);
     let fired = clipped_direction(x, &factor, u, sum, p, turned);
@@ -88,8 +110,10 @@ fn offset<T: Number>(x: &[T], u: &[T], buffers: &mut Buffers<T>, out: &mut [T]) 
 /// Adds d(grad . L R u)/dX to `grad_x`.
 #[inline(always)]
 fn offset_vjp<T: Number>(x: &[T], u: &[T], buffers: &mut Buffers<T>, grad: &[T], grad_x: &mut [T]) {
-    let (k, n) = (x.len() / u.len(), u.len());
-    let [e, pivots, sum, p, turned, grad_e, grad_turned, grad_p] = buffers.split([n * k, n, k, n, n, n * k, n, n]);
+    let k = x.len() / u.len();
+    let n = u.len();
+    let [e, pivots, sum, p, turned, grad_e, grad_turned, grad_p] =
+        buffers.split([n * k, n, k, n, n, n * k, n, n]);
     let factor = Factor::new(x, e, pivots);
     let fired = clipped_direction(x, &factor, u, sum, p, turned);
     factor.bilinear_vjp((grad, turned), sum, grad_e, grad_x);
@@ -112,7 +136,8 @@ fn clipped_direction<T: Number>(
     turned: &mut [T],
 ) -> T {
     factor.transposed_times(u, sum, p);
-    let (std, rounding) = (dot(p, p).sqrt(), rounding(x.chunks_exact(sum.len()), u));
+    let std = dot(p, p).sqrt();
+    let rounding = rounding(x.chunks_exact(sum.len()), u);
     for p in p.iter_mut() {
         *p = T::if_less(rounding, std, *p, T::all(0.0));
     }

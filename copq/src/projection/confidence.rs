@@ -1,10 +1,12 @@
-//! From a confidence level to the length of a step, and back: Sigma's ellipsoids under the chi-squared law.
+//! From a confidence level to the length of a step, and back: Sigma's ellipsoids under the
+//! chi-squared law.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::{Error, Result};
 
-/// sqrt(chi2_N^-1(p)), the Mahalanobis radius that holds a share `confidence` of an N-variate normal (paper eq. 5).
+/// sqrt(chi2_N^-1(p)), the Mahalanobis radius that holds a share `confidence` of an N-variate
+/// normal (paper eq. 5).
 ///
 /// ```
 /// use copq::projection::step_length;
@@ -15,13 +17,18 @@ use crate::{Error, Result};
 /// ```
 pub fn step_length(confidence: f64, objectives: usize) -> Result<f64> {
     if !(0.0..1.0).contains(&confidence) {
-        return Err(Error::invalid("confidence", "a probability from 0 up to, not including, 1", confidence));
+        return Err(Error::invalid(
+            "confidence",
+            "a probability from 0 up to, not including, 1",
+            confidence,
+        ));
     }
     let law = law(objectives)?;
     Ok(bisect(|radius| share(&law, radius) < confidence))
 }
 
-/// chi2_N(step^2), the share of an N-variate normal within a Mahalanobis radius of |step|: [`step_length`] inverted.
+/// chi2_N(step^2), the share of an N-variate normal within a Mahalanobis radius of |step|:
+/// [`step_length`] inverted.
 pub fn confidence(step: f64, objectives: usize) -> Result<f64> {
     if !step.is_finite() {
         return Err(Error::invalid("step of the bound", "a finite number", step));
@@ -35,10 +42,11 @@ fn share(law: &ChiSquared, radius: f64) -> f64 {
     if square < f64::MIN_POSITIVE { 0.0 } else { law.cdf(square) }
 }
 
-/// The largest number, from zero up, for which `is_short` still holds. (statrs inverts chi2 itself to an absolute
-/// tolerance, which leaves no correct digit of a small step.)
+/// The largest number, from zero up, for which `is_short` still holds. (statrs inverts chi2 itself
+/// to an absolute tolerance, which leaves no correct digit of a small step.)
 fn bisect(is_short: impl Fn(f64) -> bool) -> f64 {
-    let (mut low, mut high) = (0.0, 1.0);
+    let mut low = 0.0;
+    let mut high = 1.0;
     while is_short(high) {
         high *= 2.0;
     }
@@ -86,7 +94,11 @@ mod tests {
     fn the_ends_are_nothing_and_everything() {
         for objectives in [1, 3, 50] {
             assert_eq!(step_length(0.0, objectives).unwrap(), 0.0);
-            assert!([0.0, 1e-162, 1e-300].iter().all(|&step| confidence(step, objectives).unwrap() < 1e-9));
+            assert!(
+                [0.0, 1e-162, 1e-300]
+                    .iter()
+                    .all(|&step| confidence(step, objectives).unwrap() < 1e-9)
+            );
             assert!([1e3, 1e200].iter().all(|&step| confidence(step, objectives).unwrap() == 1.0));
             assert!(step_length(1.0 - f64::EPSILON, objectives).unwrap() > 8.0);
         }
@@ -102,9 +114,19 @@ mod tests {
     #[test]
     fn what_is_no_probability_is_an_error() {
         for level in [-0.1, 1.0, 1.5, f64::NAN] {
-            assert!(step_length(level, 2).unwrap_err().to_string().starts_with("confidence: wanted a probability"));
+            assert!(
+                step_length(level, 2)
+                    .unwrap_err()
+                    .to_string()
+                    .starts_with("confidence: wanted a probability")
+            );
         }
-        assert!(step_length(0.5, 0).unwrap_err().to_string().starts_with("objectives: wanted at least one"));
+        assert!(
+            step_length(0.5, 0)
+                .unwrap_err()
+                .to_string()
+                .starts_with("objectives: wanted at least one")
+        );
         assert!(confidence(f64::INFINITY, 2).is_err());
     }
 }

@@ -4,13 +4,15 @@ use super::number::Number;
 use super::vector::{add_scaled, dot, rms, sum};
 use crate::{Error, Result};
 
-/// A standard deviation below this multiple of the numbers it was computed from is their rounding, and counts as zero.
+/// A standard deviation below this multiple of the numbers it was computed from is their rounding,
+/// and counts as zero.
 ///
-/// It lies half-way, in digits, between what double precision leaves of an exact zero (1e-16) and the least
-/// disagreement that single-precision critics can express (1e-8).
+/// It lies half-way, in digits, between what double precision leaves of an exact zero (1e-16) and
+/// the least disagreement that single-precision critics can express (1e-8).
 pub const ROUNDING: f64 = 1e-12;
 
-/// The centred values x_ki = Q_ki - mean_i of one row. The covariance is Sigma = X'X / K (biased, paper sec. 4.3).
+/// The centred values x_ki = Q_ki - mean_i of one row. The covariance is Sigma = X'X / K (biased,
+/// paper sec. 4.3).
 #[derive(Clone, Copy, Debug)]
 pub struct Deviations<'a> {
     values: &'a [f64],
@@ -18,7 +20,8 @@ pub struct Deviations<'a> {
 }
 
 impl<'a> Deviations<'a> {
-    /// Views `objectives x critics` values, which the caller has centred: each objective's sum to zero.
+    /// Views `objectives x critics` values, which the caller has centred: each objective's sum to
+    /// zero.
     pub fn new(values: &'a [f64], critics: usize) -> Result<Self> {
         if critics == 0 || values.is_empty() || !values.len().is_multiple_of(critics) {
             let wanted = format!("a positive multiple of {critics} critics");
@@ -77,7 +80,8 @@ impl<'a> Deviations<'a> {
         }
     }
 
-    /// Whether `std`, the computed sqrt(u' Sigma u), is nothing but the rounding of its terms u_i x_i.
+    /// Whether `std`, the computed sqrt(u' Sigma u), is nothing but the rounding of its terms u_i
+    /// x_i.
     pub fn is_rounding(&self, u: &[f64], std: f64) -> bool {
         std <= rounding(self.iter(), u)
     }

@@ -3,8 +3,8 @@
 use super::vector::rms;
 use super::{Deviations, Ellipsoid, Work};
 
-/// `mean_i + step * sigma_i u_i`, with sigma_i the objective's marginal standard deviation (paper Table B.1, "diagonal";
-/// its "eigenvalues" are to be read as variances).
+/// `mean_i + step * sigma_i u_i`, with sigma_i the objective's marginal standard deviation (paper
+/// Table B.1, "diagonal"; its "eigenvalues" are to be read as variances).
 ///
 /// An objective on which all critics agree has the kink of |x| at zero; its gradient is the mean's.
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,7 +19,14 @@ impl Ellipsoid for Diagonal {
         along_axes(x, |i| u[i], out);
     }
 
-    fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], _work: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
+    fn offset_vjp(
+        &self,
+        x: &Deviations<'_>,
+        u: &[f64],
+        _work: &mut Work,
+        grad: &[f64],
+        grad_x: &mut [f64],
+    ) {
         along_axes_vjp(x, |i| u[i], grad, grad_x);
     }
 }
@@ -30,7 +37,12 @@ pub(super) fn along_axes(x: &Deviations<'_>, length: impl Fn(usize) -> f64, out:
 }
 
 /// Adds the gradient of `grad . along_axes` to `grad_x`; nothing where all critics agree.
-pub(super) fn along_axes_vjp(x: &Deviations<'_>, length: impl Fn(usize) -> f64, grad: &[f64], grad_x: &mut [f64]) {
+pub(super) fn along_axes_vjp(
+    x: &Deviations<'_>,
+    length: impl Fn(usize) -> f64,
+    grad: &[f64],
+    grad_x: &mut [f64],
+) {
     let critics = x.critics();
     for (i, (x, grad_x)) in x.iter().zip(grad_x.chunks_exact_mut(critics)).enumerate() {
         let std = rms(x);

@@ -46,7 +46,9 @@ fn check_length(got: usize, rows: usize, objectives: usize) -> Result<()> {
         return Ok(());
     }
     let per_row = rows * objectives;
-    let wanted = format!("{objectives} values (one per objective) or {per_row} (one set for each of {rows} rows)");
+    let wanted = format!(
+        "{objectives} values (one per objective) or {per_row} (one set for each of {rows} rows)"
+    );
     Err(Error::invalid("scalarisation weights", wanted, got))
 }
 

@@ -36,7 +36,8 @@ impl Disagreement {
         if row >= q.rows() {
             return Err(Error::invalid("row", format!("less than {}", q.rows()), row));
         }
-        let (critics, objectives) = (q.critics(), q.objectives());
+        let critics = q.critics();
+        let objectives = q.objectives();
         let values = DMatrix::from_fn(objectives, critics, |i, k| f64::from(q.get(k, row)[i]));
         let mean = values.column_mean();
         let mut deviations = values;
@@ -58,8 +59,9 @@ impl Disagreement {
         &self.deviations * self.deviations.transpose() / critics
     }
 
-    /// L (N x N), lower triangular with a diagonal that is not negative, so that L L' is the covariance: row i is conditioned on the
-    /// objectives above it alone. By QR of X, which squares no rounding.
+    /// L (N x N), lower triangular with a diagonal that is not negative, so that L L' is the
+    /// covariance: row i is conditioned on the objectives above it alone. By QR of X, which squares
+    /// no rounding.
     pub fn factor(&self) -> DMatrix<f64> {
         let (objectives, critics) = self.deviations.shape();
         let scaled = self.deviations.transpose() / (critics as f64).sqrt();
@@ -75,21 +77,39 @@ impl Disagreement {
     }
 
     /// The bound that a projection makes of these critics (N), `step` from the mean.
-    pub fn bound(&self, projection: &dyn Projection, weights: &[f32], step: f32) -> Result<DVector<f64>> {
+    pub fn bound(
+        &self,
+        projection: &dyn Projection,
+        weights: &[f32],
+        step: f32,
+    ) -> Result<DVector<f64>> {
         let mut out = vec![0.0; self.mean.len()];
         let q = QView::new(&self.q, self.deviations.ncols(), self.mean.len())?;
         projection.project(Bound { q, weights, step }, &mut Scratch::default(), &mut out)?;
         Ok(DVector::from_iterator(out.len(), out.into_iter().map(f64::from)))
     }
 
-    /// The edge of the confidence ellipse of two objectives: `points` places where (q - mean)' Sigma^-1 (q - mean) is `radius`
-    /// squared, with Sigma the covariance of the two.
-    pub fn ellipse(&self, objectives: [usize; 2], radius: f64, points: usize) -> Result<Vec<[f64; 2]>> {
+    /// The edge of the confidence ellipse of two objectives: `points` places where (q - mean)'
+    /// Sigma^-1 (q - mean) is `radius` squared, with Sigma the covariance of the two.
+    pub fn ellipse(
+        &self,
+        objectives: [usize; 2],
+        radius: f64,
+        points: usize,
+    ) -> Result<Vec<[f64; 2]>> {
         let n = self.mean.len();
         if let Some(&unknown) = objectives.iter().find(|&&i| i >= n) {
-            return Err(Error::invalid("objective of an ellipse", format!("less than {n}"), unknown));
+            return Err(Error::invalid(
+                "objective of an ellipse",
+                format!("less than {n}"),
+                unknown,
+            ));
         }
-        check_len("objectives of an ellipse that differ", usize::from(objectives[0] != objectives[1]) + 1, 2)?;
+        check_len(
+            "objectives of an ellipse that differ",
+            usize::from(objectives[0] != objectives[1]) + 1,
+            2,
+        )?;
         let pair = Self {
             mean: self.mean.select_rows(&objectives),
             deviations: self.deviations.select_rows(&objectives),
@@ -98,7 +118,8 @@ impl Disagreement {
         let factor = pair.factor();
         let at = |i: usize| {
             let angle = std::f64::consts::TAU * i as f64 / points as f64;
-            let edge = &pair.mean + &factor * DVector::from_vec(vec![radius * angle.cos(), radius * angle.sin()]);
+            let edge = &pair.mean
+                + &factor * DVector::from_vec(vec![radius * angle.cos(), radius * angle.sin()]);
             [edge[0], edge[1]]
         };
         Ok((0..points).map(at).collect())

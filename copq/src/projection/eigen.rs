@@ -4,11 +4,11 @@ use super::jacobi::decompose;
 use super::vector::{add_scaled, dot};
 use super::{Deviations, Ellipsoid, Work};
 
-/// `mean + step * Sigma^(1/2) u`, with the symmetric positive root V S V' (paper Table B.1, "eigen", eigenvectors as the
-/// columns of V). No objective has priority over another.
+/// `mean + step * Sigma^(1/2) u`, with the symmetric positive root V S V' (paper Table B.1,
+/// "eigen", eigenvectors as the columns of V). No objective has priority over another.
 ///
-/// Where Sigma has a zero eigenvalue that a change of the critics could make positive, the root has a kink like |x| at
-/// zero; that eigenvalue passes no gradient on.
+/// Where Sigma has a zero eigenvalue that a change of the critics could make positive, the root has
+/// a kink like |x| at zero; that eigenvalue passes no gradient on.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Eigen;
 
@@ -18,7 +18,8 @@ impl Ellipsoid for Eigen {
     }
 
     fn offset(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, out: &mut [f64]) {
-        let (k, n) = (x.critics(), x.objectives());
+        let k = x.critics();
+        let n = x.objectives();
         let [s, z, v] = work.split([n, n * k, n * n]);
         decompose(x, s, z, v);
         out.fill(0.0);
@@ -27,10 +28,18 @@ impl Ellipsoid for Eigen {
         }
     }
 
-    /// With S dS + dS S = dSigma and Sigma = X'X / K, and M = V' (grad u' + u grad') V / 2, the gradient is
-    /// (2 / K) sum_ij z_i [s_i M_ij / (s_i + s_j)] v_j', in which nothing exceeds M.
-    fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
-        let (k, n) = (x.critics(), x.objectives());
+    /// With S dS + dS S = dSigma and Sigma = X'X / K, and M = V' (grad u' + u grad') V / 2, the
+    /// gradient is (2 / K) sum_ij z_i [s_i M_ij / (s_i + s_j)] v_j', in which nothing exceeds M.
+    fn offset_vjp(
+        &self,
+        x: &Deviations<'_>,
+        u: &[f64],
+        work: &mut Work,
+        grad: &[f64],
+        grad_x: &mut [f64],
+    ) {
+        let k = x.critics();
+        let n = x.objectives();
         let [s, z, v, u_v, grad_v, sum] = work.split([n, n * k, n * n, n, n, k]);
         decompose(x, s, z, v);
         for (i, v) in v.chunks_exact(n).enumerate() {

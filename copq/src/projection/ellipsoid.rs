@@ -1,4 +1,5 @@
-//! Confidence ellipsoids: methods that move from the mean along `C R u`, with C a square-root-like factor of Sigma.
+//! Confidence ellipsoids: methods that move from the mean along `C R u`, with C a square-root-like
+//! factor of Sigma.
 
 use std::fmt::Debug;
 
@@ -8,8 +9,9 @@ use crate::{Ensemble, Result};
 
 /// A projection of the form `mean + step * C R u` (paper App. B), told apart by its offset alone.
 ///
-/// Every `Ellipsoid` is a [`Projection`]: checks, unit directions, centring, the mean and its gradient are added by a
-/// blanket impl. An offset sees one row at a time, in double precision, and must depend on the deviations only.
+/// Every `Ellipsoid` is a [`Projection`]: checks, unit directions, centring, the mean and its
+/// gradient are added by a blanket impl. An offset sees one row at a time, in double precision, and
+/// must depend on the deviations only.
 ///
 /// ```
 /// use copq::projection::{Bound, Deviations, Ellipsoid, Projection, QView, Scratch, Work};
@@ -33,7 +35,14 @@ use crate::{Ensemble, Result};
 ///             out[i] = 0.5 * (x[high] - x[low]) * u[i];
 ///         }
 ///     }
-///     fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], _: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
+///     fn offset_vjp(
+///         &self,
+///         x: &Deviations<'_>,
+///         u: &[f64],
+///         _: &mut Work,
+///         grad: &[f64],
+///         grad_x: &mut [f64],
+///     ) {
 ///         for (i, (x, grad_x)) in x.iter().zip(grad_x.chunks_exact_mut(x.critics())).enumerate() {
 ///             let (low, high) = extremes(x);
 ///             grad_x[high] += 0.5 * grad[i] * u[i];
@@ -42,10 +51,12 @@ use crate::{Ensemble, Result};
 ///     }
 /// }
 ///
-/// // Two critics that value two objectives (1, 10) and (3, 20); the weights ask for the first objective only.
+/// // Two critics that value two objectives (1, 10) and (3, 20); the weights ask for the first
+/// // objective only.
 /// let q = QView::new(&[1.0, 10.0, 3.0, 20.0], 2, 2)?;
 /// let mut low = [0.0; 2];
-/// HalfRange.project(Bound { q, weights: &[1.0, 0.0], step: -1.0 }, &mut Scratch::default(), &mut low)?;
+/// let bound = Bound { q, weights: &[1.0, 0.0], step: -1.0 };
+/// HalfRange.project(bound, &mut Scratch::default(), &mut low)?;
 /// assert_eq!(low, [1.0, 15.0]);
 /// # Ok::<(), copq::Error>(())
 /// ```
@@ -58,14 +69,24 @@ pub trait Ellipsoid: Debug + Send + Sync {
         Ensemble::Spanning
     }
 
-    /// Writes C R u (N) for the unit direction `u`; `out` holds anything before. Zero disagreement gives exactly zero.
+    /// Writes C R u (N) for the unit direction `u`; `out` holds anything before. Zero disagreement
+    /// gives exactly zero.
     fn offset(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, out: &mut [f64]);
 
-    /// Adds d(grad . C R u)/dX to `grad_x`, laid out `objectives x critics` like [`Deviations::values`] and zero
-    /// before; u is constant. What it gives all critics alike is removed afterwards: X is centred.
-    fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, grad: &[f64], grad_x: &mut [f64]);
+    /// Adds d(grad . C R u)/dX to `grad_x`, laid out `objectives x critics` like
+    /// [`Deviations::values`] and zero before; u is constant. What it gives all critics alike is
+    /// removed afterwards: X is centred.
+    fn offset_vjp(
+        &self,
+        x: &Deviations<'_>,
+        u: &[f64],
+        work: &mut Work,
+        grad: &[f64],
+        grad_x: &mut [f64],
+    );
 
-    /// Projects the first rows of a batch several at a time, if the method can; returns how many rows that were.
+    /// Projects the first rows of a batch several at a time, if the method can; returns how many
+    /// rows that were.
     #[doc(hidden)]
     fn project_blocks(&self, _batch: Batch<'_>, _scratch: &mut Scratch, _out: &mut [f32]) -> usize {
         0
@@ -73,7 +94,13 @@ pub trait Ellipsoid: Debug + Send + Sync {
 
     /// The gradients that go with `project_blocks`.
     #[doc(hidden)]
-    fn vjp_blocks(&self, _batch: Batch<'_>, _scratch: &mut Scratch, _grad_out: &[f32], _grad_q: &mut [f32]) -> usize {
+    fn vjp_blocks(
+        &self,
+        _batch: Batch<'_>,
+        _scratch: &mut Scratch,
+        _grad_out: &[f32],
+        _grad_q: &mut [f32],
+    ) -> usize {
         0
     }
 }
@@ -100,7 +127,13 @@ impl<E: Ellipsoid> Projection for E {
         Ok(())
     }
 
-    fn vjp(&self, bound: Bound<'_>, scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()> {
+    fn vjp(
+        &self,
+        bound: Bound<'_>,
+        scratch: &mut Scratch,
+        grad_out: &[f32],
+        grad_q: &mut [f32],
+    ) -> Result<()> {
         let batch = Batch { bound, directions: bound.check_vjp(grad_out, grad_q)? };
         let done = self.vjp_blocks(batch, scratch, grad_out, grad_q);
         let (row, work) = scratch.parts();

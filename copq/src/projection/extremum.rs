@@ -5,9 +5,9 @@ use super::{Deviations, Ellipsoid, Work};
 
 /// `mean + step * Sigma u / sqrt(u' Sigma u)` (paper Table B.1, "extremum").
 ///
-/// Its scalarised margin is the standard deviation of the scalarised value, the largest of the ellipsoid methods.
-/// Where the scalarised value has no disagreement (`Sigma u = 0`), the offset jumps unless Sigma is zero too; offset
-/// and gradient count as zero.
+/// Its scalarised margin is the standard deviation of the scalarised value, the largest of the
+/// ellipsoid methods. Where the scalarised value has no disagreement (`Sigma u = 0`), the offset
+/// jumps unless Sigma is zero too; offset and gradient count as zero.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Extremum;
 
@@ -22,14 +22,22 @@ impl Ellipsoid for Extremum {
         x.covariance(e, out);
     }
 
-    fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
+    fn offset_vjp(
+        &self,
+        x: &Deviations<'_>,
+        u: &[f64],
+        work: &mut Work,
+        grad: &[f64],
+        grad_x: &mut [f64],
+    ) {
         let critics = x.critics() as f64;
         let [e, grad_y] = work.split([x.critics(), x.critics()]);
         let std = standardise(x, u, e);
         if std == 0.0 {
             return;
         }
-        // The gradient of e = y / std is X grad / K; that of y = X u is its part across e, over std.
+        // The gradient of e = y / std is X grad / K; that of y = X u is its part across e, over
+        // std.
         x.scalarised(grad, grad_y);
         let along = dot(grad_y, e) / critics;
         add_scaled(grad_y, -along, e);

@@ -14,7 +14,8 @@ pub(super) struct Factor<'a, T> {
 }
 
 impl<'a, T: Number> Factor<'a, T> {
-    /// Factors Sigma of the deviations `x`; `e` (both `objectives x critics`) and `pivots` (`objectives`) are zero before.
+    /// Factors Sigma of the deviations `x`; `e` (both `objectives x critics`) and `pivots`
+    /// (`objectives`) are zero before.
     #[inline(always)]
     pub(super) fn new(x: &'a [T], e: &'a mut [T], pivots: &'a mut [T]) -> Self {
         let critics = x.len() / pivots.len();
@@ -22,7 +23,8 @@ impl<'a, T: Number> Factor<'a, T> {
         Self { x, critics, e, pivots }
     }
 
-    /// Writes L v: the i-th entry is x_i . (e_1 v_1 + ... + e_i v_i) / K. `sum` (K) is working memory.
+    /// Writes L v: the i-th entry is x_i . (e_1 v_1 + ... + e_i v_i) / K. `sum` (K) is working
+    /// memory.
     #[inline(always)]
     pub(super) fn times(&self, v: &[T], sum: &mut [T], out: &mut [T]) {
         sum.fill(T::all(0.0));
@@ -32,7 +34,8 @@ impl<'a, T: Number> Factor<'a, T> {
         }
     }
 
-    /// Writes L'v: the j-th entry is e_j . (x_j v_j + ... + x_N v_N) / K. `sum` (K) is working memory.
+    /// Writes L'v: the j-th entry is e_j . (x_j v_j + ... + x_N v_N) / K. `sum` (K) is working
+    /// memory.
     #[inline(always)]
     pub(super) fn transposed_times(&self, v: &[T], sum: &mut [T], out: &mut [T]) {
         sum.fill(T::all(0.0));
@@ -44,15 +47,25 @@ impl<'a, T: Number> Factor<'a, T> {
 
     /// Adds the gradients of `left . L right` with respect to X and E; both vectors are constants.
     #[inline(always)]
-    pub(super) fn bilinear_vjp(&self, (left, right): (&[T], &[T]), sum: &mut [T], grad_e: &mut [T], grad_x: &mut [T]) {
+    pub(super) fn bilinear_vjp(
+        &self,
+        (left, right): (&[T], &[T]),
+        sum: &mut [T],
+        grad_e: &mut [T],
+        grad_x: &mut [T],
+    ) {
         let critics = self.critics;
         sum.fill(T::all(0.0));
-        for (i, ((_, e), grad_x)) in self.columns().zip(grad_x.chunks_exact_mut(critics)).enumerate() {
+        for (i, ((_, e), grad_x)) in
+            self.columns().zip(grad_x.chunks_exact_mut(critics)).enumerate()
+        {
             add_scaled(sum, right[i], e);
             add_scaled(grad_x, over(left[i], critics), sum);
         }
         sum.fill(T::all(0.0));
-        for (j, ((x, _), grad_e)) in self.columns().zip(grad_e.chunks_exact_mut(critics)).enumerate().rev() {
+        for (j, ((x, _), grad_e)) in
+            self.columns().zip(grad_e.chunks_exact_mut(critics)).enumerate().rev()
+        {
             add_scaled(sum, left[j], x);
             add_scaled(grad_e, over(right[j], critics), sum);
         }

@@ -4,12 +4,12 @@ use super::selection::{blend, blend_vjp, worst};
 use super::{Bound, Projection, QView, Scratch};
 use crate::{Ensemble, Result};
 
-/// Every objective's least value over the critics for a negative step, or its greatest for a positive one; the other
-/// way round where the objective's weight is negative or -0 (a cost).
+/// Every objective's least value over the critics for a negative step, or its greatest for a
+/// positive one; the other way round where the objective's weight is negative or -0 (a cost).
 ///
-/// The bound is `mean + |step| (Q_k - mean)`, objective by objective, so that steps -1 and 1 give exactly the extreme
-/// values, and step 0 the mean. The first of equal critics gets the gradient. A NaN
-/// in any critic makes its objective's bound NaN.
+/// The bound is `mean + |step| (Q_k - mean)`, objective by objective, so that steps -1 and 1 give
+/// exactly the extreme values, and step 0 the mean. The first of equal critics gets the gradient. A
+/// NaN in any critic makes its objective's bound NaN.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct IndependentMin;
 
@@ -36,7 +36,13 @@ impl Projection for IndependentMin {
         Ok(())
     }
 
-    fn vjp(&self, bound: Bound<'_>, _scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()> {
+    fn vjp(
+        &self,
+        bound: Bound<'_>,
+        _scratch: &mut Scratch,
+        grad_out: &[f32],
+        grad_q: &mut [f32],
+    ) -> Result<()> {
         let Bound { q, step, .. } = bound;
         let directions = bound.check_vjp(grad_out, grad_q)?;
         for (row, grad) in grad_out.chunks_exact(q.objectives()).enumerate() {

@@ -1,4 +1,5 @@
-//! Singular values by one-sided Jacobi rotations: X = Z S V', accurate for objectives of any scales.
+//! Singular values by one-sided Jacobi rotations: X = Z S V', accurate for objectives of any
+//! scales.
 
 use super::Deviations;
 use super::vector::{dot, rms};
@@ -6,10 +7,11 @@ use super::vector::{dot, rms};
 /// Sweeps after which the rotations stop in any case; generic matrices need six to ten.
 const SWEEPS: usize = 30;
 
-/// Writes the singular values s_i of X / sqrt(K), the columns z_i of Z (`objectives x critics`, z_i . z_i = K), and
-/// the columns v_i of V (`objectives x objectives`).
+/// Writes the singular values s_i of X / sqrt(K), the columns z_i of Z (`objectives x critics`, z_i
+/// . z_i = K), and the columns v_i of V (`objectives x objectives`).
 ///
-/// A singular value that is rounding is exactly zero, and so is its z_i. (One-sided Jacobi: Demmel and Veselic 1992.)
+/// A singular value that is rounding is exactly zero, and so is its z_i. (One-sided Jacobi: Demmel
+/// and Veselic 1992.)
 pub(super) fn decompose(x: &Deviations<'_>, s: &mut [f64], z: &mut [f64], v: &mut [f64]) {
     z.copy_from_slice(x.values());
     identity(x.objectives(), v);
@@ -66,7 +68,9 @@ fn pair(matrix: &mut [f64], length: usize, i: usize, j: usize) -> (&mut [f64], &
 
 /// The cosine and sine that make two columns orthogonal, or nothing if they are so already.
 fn rotation(a: &[f64], b: &[f64]) -> Option<(f64, f64)> {
-    let (aa, bb, ab) = (dot(a, a), dot(b, b), dot(a, b));
+    let aa = dot(a, a);
+    let bb = dot(b, b);
+    let ab = dot(a, b);
     let orthogonal = ab.abs() <= f64::EPSILON * a.len() as f64 * (aa * bb).sqrt();
     if orthogonal || !ab.is_finite() {
         return None;

@@ -1,7 +1,8 @@
 //! Eight rows' numbers side by side: plain loops that the compiler turns into vector instructions.
 //!
-//! It does so where everything is inlined: hence the attributes wherever a [`Number`] is worked with, and `for` loops
-//! rather than `fold` and `for_each`, whose closures it may leave functions of their own, called for every sum.
+//! It does so where everything is inlined: hence the attributes wherever a [`Number`] is worked
+//! with, and `for` loops rather than `fold` and `for_each`, whose closures it may leave functions
+//! of their own, called for every sum.
 
 use std::ops::{Add, Div, Mul, Sub};
 

@@ -3,8 +3,9 @@
 use super::diagonal::{along_axes, along_axes_vjp};
 use super::{Deviations, Ellipsoid, Work};
 
-/// `mean_i + step * k_i sigma_i sign(u_i)`, with one k for costs (negative weights) and one for rewards: no correlations,
-/// and unlike [`Diagonal`](super::Diagonal) the weights' sizes do not matter.
+/// `mean_i + step * k_i sigma_i sign(u_i)`, with one k for costs (negative weights) and one for
+/// rewards: no correlations, and unlike [`Diagonal`](super::Diagonal) the weights' sizes do not
+/// matter.
 ///
 /// An objective on which all critics agree has the kink of |x| at zero; its gradient is the mean's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,15 +17,17 @@ pub struct MeanStd {
 }
 
 impl Default for MeanStd {
-    /// CAL's as the paper has it: 0.5 unbiased deviations of four cost critics, and one of each reward.
+    /// CAL's as the paper has it: 0.5 unbiased deviations of four cost critics, and one of each
+    /// reward.
     fn default() -> Self {
         Self::cal(0.5, 4)
     }
 }
 
 impl MeanStd {
-    /// CAL's bounds (Wu et al. 2024): `mean + k std` of `critics` cost critics, with their unbiased standard deviation
-    /// (over K - 1), and the smaller of two reward critics. The paper's k is 0.5, with 4 cost critics.
+    /// CAL's bounds (Wu et al. 2024): `mean + k std` of `critics` cost critics, with their unbiased
+    /// standard deviation (over K - 1), and the smaller of two reward critics. The paper's k is
+    /// 0.5, with 4 cost critics.
     pub fn cal(k: f64, critics: usize) -> Self {
         let unbiased = (critics as f64 / critics.saturating_sub(1).max(1) as f64).sqrt();
         Self { cost: k * unbiased, reward: 1.0 }
@@ -45,7 +48,14 @@ impl Ellipsoid for MeanStd {
         along_axes(x, |i| self.length(u[i]), out);
     }
 
-    fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], _work: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
+    fn offset_vjp(
+        &self,
+        x: &Deviations<'_>,
+        u: &[f64],
+        _work: &mut Work,
+        grad: &[f64],
+        grad_x: &mut [f64],
+    ) {
         along_axes_vjp(x, |i| self.length(u[i]), grad, grad_x);
     }
 }

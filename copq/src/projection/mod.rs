@@ -1,4 +1,5 @@
-//! From an ensemble of vector-valued critics to one confidence bound: K x B x N values in, B x N out.
+//! From an ensemble of vector-valued critics to one confidence bound: K x B x N values in, B x N
+//! out.
 
 mod batch;
 mod bound;
@@ -51,21 +52,24 @@ pub use view::QView;
 
 use crate::{Ensemble, Result};
 
-/// A rule that turns the critics' disagreement into one vector a row: `mean + step * offset` for ellipsoid methods.
+/// A rule that turns the critics' disagreement into one vector a row: `mean + step * offset` for
+/// ellipsoid methods.
 ///
-/// What is asked for comes as one [`Bound`]: values, weights (one set for all rows, or one per row) and a signed step. A zero
-/// or non-finite set of weights is an error.
+/// What is asked for comes as one [`Bound`]: values, weights (one set for all rows, or one per row)
+/// and a signed step. A zero or non-finite set of weights is an error.
 ///
-/// The same input gives the same output, bit for bit. A NaN among the critics' values makes the bound of its objective
-/// NaN: finding it is left to the caller, who knows the objective's name.
+/// The same input gives the same output, bit for bit. A NaN among the critics' values makes the
+/// bound of its objective NaN: finding it is left to the caller, who knows the objective's name.
 ///
-/// A method of your own is either an [`Ellipsoid`], which only has to say how far from the mean to go, or a `Projection`
-/// written out. The latter starts with [`Bound::check`] or [`Bound::check_vjp`].
+/// A method of your own is either an [`Ellipsoid`], which only has to say how far from the mean to
+/// go, or a `Projection` written out. The latter starts with [`Bound::check`] or
+/// [`Bound::check_vjp`].
 ///
 /// ```
 /// use copq::projection::{Bound, Cholesky, Projection, QView, Scratch};
 ///
-/// // Two critics value one state-action pair, one objective: the lower bound is clipped double-Q's minimum.
+/// // Two critics value one state-action pair, one objective: the lower bound is clipped
+/// // double-Q's minimum.
 /// let bound = Bound { q: QView::new(&[2.0, 5.0], 2, 1)?, weights: &[1.0], step: -1.0 };
 /// let mut scratch = Scratch::default();
 ///
@@ -82,7 +86,8 @@ pub trait Projection: Debug + Send + Sync {
     /// The name by which command lines and logs know the method.
     fn name(&self) -> &'static str;
 
-    /// The critics that the method is meant to be used with; N + 1 of all N values unless it says otherwise.
+    /// The critics that the method is meant to be used with; N + 1 of all N values unless it says
+    /// otherwise.
     fn ensemble(&self) -> Ensemble {
         Ensemble::Spanning
     }
@@ -90,11 +95,19 @@ pub trait Projection: Debug + Send + Sync {
     /// Writes the bound, `rows x objectives`, into `out`.
     fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()>;
 
-    /// Writes d(grad_out . bound)/dq, laid out like `bound.q`, into `grad_q`; weights are constants.
-    fn vjp(&self, bound: Bound<'_>, scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()>;
+    /// Writes d(grad_out . bound)/dq, laid out like `bound.q`, into `grad_q`; weights are
+    /// constants.
+    fn vjp(
+        &self,
+        bound: Bound<'_>,
+        scratch: &mut Scratch,
+        grad_out: &[f32],
+        grad_q: &mut [f32],
+    ) -> Result<()>;
 }
 
-/// A method chosen at run time, such as by [`by_name`], or shared by several learners ([`Method::bound`](crate::Method::bound)).
+/// A method chosen at run time, such as by [`by_name`], or shared by several learners
+/// ([`Method::bound`](crate::Method::bound)).
 impl Projection for Arc<dyn Projection> {
     fn name(&self) -> &'static str {
         self.as_ref().name()
@@ -108,7 +121,13 @@ impl Projection for Arc<dyn Projection> {
         self.as_ref().project(bound, scratch, out)
     }
 
-    fn vjp(&self, bound: Bound<'_>, scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()> {
+    fn vjp(
+        &self,
+        bound: Bound<'_>,
+        scratch: &mut Scratch,
+        grad_out: &[f32],
+        grad_q: &mut [f32],
+    ) -> Result<()> {
         self.as_ref().vjp(bound, scratch, grad_out, grad_q)
     }
 }

@@ -1,10 +1,13 @@
-//! What the arithmetic of a row is written in: one row's number, or several rows' numbers side by side.
+//! What the arithmetic of a row is written in: one row's number, or several rows' numbers side by
+//! side.
 
 use std::ops::{Add, Div, Mul, Sub};
 
-/// A real number in double precision, once (`f64`) or once for each of several rows ([`Lanes`](super::lanes::Lanes)).
+/// A real number in double precision, once (`f64`) or once for each of several rows
+/// ([`Lanes`](super::lanes::Lanes)).
 ///
-/// Rows never meet: every operation does to each row what it does to a single one, so the results are the same bits.
+/// Rows never meet: every operation does to each row what it does to a single one, so the results
+/// are the same bits.
 pub(super) trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {

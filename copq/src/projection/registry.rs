@@ -2,10 +2,13 @@
 
 use std::sync::Arc;
 
-use super::{Cholesky, Diagonal, Eigen, Extremum, IndependentMin, MeanStd, Projection, ScalarisedMin};
+use super::{
+    Cholesky, Diagonal, Eigen, Extremum, IndependentMin, MeanStd, Projection, ScalarisedMin,
+};
 use crate::{Error, Result};
 
-const NAMES: [&str; 7] = ["cholesky", "eigen", "extremum", "diagonal", "scalarised-min", "independent-min", "mean-std"];
+const NAMES: [&str; 7] =
+    ["cholesky", "eigen", "extremum", "diagonal", "scalarised-min", "independent-min", "mean-std"];
 
 /// The names that [`by_name`] knows.
 pub fn names() -> &'static [&'static str] {

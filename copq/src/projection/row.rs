@@ -1,10 +1,12 @@
-//! One row of a batch in double precision, or several: mean, deviations, direction, and the way back to f32.
+//! One row of a batch in double precision, or several: mean, deviations, direction, and the way
+//! back to f32.
 
 use super::number::Number;
 use super::vector::{centre, mean, normalise, over};
 use super::{Directions, QView};
 
-/// The row that is being projected (`T::ROWS` rows, from `row` on), and the vectors that go in and out of an ellipsoid.
+/// The row that is being projected (`T::ROWS` rows, from `row` on), and the vectors that go in and
+/// out of an ellipsoid.
 #[derive(Clone, Debug)]
 pub(super) struct Row<T> {
     critics: usize,
@@ -32,7 +34,9 @@ impl<T: Number> Row<T> {
     /// Makes room for rows of this shape.
     pub(super) fn resize(&mut self, q: QView<'_>) {
         self.critics = q.critics();
-        for vector in [&mut self.reference, &mut self.shift, &mut self.unit, &mut self.offset, &mut self.grad] {
+        for vector in
+            [&mut self.reference, &mut self.shift, &mut self.unit, &mut self.offset, &mut self.grad]
+        {
             vector.resize(q.objectives(), T::all(0.0));
         }
         for matrix in [&mut self.deviations, &mut self.grad_x] {
@@ -56,12 +60,14 @@ impl<T: Number> Row<T> {
         for k in 0..self.critics {
             let values = &q.values()[q.range(k, row).start..][..T::ROWS * n];
             for i in 0..n {
-                self.deviations[i * self.critics + k] = T::from_rows(|lane| values[lane * n + i].into());
+                self.deviations[i * self.critics + k] =
+                    T::from_rows(|lane| values[lane * n + i].into());
             }
         }
         for (i, column) in self.deviations.chunks_exact_mut(self.critics).enumerate() {
-            // Deviations from the value nearest zero lose nothing: a difference of two f32 is right to half an ulp of
-            // the difference, however far from zero both are, and adding it back gives the f32 again, to the bit.
+            // Deviations from the value nearest zero lose nothing: a difference of two f32 is right
+            // to half an ulp of the difference, however far from zero both are, and adding it back
+            // gives the f32 again, to the bit.
             let reference = column.iter().copied().fold(T::all(f64::INFINITY), nearer_zero);
             for x in column.iter_mut() {
                 *x = *x - reference;
@@ -93,13 +99,14 @@ impl<T: Number> Row<T> {
         self.grad_x.fill(T::all(0.0));
     }
 
-    /// dL/dQ: the mean hands every critic an equal share, and an offset that depends on Q - mean only hands out what
-    /// sums to zero.
+    /// dL/dQ: the mean hands every critic an equal share, and an offset that depends on Q - mean
+    /// only hands out what sums to zero.
     #[inline(always)]
     pub(super) fn write_grad(&self, q: QView<'_>, row: usize, step: f64, grad_q: &mut [f32]) {
         let n = q.objectives();
         for (i, grad_x) in self.grad_x.chunks_exact(self.critics).enumerate() {
-            let (share, excess) = (over(self.grad[i], self.critics), mean(grad_x));
+            let share = over(self.grad[i], self.critics);
+            let excess = mean(grad_x);
             for (k, &grad_x) in grad_x.iter().enumerate() {
                 let grad = share + T::all(step) * (grad_x - excess);
                 let grad_q = &mut grad_q[q.range(k, row).start..][..T::ROWS * n];

@@ -1,14 +1,17 @@
-//! Clipped double-Q on the scalarised value: one critic's whole vector, the one that scalarises worst.
+//! Clipped double-Q on the scalarised value: one critic's whole vector, the one that scalarises
+//! worst.
 
 use super::selection::{blend, blend_vjp, worst};
 use super::{Bound, Projection, QView, Scratch};
 use crate::{Ensemble, Result};
 
-/// The values of the critic with the least `u . Q_k` for a negative step, or the greatest for a positive one.
+/// The values of the critic with the least `u . Q_k` for a negative step, or the greatest for a
+/// positive one.
 ///
-/// The bound is `mean + |step| (Q_k - mean)`, so that steps -1 and 1 give exactly that critic's values, and step 0 the
-/// mean. The first of equal critics is taken; where two are equal the bound jumps from one's values to the other's.
-/// A NaN in any critic makes its objective's bound NaN, whichever is taken.
+/// The bound is `mean + |step| (Q_k - mean)`, so that steps -1 and 1 give exactly that critic's
+/// values, and step 0 the mean. The first of equal critics is taken; where two are equal the bound
+/// jumps from one's values to the other's. A NaN in any critic makes its objective's bound NaN,
+/// whichever is taken.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ScalarisedMin;
 
@@ -34,7 +37,13 @@ impl Projection for ScalarisedMin {
         Ok(())
     }
 
-    fn vjp(&self, bound: Bound<'_>, _scratch: &mut Scratch, grad_out: &[f32], grad_q: &mut [f32]) -> Result<()> {
+    fn vjp(
+        &self,
+        bound: Bound<'_>,
+        _scratch: &mut Scratch,
+        grad_out: &[f32],
+        grad_q: &mut [f32],
+    ) -> Result<()> {
         let Bound { q, step, .. } = bound;
         let directions = bound.check_vjp(grad_out, grad_q)?;
         for (row, grad) in grad_out.chunks_exact(q.objectives()).enumerate() {
@@ -50,6 +59,8 @@ impl Projection for ScalarisedMin {
 fn choose(q: QView<'_>, row: usize, weights: &[f32], step: f32) -> usize {
     let sign = if step > 0.0 { -1.0 } else { 1.0 };
     // Products of two f32 are exact in f64, so critics that are equal tie exactly.
-    let score = |k| q.get(k, row).iter().zip(weights).map(|(&q, &w)| f64::from(q) * f64::from(w)).sum::<f64>();
+    let score = |k| {
+        q.get(k, row).iter().zip(weights).map(|(&q, &w)| f64::from(q) * f64::from(w)).sum::<f64>()
+    };
     worst((0..q.critics()).map(|k| sign * score(k)))
 }

@@ -6,9 +6,11 @@ use super::lanes::Lanes;
 use super::number::Number;
 use super::row::Row;
 
-/// Working memory of a projection, and what the last [`Projection::project`](super::Projection::project) reported.
+/// Working memory of a projection, and what the last
+/// [`Projection::project`](super::Projection::project) reported.
 ///
-/// One for each place that calls a projection. Once it has seen a shape, that shape costs no allocation.
+/// One for each place that calls a projection. Once it has seen a shape, that shape costs no
+/// allocation.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     row: Row<f64>,
@@ -20,13 +22,14 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// The fraction of the last projected batch's rows in which the clip of a Cholesky bound fired (paper A.1-A.4);
-    /// 0 for methods that have no clip.
+    /// The fraction of the last projected batch's rows in which the clip of a Cholesky bound fired
+    /// (paper A.1-A.4); 0 for methods that have no clip.
     pub fn clip_rate(&self) -> f64 {
         self.clips as f64 / self.projected.max(1) as f64
     }
 
-    /// Sets [`Scratch::clip_rate`]. A projection calls it once a batch, with `clips` = 0 if it has no clip.
+    /// Sets [`Scratch::clip_rate`]. A projection calls it once a batch, with `clips` = 0 if it has
+    /// no clip.
     pub fn report_clips(&mut self, clips: usize, rows: usize) {
         self.clips = clips;
         self.projected = rows;

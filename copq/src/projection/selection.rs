@@ -13,7 +13,8 @@ pub(super) fn worst(values: impl Iterator<Item = f64>) -> usize {
     best.0
 }
 
-/// (1 - |step|) mean + |step| Q_chosen of one objective in one row: exactly Q_chosen for |step| = 1, the mean for 0.
+/// (1 - |step|) mean + |step| Q_chosen of one objective in one row: exactly Q_chosen for |step| =
+/// 1, the mean for 0.
 ///
 /// A NaN or an infinity in any critic comes through the mean, also when its share is zero.
 pub(super) fn blend(q: QView<'_>, row: usize, objective: usize, chosen: usize, step: f32) -> f32 {
@@ -33,9 +34,11 @@ pub(super) fn blend_vjp(
     grad: f32,
     grad_q: &mut [f32],
 ) {
-    let (grad, share) = (f64::from(grad), f64::from(step.abs()));
+    let grad = f64::from(grad);
+    let share = f64::from(step.abs());
     for k in 0..q.critics() {
         let own = if k == chosen { share } else { 0.0 };
-        grad_q[q.range(k, row)][objective] = (grad * ((1.0 - share) / q.critics() as f64 + own)) as f32;
+        grad_q[q.range(k, row)][objective] =
+            (grad * ((1.0 - share) / q.critics() as f64 + own)) as f32;
     }
 }

@@ -1,4 +1,5 @@
-//! The few operations on vectors that the projections are made of, for one row or for several at once.
+//! The few operations on vectors that the projections are made of, for one row or for several at
+//! once.
 
 use super::number::Number;
 
@@ -52,7 +53,8 @@ pub(super) fn rms<T: Number>(x: &[T]) -> T {
 /// x <- x / |x|; a zero vector stays zero.
 #[inline(always)]
 pub(super) fn normalise<T: Number>(x: &mut [T]) {
-    let (length, zero) = (dot(x, x).sqrt(), T::all(0.0));
+    let length = dot(x, x).sqrt();
+    let zero = T::all(0.0);
     divide(x, T::if_less(zero, length, length, T::all(1.0)));
 }
 

@@ -18,7 +18,8 @@ impl<'a> QView<'a> {
     pub fn new(values: &'a [f32], critics: usize, objectives: usize) -> Result<Self> {
         let per_row = critics * objectives;
         if per_row == 0 || values.is_empty() || !values.len().is_multiple_of(per_row) {
-            let wanted = format!("a positive multiple of {critics} critics x {objectives} objectives");
+            let wanted =
+                format!("a positive multiple of {critics} critics x {objectives} objectives");
             return Err(Error::invalid("critic values", wanted, values.len()));
         }
         Ok(Self { values, critics, rows: values.len() / per_row, objectives })

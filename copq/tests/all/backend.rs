@@ -6,7 +6,8 @@ use copq::projection::{Cholesky, Extremum, IndependentMin, ScalarisedMin};
 use copq::*;
 use toy::{Linear, Toy};
 
-/// What the learner of a method has learned with: critics as the learner sees them, and networks as they are saved.
+/// What the learner of a method has learned with: critics as the learner sees them, and networks as
+/// they are saved.
 fn critics(mut method: Method, env: &Toy) -> usize {
     method.config = toy::small(method.config);
     let learner = Learner::new(method, &env.spec, &Linear, 0).unwrap();
@@ -35,9 +36,18 @@ fn critics_and_famo_follow_the_bound() {
         state.child("famo").is_ok()
     };
     assert!(balanced(Method::cop_td3_oac()));
-    assert!(!balanced(Method::cop_td3_oac().bound(IndependentMin)), "their losses share no network");
-    assert!(balanced(Method::cop_td3_oac().bound(IndependentMin).bound(Cholesky)), "FAMO is back with the networks");
-    assert!(balanced(Method::cop_td3_paper().bound(IndependentMin)), "the paper balances them, too");
+    assert!(
+        !balanced(Method::cop_td3_oac().bound(IndependentMin)),
+        "their losses share no network"
+    );
+    assert!(
+        balanced(Method::cop_td3_oac().bound(IndependentMin).bound(Cholesky)),
+        "FAMO is back with the networks"
+    );
+    assert!(
+        balanced(Method::cop_td3_paper().bound(IndependentMin)),
+        "the paper balances them, too"
+    );
 }
 
 #[test]
@@ -50,7 +60,10 @@ fn a_preset_is_its_composition() {
 
     let lagrangian = Constraint::Lagrangian(LagrangianConfig::default());
     let cop_cal = Method::sac().constrain(lagrangian);
-    assert_eq!((&cop_cal.config, cop_cal.critics), (&Method::cop_cal().config, Method::cop_cal().critics));
+    assert_eq!(
+        (&cop_cal.config, cop_cal.critics),
+        (&Method::cop_cal().config, Method::cop_cal().critics)
+    );
 }
 
 #[test]
@@ -62,11 +75,14 @@ fn a_method_of_your_own_trains_and_evaluates() {
     let evaluation = trainer.evaluate(5).unwrap();
     let table = evaluation.to_string();
     assert!(
-        table.starts_with("5 episodes of 20.0 steps") && table.contains("track") && table.contains("rest"),
+        table.starts_with("5 episodes of 20.0 steps")
+            && table.contains("track")
+            && table.contains("rest"),
         "{table}"
     );
     assert_eq!(trainer.evaluate(5).unwrap(), evaluation, "the same episodes every time");
-    let mut other = Trainer::new(Toy::new(), toy::learner(toy::method(toy::config()), 3, 1)).unwrap();
+    let mut other =
+        Trainer::new(Toy::new(), toy::learner(toy::method(toy::config()), 3, 1)).unwrap();
     let mut state = State::default();
     trainer.save(&mut state).unwrap();
     let refused = other.load(&state).unwrap_err().to_string();
@@ -75,7 +91,9 @@ fn a_method_of_your_own_trains_and_evaluates() {
 
 #[test]
 fn bounds_of_any_size_are_reached_exactly() {
-    for [low, high] in [[-1.0, 1.0], [0.1, 0.3], [-f32::MAX, f32::MAX], [0.0, f32::MAX], [-7.3, 1e-3]] {
+    for [low, high] in
+        [[-1.0, 1.0], [0.1, 0.3], [-f32::MAX, f32::MAX], [0.0, f32::MAX], [-7.3, 1e-3]]
+    {
         let spec = EnvSpec::new("any", 1, 1).reward("any", 1.0).action_bounds(&[low], &[high]);
         let scaled = |unit: f32| {
             let mut out = [0.0];

@@ -42,7 +42,9 @@ impl Env for Broken {
         match self.fault {
             Fault::NanReward => reward[1] = f32::NAN,
             Fault::SpecChanges if self.calls == 100 => self.inner.spec.name.push('!'),
-            Fault::TimeLimitTerminates if outcome == Outcome::Truncated => return Ok(Outcome::Terminated),
+            Fault::TimeLimitTerminates if outcome == Outcome::Truncated => {
+                return Ok(Outcome::Terminated);
+            }
             Fault::NeverEnds => return Ok(Outcome::Running),
             _ => {}
         }
@@ -82,10 +84,14 @@ fn each_fault_is_named() {
         (Fault::SpecChanges, "spec() changed while it ran"),
     ];
     for (fault, wanted) in cases {
-        let error = check_env(&mut Broken { inner: Toy::new(), fault, calls: 0 }).unwrap_err().to_string();
+        let error =
+            check_env(&mut Broken { inner: Toy::new(), fault, calls: 0 }).unwrap_err().to_string();
         assert!(error.contains(wanted), "wanted '{wanted}', got '{error}'");
     }
     let spec = Toy::new().spec.action_bounds(&[-2.0], &[-3.0]);
     let error = check_env(&mut Toy { spec, ..Toy::new() }).unwrap_err().to_string();
-    assert!(error.contains("bounds of action 0: wanted finite, lower < upper, got [-2, -3]"), "{error}");
+    assert!(
+        error.contains("bounds of action 0: wanted finite, lower < upper, got [-2, -3]"),
+        "{error}"
+    );
 }

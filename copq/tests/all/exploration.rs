@@ -35,7 +35,10 @@ fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
 
 fn assert_moments(what: &str, got: (f64, f64), wanted: (f64, f64)) {
     let error = 4.0 * wanted.1 / (DRAWS as f64).sqrt();
-    assert!((got.0 - wanted.0).abs() < error && (got.1 - wanted.1).abs() < error, "{what}: {got:?}, not {wanted:?}");
+    assert!(
+        (got.0 - wanted.0).abs() < error && (got.1 - wanted.1).abs() < error,
+        "{what}: {got:?}, not {wanted:?}"
+    );
 }
 
 #[test]
@@ -52,7 +55,11 @@ fn gaussian_noise_has_its_width_around_the_policy_and_stays_in_range() {
 #[test]
 fn uniform_actions_fill_the_range() {
     let uniform = actions(&mut UniformActions, &mut LinearActor::new(0.0));
-    assert_moments("uniform", moments(uniform.iter().map(|&a| a.into())), (0.0, (1.0f64 / 3.0).sqrt()));
+    assert_moments(
+        "uniform",
+        moments(uniform.iter().map(|&a| a.into())),
+        (0.0, (1.0f64 / 3.0).sqrt()),
+    );
     for tenth in 0..10 {
         let from = -1.0 + 0.2 * tenth as f32;
         let count = uniform.iter().filter(|&&a| (from..from + 0.2).contains(&a)).count();
@@ -64,5 +71,9 @@ fn uniform_actions_fill_the_range() {
 fn a_stochastic_policy_explores_by_its_own_samples() {
     let sampled = actions(&mut PolicySamples::default(), &mut GaussianActor::new(0.0, 0.2f32.ln()));
     // s = 0.4: 0.3 - 0.5 * 0.4 before the tanh.
-    assert_moments("before the tanh", moments(sampled.iter().map(|&a| f64::from(a).atanh())), (0.1, 0.2));
+    assert_moments(
+        "before the tanh",
+        moments(sampled.iter().map(|&a| f64::from(a).atanh())),
+        (0.1, 0.2),
+    );
 }

@@ -13,7 +13,8 @@ fn policy(agent: &mut dyn Agent) -> (f32, f32) {
         agent.act(&[s], Mode::Exploit, &mut action).unwrap();
         action[0]
     };
-    let (low, high) = (at(-1.0), at(1.0));
+    let low = at(-1.0);
+    let high = at(1.0);
     ((low + high) / 2.0, (high - low) / 2.0)
 }
 
@@ -22,16 +23,21 @@ fn td3_learns_the_optimum_with_every_projection() {
     for &name in projection::names() {
         let projection = projection::by_name(name).unwrap();
         let critics = toy::critics_of(projection.as_ref());
-        let mut trainer = toy::trainer(toy::learner(Method::new("toy", toy::config(), projection), critics, 1));
+        let mut trainer =
+            toy::trainer(toy::learner(Method::new("toy", toy::config(), projection), critics, 1));
         for _ in 0..3_000 {
             trainer.step(&mut Silent).unwrap();
         }
         let (bias, slope) = policy(trainer.agent_mut());
-        assert!(bias.abs() < 0.05 && (slope - SLOPE).abs() < 0.05, "{name}: a = {bias} + {slope} s, wanted {SLOPE} s");
+        assert!(
+            bias.abs() < 0.05 && (slope - SLOPE).abs() < 0.05,
+            "{name}: a = {bias} + {slope} s, wanted {SLOPE} s"
+        );
     }
 }
 
-/// -(a - s/2)^2 = -a^2 + a s - s^2/4 at a = s/4 averages -1/48, -1/48; the value adds gamma/(1-gamma) of that.
+/// -(a - s/2)^2 = -a^2 + a s - s^2/4 at a = s/4 averages -1/48, -1/48; the value adds
+/// gamma/(1-gamma) of that.
 #[test]
 fn values_converge_to_the_discounted_returns() {
     // Without the bound and without smoothing noise, which would both be paid for in the targets.
@@ -62,7 +68,8 @@ fn the_same_seed_gives_the_same_bits_and_another_does_not() {
 
 #[test]
 fn a_resumed_run_is_the_same_bit_for_bit() {
-    // 413 is in mid-episode, and after the warm-up; the ring of 5,000 is not full, 5,200 steps later it is.
+    // 413 is in mid-episode, and after the warm-up; the ring of 5,000 is not full, 5,200 steps
+    // later it is.
     for (first, total) in [(113, 500), (413, 800), (5_213, 5_500)] {
         let mut resumed = toy::trainer(toy::learner(toy::method(toy::config()), 3, 3));
         resumed.run(77, &mut Silent).unwrap();
@@ -77,7 +84,9 @@ fn a_resumed_run_is_the_same_bit_for_bit() {
 #[test]
 fn optimistic_exploration_resumes_bit_for_bit() {
     let trained = |first: u64, steps: u64| {
-        let fresh = || toy::trainer(toy::learner(toy::method(toy::small(Method::cop_td3_oac().config)), 3, 77));
+        let fresh = || {
+            toy::trainer(toy::learner(toy::method(toy::small(Method::cop_td3_oac().config)), 3, 77))
+        };
         let mut trainer = fresh();
         let mut state = State::default();
         for step in 0..steps {
@@ -99,18 +108,33 @@ fn optimistic_exploration_resumes_bit_for_bit() {
 fn bad_settings_are_readable_errors() {
     let build = |config: Config| {
         let critic = Box::new(toy::LinearCritics::new(3, 2, 0.02, 0));
-        Learner::with_networks(toy::method(config), &Toy::new().spec, critic, Box::new(toy::LinearActor::new(0.005)), 0)
-            .map(drop)
+        Learner::with_networks(
+            toy::method(config),
+            &Toy::new().spec,
+            critic,
+            Box::new(toy::LinearActor::new(0.005)),
+            0,
+        )
+        .map(drop)
     };
     let cases: Vec<(Config, &str)> = vec![
-        (Config { discount: 1.5, ..toy::config() }, "discount: wanted a number from 0 to 1, got 1.5"),
+        (
+            Config { discount: 1.5, ..toy::config() },
+            "discount: wanted a number from 0 to 1, got 1.5",
+        ),
         (Config { tau: f64::NAN, ..toy::config() }, "tau: wanted a number from 0 to 1, got NaN"),
         (Config { batch: 0, ..toy::config() }, "batch: wanted at least 1, got 0"),
         (Config { actor_delay: 0, ..toy::config() }, "actor_delay: wanted at least 1, got 0"),
         (Config { capacity: 0, ..toy::config() }, "replay capacity: wanted 1 to 4294967295, got 0"),
-        (Config { pessimism: -1.0, ..toy::config() }, "pessimism: wanted a finite number, at least 0, got -1"),
         (
-            Config { smoothing: Some(Smoothing { std: 0.2, clip: f64::INFINITY }), ..toy::config() },
+            Config { pessimism: -1.0, ..toy::config() },
+            "pessimism: wanted a finite number, at least 0, got -1",
+        ),
+        (
+            Config {
+                smoothing: Some(Smoothing { std: 0.2, clip: f64::INFINITY }),
+                ..toy::config()
+            },
             "smoothing.clip: wanted a finite number, at least 0, got inf",
         ),
     ];
@@ -119,7 +143,8 @@ fn bad_settings_are_readable_errors() {
     }
     let wide = Box::new(toy::LinearCritics::new(3, 4, 0.02, 0));
     let actor = || Box::new(toy::LinearActor::new(0.005));
-    let error = Learner::with_networks(toy::method(toy::config()), &Toy::new().spec, wide, actor(), 0);
+    let error =
+        Learner::with_networks(toy::method(toy::config()), &Toy::new().spec, wide, actor(), 0);
     assert_eq!(error.unwrap_err().to_string(), "the critic's objectives: wanted 2 values, got 4");
     let check = |change: &dyn Fn(&mut EnvSpec)| {
         let mut spec = Toy::new().spec;
@@ -128,7 +153,8 @@ fn bad_settings_are_readable_errors() {
     };
     assert_eq!(
         check(&|spec| spec.objectives[1].limit = Some(3.0)),
-        "toy: weight of the cost 'rest': wanted at most 0, as costs are positive and unwanted, got 1"
+        "toy: weight of the cost 'rest': wanted at most 0, as costs are positive and unwanted, \
+         got 1"
     );
     assert_eq!(
         check(&|spec| spec.objectives[0].limit = Some(f32::NAN)),
@@ -138,7 +164,10 @@ fn bad_settings_are_readable_errors() {
         check(&|spec| spec.objectives[1].name = "track".into()),
         "toy: objectives: wanted names that differ, got 'track' twice"
     );
-    assert_eq!(check(&|spec| spec.objectives.clear()), "toy: objectives: wanted at least one, got none");
+    assert_eq!(
+        check(&|spec| spec.objectives.clear()),
+        "toy: objectives: wanted at least one, got none"
+    );
     assert_eq!(
         check(&|spec| spec.objectives[1].weight = f32::NAN),
         "toy: weight of 'rest': wanted a finite number, got NaN"
@@ -147,16 +176,24 @@ fn bad_settings_are_readable_errors() {
         let mut spec = Toy::constrained().spec;
         spec.entropy = Some(name.into());
         let error = spec.check().unwrap_err().to_string();
-        assert_eq!(error, format!("toy: objective of the entropy bonus: wanted one of the rewards, got {name}"));
+        assert_eq!(
+            error,
+            format!("toy: objective of the entropy bonus: wanted one of the rewards, got {name}")
+        );
     }
     let mut zero = Toy::new().spec;
     zero.objectives.iter_mut().for_each(|objective| objective.weight = 0.0);
     let critic = Box::new(toy::LinearCritics::new(3, 2, 0.02, 0));
-    let error = Learner::with_networks(toy::method(toy::config()), &zero, critic, actor(), 0).unwrap_err();
-    assert!(error.to_string().contains("scalarisation weights: wanted finite numbers, not all zero"), "{error}");
+    let error =
+        Learner::with_networks(toy::method(toy::config()), &zero, critic, actor(), 0).unwrap_err();
+    assert!(
+        error.to_string().contains("scalarisation weights: wanted finite numbers, not all zero"),
+        "{error}"
+    );
 }
 
-/// Every warm-up action of 200: uniform ones fill [-1, 1], the untrained policy's stay within its noise.
+/// Every warm-up action of 200: uniform ones fill [-1, 1], the untrained policy's stay within its
+/// noise.
 #[test]
 fn the_warm_up_takes_uniform_actions_or_the_policys() {
     let largest = |warm_up| {
@@ -170,7 +207,13 @@ fn the_warm_up_takes_uniform_actions_or_the_policys() {
             let next_obs = [i as f32 + 1.0];
             let outcome = Outcome::Running;
             learner
-                .observe(Transition { obs: &obs, action: &action, reward: &[0.0; 2], next_obs: &next_obs, outcome })
+                .observe(Transition {
+                    obs: &obs,
+                    action: &action,
+                    reward: &[0.0; 2],
+                    next_obs: &next_obs,
+                    outcome,
+                })
                 .unwrap();
         }
         largest
@@ -180,7 +223,8 @@ fn the_warm_up_takes_uniform_actions_or_the_policys() {
     assert!((0.45..0.75).contains(&policy), "0.3, and 200 draws of a deviation of 0.1: {policy}");
 }
 
-/// At the first update the networks are the same whatever the pessimism: its margin is in proportion to it.
+/// At the first update the networks are the same whatever the pessimism: its margin is in
+/// proportion to it.
 #[test]
 fn pessimism_is_reported_where_it_acts() {
     let pessimism = |config: Config| {
@@ -194,9 +238,19 @@ fn pessimism_is_reported_where_it_acts() {
     };
     let [target, actor] = pessimism(toy::config());
     assert!(target > 0.0 && actor > 0.0);
-    let [half, _] =
-        pessimism(Config { pessimism: 0.5, actor_pessimism: 0.0, start_steps: 250, actor_delay: 1, ..toy::config() });
-    let [whole, none] = pessimism(Config { actor_pessimism: 0.0, start_steps: 250, actor_delay: 1, ..toy::config() });
+    let [half, _] = pessimism(Config {
+        pessimism: 0.5,
+        actor_pessimism: 0.0,
+        start_steps: 250,
+        actor_delay: 1,
+        ..toy::config()
+    });
+    let [whole, none] = pessimism(Config {
+        actor_pessimism: 0.0,
+        start_steps: 250,
+        actor_delay: 1,
+        ..toy::config()
+    });
     assert!((half - 0.5 * whole).abs() < 1e-6 * whole, "{half} is half of {whole}");
     assert!(none.abs() < 1e-6 * whole, "{none}");
 }
@@ -204,8 +258,12 @@ fn pessimism_is_reported_where_it_acts() {
 #[test]
 fn nan_is_a_named_error() {
     let fails = |env: Toy| {
-        let mut trainer = Trainer::new(env, toy::learner(toy::method(toy::config()), 3, 0)).unwrap();
-        (0..20).find_map(|_| trainer.step(&mut Silent).err()).expect("a NaN must not pass").to_string()
+        let mut trainer =
+            Trainer::new(env, toy::learner(toy::method(toy::config()), 3, 0)).unwrap();
+        (0..20)
+            .find_map(|_| trainer.step(&mut Silent).err())
+            .expect("a NaN must not pass")
+            .to_string()
     };
     let reward = fails(Toy { nan_reward_at: Some(7), ..Toy::new() });
     assert!(reward.contains("reward of objective 'rest' is not finite at step 6"), "{reward}");
@@ -217,17 +275,23 @@ fn nan_is_a_named_error() {
 fn an_observation_that_is_not_finite_is_not_blamed_on_the_actor() {
     let mut learner = toy::learner(toy::method(toy::config()), 3, 0);
     let error = learner.act(&[f32::NAN], Mode::Exploit, &mut [0.0]).unwrap_err().to_string();
-    assert!(error.contains("observation, component 0 is not finite") && error.contains("environment"), "{error}");
+    assert!(
+        error.contains("observation, component 0 is not finite") && error.contains("environment"),
+        "{error}"
+    );
 }
 
 #[test]
 fn an_episode_that_outlives_its_horizon_is_an_error_and_no_endless_loop() {
     let mut endless = Toy::new();
     endless.spec.horizon = 12;
-    let wanted = "environment 'toy': still running after 12 steps; wanted Outcome::Truncated at its horizon, 12";
+    let wanted = "environment 'toy': still running after 12 steps; wanted Outcome::Truncated at \
+         its horizon, 12";
     let critic = Box::new(toy::LinearCritics::new(3, 2, 0.02, 0));
     let actor = Box::new(toy::LinearActor::new(0.005));
-    let mut learner = Learner::with_networks(toy::method(toy::config()), &endless.spec, critic, actor, 0).unwrap();
+    let mut learner =
+        Learner::with_networks(toy::method(toy::config()), &endless.spec, critic, actor, 0)
+            .unwrap();
     assert_eq!(evaluate(&mut learner, &mut endless, 1).unwrap_err().to_string(), wanted);
     let mut trainer = Trainer::new(endless, learner).unwrap();
     let error = (0..20).find_map(|_| trainer.step(&mut Silent).err()).unwrap();

@@ -39,7 +39,8 @@ fn act(agent: &mut dyn Agent, s: f32, mode: Mode) -> f32 {
 }
 
 fn policy(agent: &mut dyn Agent) -> (f32, f32) {
-    let (low, high) = (act(agent, -1.0, Mode::Exploit), act(agent, 1.0, Mode::Exploit));
+    let low = act(agent, -1.0, Mode::Exploit);
+    let high = act(agent, 1.0, Mode::Exploit);
     ((low + high) / 2.0, (high - low) / 2.0)
 }
 
@@ -68,34 +69,61 @@ impl Explore for Drift {
 /// Every method by name, in a world that suits it.
 fn methods(seed: u64) -> Vec<(&'static str, Toy, Learner)> {
     let optimistic = Optimistic::default;
-    let redq = || toy::learner(toy::method(toy::small(Method::cop_td3_paper().redq().config)), 10, seed);
+    let redq =
+        || toy::learner(toy::method(toy::small(Method::cop_td3_paper().redq().config)), 10, seed);
     let small = |mut method: Method| {
         method.config = toy::small(method.config);
         method
     };
-    let sac = |config, critic| toy::stochastic(toy::method(toy::small(config)), &Toy::new(), critic, seed);
-    let constrained =
-        |method, counts| toy::stochastic(small(method), &Toy::constrained(), separate(counts, seed), seed);
-    let cop_cal =
-        |config| toy::stochastic(toy::method(toy::small(config)), &Toy::constrained(), critics(3, seed), seed);
+    let sac = |config, critic| {
+        toy::stochastic(toy::method(toy::small(config)), &Toy::new(), critic, seed)
+    };
+    let constrained = |method, counts| {
+        toy::stochastic(small(method), &Toy::constrained(), separate(counts, seed), seed)
+    };
+    let cop_cal = |config| {
+        toy::stochastic(
+            toy::method(toy::small(config)),
+            &Toy::constrained(),
+            critics(3, seed),
+            seed,
+        )
+    };
     let redq_sac = || sac(Method::sac().redq().config, critics(10, seed));
-    let pid = Config { constraint: Some(Constraint::Pid(PidConfig::default())), ..Method::sac().config };
+    let pid =
+        Config { constraint: Some(Constraint::Pid(PidConfig::default())), ..Method::sac().config };
     vec![
         ("redq", Toy::new(), redq()),
         ("redq with cop-oac", Toy::new(), redq().explore(optimistic().projection(Cholesky))),
         ("redq with extremum-oac", Toy::new(), redq().explore(optimistic().projection(Extremum))),
         ("redq on sac", Toy::new(), redq_sac()),
-        ("redq on sac with cop-oac", Toy::new(), redq_sac().explore(optimistic().projection(Cholesky))),
-        ("redq on sac with extremum-oac", Toy::new(), redq_sac().explore(optimistic().projection(Extremum))),
+        (
+            "redq on sac with cop-oac",
+            Toy::new(),
+            redq_sac().explore(optimistic().projection(Cholesky)),
+        ),
+        (
+            "redq on sac with extremum-oac",
+            Toy::new(),
+            redq_sac().explore(optimistic().projection(Extremum)),
+        ),
         ("sac", Toy::new(), sac(Method::sac().config, critics(3, seed))),
-        ("oac", Toy::new(), sac(Method::sac().config, critics(3, seed)).explore(optimistic().projection(Extremum))),
+        (
+            "oac",
+            Toy::new(),
+            sac(Method::sac().config, critics(3, seed)).explore(optimistic().projection(Extremum)),
+        ),
         ("sac-lagrangian", Toy::constrained(), constrained(Method::sac_lagrangian(), &[1, 2])),
         ("saclag-ucb", Toy::constrained(), constrained(Method::saclag_ucb(), &[2, 2])),
         ("cal", Toy::constrained(), constrained(Method::cal(), &[4, 2])),
         ("cal's own", Toy::constrained(), constrained(Method::cal_original(), &[4, 2])),
         ("cop-q on cal", Toy::constrained(), cop_cal(Method::cop_cal().config)),
         ("pid", Toy::constrained(), cop_cal(pid)),
-        ("a rule with a memory", Toy::new(), toy::learner(toy::method(toy::config()), 3, seed).explore(Drift(0.0))),
+        (
+            "a rule with a memory",
+            Toy::new(),
+            toy::learner(toy::method(toy::config()), 3, seed).explore(Drift(0.0)),
+        ),
     ]
 }
 
@@ -115,7 +143,8 @@ fn a_resumed_run_of_every_method_is_the_same_bit_for_bit() {
 
 #[test]
 fn redq_learns_the_optimum() {
-    let learner = toy::learner(toy::method(toy::small(Method::cop_td3_paper().redq().config)), 10, 1);
+    let learner =
+        toy::learner(toy::method(toy::small(Method::cop_td3_paper().redq().config)), 10, 1);
     let (mut trainer, _) = train(Toy::new(), learner, 700);
     let (bias, slope) = policy(trainer.agent_mut());
     assert!(bias.abs() < 0.08 && (slope - SLOPE).abs() < 0.08, "a = {bias} + {slope} s");
@@ -123,15 +152,23 @@ fn redq_learns_the_optimum() {
 
 #[test]
 fn redq_updates_twenty_times_a_step_and_the_actor_once() {
-    let mut learner = toy::learner(toy::method(toy::small(Method::cop_td3_paper().redq().config)), 10, 1);
-    let (mut critic_losses, mut objectives) = (0, 0);
+    let mut learner =
+        toy::learner(toy::method(toy::small(Method::cop_td3_paper().redq().config)), 10, 1);
+    let mut critic_losses = 0;
+    let mut objectives = 0;
     let mut log = |_: u64, name: &str, _: f64| {
         critic_losses += u32::from(name == "critic_loss/track");
         objectives += u32::from(name == "actor/objective");
     };
     for i in 0..203 {
         let outcome = Outcome::Running;
-        let t = Transition { obs: &[0.1], action: &[0.2], reward: &[0.3, 0.4], next_obs: &[0.1 * i as f32], outcome };
+        let t = Transition {
+            obs: &[0.1],
+            action: &[0.2],
+            reward: &[0.3, 0.4],
+            next_obs: &[0.1 * i as f32],
+            outcome,
+        };
         learner.observe(t).unwrap();
         learner.update(&mut log).unwrap();
     }
@@ -145,7 +182,8 @@ fn sac_learns_the_optimum_and_holds_its_entropy() {
     let config = Config { entropy: Some(entropy), ..toy::small(Method::sac().config) };
     let learner = toy::stochastic(toy::method(config), &Toy::new(), critics(2, 3), 3);
     let mut trainer = Trainer::new(Toy::new(), learner).unwrap();
-    let (mut entropy, mut temperature) = (0.0, 1.0);
+    let mut entropy = 0.0;
+    let mut temperature = 1.0;
     let mut log = |_: u64, name: &str, value: f64| match name {
         "actor/entropy" => entropy = 0.98 * entropy + 0.02 * value,
         "actor/temperature" => temperature = value,
@@ -158,15 +196,25 @@ fn sac_learns_the_optimum_and_holds_its_entropy() {
     assert!(temperature < 0.2, "temperature {temperature}");
 }
 
-/// The best Gaussian's variance is known: -(w_1 + w_2) var + alpha w_e log std is largest at alpha w_e / (2 (w_1 + w_2)).
+/// The best Gaussian's variance is known: -(w_1 + w_2) var + alpha w_e log std is largest at alpha
+/// w_e / (2 (w_1 + w_2)).
 #[test]
 fn the_entropy_bonus_is_weighed_like_its_objective() {
     for (e, objective) in ["track", "rest"].into_iter().enumerate() {
         let mut env = Toy::new();
         env.spec.objectives[1].weight = 3.0;
-        let bonus = Entropy { temperature: 0.08, lr: 0.0, objective: Some(objective.into()), ..Default::default() };
-        let config =
-            Config { entropy: Some(bonus), pessimism: 0.0, actor_pessimism: 0.0, ..toy::small(Method::sac().config) };
+        let bonus = Entropy {
+            temperature: 0.08,
+            lr: 0.0,
+            objective: Some(objective.into()),
+            ..Default::default()
+        };
+        let config = Config {
+            entropy: Some(bonus),
+            pessimism: 0.0,
+            actor_pessimism: 0.0,
+            ..toy::small(Method::sac().config)
+        };
         let learner = toy::stochastic(toy::method(config), &env, critics(3, 3), 3);
         let variance = 0.08 * f64::from(env.spec.objectives[e].weight) / (2.0 * 4.0);
         let mut trainer = Trainer::new(env, learner).unwrap();
@@ -185,19 +233,27 @@ fn the_entropy_bonus_is_weighed_like_its_objective() {
 
 #[test]
 fn a_pid_controller_finds_the_known_multiplier() {
-    let pid = PidConfig { proportional: 0.02, integral: 1e-4, derivative: 0.02, multiplier: 0.3, ..Default::default() };
+    let pid = PidConfig {
+        proportional: 0.02,
+        integral: 1e-4,
+        derivative: 0.02,
+        multiplier: 0.3,
+        ..Default::default()
+    };
     constrained_optimum(Constraint::Pid(pid));
 }
 
 /// lambda* = 1, a* = 0: known in closed form, see [`Toy::constrained`].
 #[test]
 fn primal_and_dual_converge_to_the_known_optimum() {
-    let lagrangian = LagrangianConfig { multiplier: 0.3, lr: 0.003, augmentation: 1.0, ..Default::default() };
+    let lagrangian =
+        LagrangianConfig { multiplier: 0.3, lr: 0.003, augmentation: 1.0, ..Default::default() };
     constrained_optimum(Constraint::Lagrangian(lagrangian));
 }
 
 fn constrained_optimum(constraint: Constraint) {
-    // The deterministic policy, the critics' mean, no smoothing, no optimism: nothing moves the optimum.
+    // The deterministic policy, the critics' mean, no smoothing, no optimism: nothing moves the
+    // optimum.
     let config = Config {
         constraint: Some(constraint),
         capacity: 1_000,
@@ -210,9 +266,11 @@ fn constrained_optimum(constraint: Constraint) {
     };
     let env = Toy::constrained();
     let actor = Box::new(LinearActor::new(0.005));
-    let learner = Learner::with_networks(toy::method(config), &env.spec, Box::new(critics(3, 2)), actor, 2);
+    let learner =
+        Learner::with_networks(toy::method(config), &env.spec, Box::new(critics(3, 2)), actor, 2);
     let mut trainer = Trainer::new(env, learner.unwrap()).unwrap();
-    let (mut multiplier, mut violation) = (0.0, 0.0);
+    let mut multiplier = 0.0;
+    let mut violation = 0.0;
     let mut log = |step: u64, name: &str, value: f64| match name {
         "multiplier/cost" if step > 6_000 => multiplier += value / 1_000.0,
         "cost_violation/cost" if step > 6_000 => violation += value / 1_000.0,
@@ -235,8 +293,11 @@ struct Flipped {
 
 impl Flipped {
     fn new(config: &Config) -> Self {
-        let Some(Constraint::Lagrangian(lagrangian)) = config.constraint else { panic!("a Lagrangian") };
-        let of_cost = Lagrangian::new(lagrangian, &Toy::constrained().spec, config.discount).unwrap();
+        let Some(Constraint::Lagrangian(lagrangian)) = config.constraint else {
+            panic!("a Lagrangian")
+        };
+        let of_cost =
+            Lagrangian::new(lagrangian, &Toy::constrained().spec, config.discount).unwrap();
         let mut new = Self { of_cost, weights: vec![], actor_weights: vec![] };
         new.flip();
         new
@@ -282,35 +343,47 @@ impl Multiplier for Flipped {
     }
 }
 
-/// Positive cost under a negative weight, or the cost as a negative reward under a positive one: the same run.
+/// Positive cost under a negative weight, or the cost as a negative reward under a positive one:
+/// the same run.
 #[test]
 fn cop_q_on_cal_does_not_depend_on_the_sign_of_its_cost() {
-    // A weak augmentation: with CAL's the cost would weigh nothing as long as it is far below its limit.
+    // A weak augmentation: with CAL's the cost would weigh nothing as long as it is far below its
+    // limit.
     let lagrangian = LagrangianConfig { augmentation: 0.1, ..Default::default() };
-    let config =
-        Config { constraint: Some(Constraint::Lagrangian(lagrangian)), ..toy::small(Method::cop_cal().config) };
-    let learner = toy::stochastic(toy::method(config.clone()), &Toy::constrained(), critics(3, 4), 4);
+    let config = Config {
+        constraint: Some(Constraint::Lagrangian(lagrangian)),
+        ..toy::small(Method::cop_cal().config)
+    };
+    let learner =
+        toy::stochastic(toy::method(config.clone()), &Toy::constrained(), critics(3, 4), 4);
     let mut trainer = Trainer::new(Toy::constrained(), learner).unwrap();
-    let (mut clips, mut effective) = (0.0f64, 0.0f64);
+    let mut clips = 0.0f64;
+    let mut effective = 0.0f64;
     let mut log = |_: u64, name: &str, value: f64| match name {
         "clip_rate" => clips = clips.max(value),
         "multiplier_effective/cost" => effective = effective.max(value),
         _ => {}
     };
     (0..600).for_each(|_| drop(trainer.step(&mut log).unwrap()));
-    assert!(clips > 0.0 && effective > 0.0, "the clip fired at most {clips}, the cost weighed at most {effective}");
+    assert!(
+        clips > 0.0 && effective > 0.0,
+        "the clip fired at most {clips}, the cost weighed at most {effective}"
+    );
     let state = run(&mut trainer, 600);
 
     let plain = Config { constraint: None, ..config.clone() };
     let learner = toy::stochastic(toy::method(plain), &Toy::flipped(), critics(3, 4).flipped(0), 4);
-    let (_, flipped) = train(Toy::flipped(), learner.multiplier(Flipped::new(&config)).unwrap(), 600);
+    let (_, flipped) =
+        train(Toy::flipped(), learner.multiplier(Flipped::new(&config)).unwrap(), 600);
 
     let [state, flipped] = [state, flipped].map(|state| state.child("agent").unwrap().clone());
     for part in ["actor", "multiplier", "temperature"] {
         assert!(state.child(part).unwrap() == flipped.child(part).unwrap(), "{part}");
     }
-    let values = |state: &State| state.child("critic").unwrap().get::<f32>("online").unwrap().to_vec();
-    let (values, flipped) = (values(&state), values(&flipped));
+    let values =
+        |state: &State| state.child("critic").unwrap().get::<f32>("online").unwrap().to_vec();
+    let flipped = values(&flipped);
+    let values = values(&state);
     for (i, (value, flipped)) in values.iter().zip(&flipped).enumerate() {
         // Six features of the cost, six of the reward, for each critic.
         assert_eq!(*value, if i % 12 < 6 { -flipped } else { *flipped }, "parameter {i}");
@@ -320,7 +393,8 @@ fn cop_q_on_cal_does_not_depend_on_the_sign_of_its_cost() {
 #[test]
 fn the_limit_is_compared_in_the_units_of_q() {
     // An episode of 20 steps may cost 20; the discounted sum of 1 a step is 2 for gamma = 0.5.
-    let (spec, config) = (Toy::constrained().spec, LagrangianConfig { augmentation: 3.0, ..Default::default() });
+    let spec = Toy::constrained().spec;
+    let config = LagrangianConfig { augmentation: 3.0, ..Default::default() };
     let mut lagrangian = Lagrangian::new(config, &spec, 0.5).unwrap();
     lagrangian.observe(&[2.5, 7.0]);
     let mut seen = std::collections::BTreeMap::new();
@@ -340,7 +414,8 @@ fn the_limit_is_compared_in_the_units_of_q() {
     assert_eq!(discounted_limit(740.2, 1.0, 1000), 740.2);
 }
 
-/// A cost that nothing can lower far enough: the multiplier grows to its cap and stays there, a number still.
+/// A cost that nothing can lower far enough: the multiplier grows to its cap and stays there, a
+/// number still.
 #[test]
 fn a_multiplier_has_a_cap() {
     let config = LagrangianConfig { lr: 0.5, cap: 50.0, ..Default::default() };
@@ -351,25 +426,45 @@ fn a_multiplier_has_a_cap() {
     lagrangian.observe(&[-9.0, 0.0]);
     (0..20).for_each(|_| lagrangian.update());
     assert!(lagrangian.weights()[0] > -50.0, "{:?}", lagrangian.weights());
-    let error = Lagrangian::new(LagrangianConfig { cap: 0.5, ..config }, &Toy::constrained().spec, 0.5).unwrap_err();
+    let error =
+        Lagrangian::new(LagrangianConfig { cap: 0.5, ..config }, &Toy::constrained().spec, 0.5)
+            .unwrap_err();
     assert_eq!(error.to_string(), "lagrangian.multiplier: wanted at most the cap, 0.5, got 1");
 }
 
 #[test]
 fn what_would_go_wrong_in_silence_is_refused() {
-    let sac = || toy::stochastic(toy::method(toy::small(Method::sac().config)), &Toy::new(), critics(3, 0), 0);
-    let error = |weights: &[f32]| sac().multiplier(FixedWeights::new(weights).unwrap()).unwrap_err().to_string();
-    let wanted = "the multiplier's weight of 'rest': wanted more than 0, for it has the entropy bonus, got 0";
+    let sac = || {
+        toy::stochastic(
+            toy::method(toy::small(Method::sac().config)),
+            &Toy::new(),
+            critics(3, 0),
+            0,
+        )
+    };
+    let error = |weights: &[f32]| {
+        sac().multiplier(FixedWeights::new(weights).unwrap()).unwrap_err().to_string()
+    };
+    let wanted = "the multiplier's weight of 'rest': wanted more than 0, for it has the entropy \
+         bonus, got 0";
     assert_eq!(error(&[1.0, 0.0]), wanted);
     assert_eq!(error(&[1.0]), "the multiplier's weights: wanted 2 values, got 1");
-    let both =
-        Config { entropy: Some(Entropy::default()), ..Method::cop_td3().config }.check().unwrap_err().to_string();
+    let both = Config { entropy: Some(Entropy::default()), ..Method::cop_td3().config }
+        .check()
+        .unwrap_err()
+        .to_string();
     assert!(both.starts_with("smoothing: wanted none with entropy"), "{both}");
 
     // Two of four critics can be the same network of the reward twice.
     let mut q = [0.0; 4];
-    let drawn = separate(&[4, 2], 0).values_of(Net::Target, &[0, 2], &[0.1], &[0.2], &mut q).unwrap_err().to_string();
-    assert!(drawn.starts_with("a subset of the critics: wanted as many separate critics of every"), "{drawn}");
+    let drawn = separate(&[4, 2], 0)
+        .values_of(Net::Target, &[0, 2], &[0.1], &[0.2], &mut q)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        drawn.starts_with("a subset of the critics: wanted as many separate critics of every"),
+        "{drawn}"
+    );
     assert!(separate(&[2, 2], 0).values_of(Net::Target, &[1], &[0.1], &[0.2], &mut q[..2]).is_ok());
 
     let nan = Transition {
@@ -379,7 +474,13 @@ fn what_would_go_wrong_in_silence_is_refused() {
         next_obs: &[0.5],
         outcome: Outcome::Running,
     };
-    assert!(sac().observe(nan).unwrap_err().to_string().starts_with("action, component 0 is not finite"));
+    assert!(
+        sac()
+            .observe(nan)
+            .unwrap_err()
+            .to_string()
+            .starts_with("action, component 0 is not finite")
+    );
 }
 
 #[test]
@@ -396,7 +497,8 @@ fn a_method_that_does_not_suit_the_task_is_a_readable_error() {
         "a constraint on 'toy': wanted a task with a cost under a limit, such as b/hopper, got none"
     );
     assert!(
-        build(Method::cal().config, Box::new(separate(&[4, 2, 2], 0)), gaussian()).starts_with("a constraint on 'toy'")
+        build(Method::cal().config, Box::new(separate(&[4, 2, 2], 0)), gaussian())
+            .starts_with("a constraint on 'toy'")
     );
     assert_eq!(
         build(Method::sac().config, Box::new(critics(3, 0)), Box::new(LinearActor::new(0.005))),
@@ -412,13 +514,24 @@ fn a_method_that_does_not_suit_the_task_is_a_readable_error() {
     );
 }
 
-/// The mean that exploration adds to the policy's own noise, in units of that noise: same seed, with and without.
+/// The mean that exploration adds to the policy's own noise, in units of that noise: same seed,
+/// with and without.
 fn shift(learner: impl Fn() -> Learner, std: f32, pre_tanh: bool) -> f32 {
-    shift_of(learner, |learner| learner.explore(Optimistic::new(Optimism::default(), std).unwrap()), std, pre_tanh)
+    shift_of(
+        learner,
+        |learner| learner.explore(Optimistic::new(Optimism::default(), std).unwrap()),
+        std,
+        pre_tanh,
+    )
 }
 
 /// The same of any rule that `explore` gives a learner.
-fn shift_of(learner: impl Fn() -> Learner, explore: impl FnOnce(Learner) -> Learner, std: f32, pre_tanh: bool) -> f32 {
+fn shift_of(
+    learner: impl Fn() -> Learner,
+    explore: impl FnOnce(Learner) -> Learner,
+    std: f32,
+    pre_tanh: bool,
+) -> f32 {
     let noisy = |mut learner: Learner| {
         let t = Transition {
             obs: &[0.1],
@@ -451,16 +564,27 @@ fn the_shifted_policy_is_as_far_away_as_the_kl_bound_allows() {
     }
 }
 
-/// Half of the way the shift is half as long, from the end on there is none. 200 steps have been observed.
+/// Half of the way the shift is half as long, from the end on there is none. 200 steps have been
+/// observed.
 #[test]
 fn the_shift_shrinks_to_nothing_where_it_should() {
-    let learner = || toy::learner(toy::method(Config { exploration_std: 0.02, ..toy::config() }), 3, 5);
+    let learner =
+        || toy::learner(toy::method(Config { exploration_std: 0.02, ..toy::config() }), 3, 5);
     let length = |until| {
         let optimism = Optimism { until, ..Optimism::default() };
-        shift_of(learner, |learner| learner.explore(Optimistic::new(optimism, 0.02).unwrap()), 0.02, false).abs()
+        shift_of(
+            learner,
+            |learner| learner.explore(Optimistic::new(optimism, 0.02).unwrap()),
+            0.02,
+            false,
+        )
+        .abs()
     };
     let [whole, half, none] = [None, Some(400), Some(200)].map(length);
-    assert!((whole - 6.86).abs() < 1e-3 && (half - 3.43).abs() < 1e-3 && none == 0.0, "{whole}, {half}, {none}");
+    assert!(
+        (whole - 6.86).abs() < 1e-3 && (half - 3.43).abs() < 1e-3 && none == 0.0,
+        "{whole}, {half}, {none}"
+    );
 }
 
 #[test]
@@ -468,19 +592,27 @@ fn critics_that_say_nothing_shift_nothing() {
     let silent = || {
         let actor = Box::new(LinearActor::new(0.005));
         let config = Config { optimism: None, ..toy::config() };
-        Learner::with_networks(toy::method(config), &Toy::new().spec, Box::new(critics(3, 5).silent()), actor, 5)
-            .unwrap()
+        Learner::with_networks(
+            toy::method(config),
+            &Toy::new().spec,
+            Box::new(critics(3, 5).silent()),
+            actor,
+            5,
+        )
+        .unwrap()
     };
     assert_eq!(shift(silent, 0.1, false), 0.0);
 }
 
 #[test]
 fn separate_networks_are_an_ensemble() {
-    let (obs, act) = ([0.1, -0.4, 0.8], [0.3, 0.2, -0.9]);
+    let obs = [0.1, -0.4, 0.8];
+    let act = [0.3, 0.2, -0.9];
     // The same scalar networks, seen plainly: 4 of the cost, then 2 of the reward.
     let mut scalars = LinearCritics::new(6, 1, 0.02, 3);
     let mut separate = separate(&[4, 2], 3);
-    let (mut scalar, mut q) = ([0.0; 18], [0.0; 24]);
+    let mut scalar = [0.0; 18];
+    let mut q = [0.0; 24];
     scalars.values(Net::Online, &obs, &act, &mut scalar).unwrap();
     separate.values(Net::Online, &obs, &act, &mut q).unwrap();
     assert_eq!((separate.critics(), separate.objectives()), (4, 2));
@@ -509,7 +641,9 @@ fn separate_networks_are_an_ensemble() {
     scalars.action_grad(&obs, &act, doubled, &mut wanted).unwrap();
     assert_eq!(grad, wanted);
     let wrong = |counts: &[usize]| {
-        SeparateCritics::new(Box::new(LinearCritics::new(6, 1, 0.02, 3)), counts).unwrap_err().to_string()
+        SeparateCritics::new(Box::new(LinearCritics::new(6, 1, 0.02, 3)), counts)
+            .unwrap_err()
+            .to_string()
     };
     assert_eq!(wrong(&[2, 2]), "scalar critics: wanted 4 for [2, 2], got 6");
     assert_eq!(wrong(&[6, 0]), "critics of each objective: wanted at least 1, got [6, 0]");
@@ -520,19 +654,36 @@ fn another_order_moves_names_weights_limits_and_rewards_together() {
     let mut plain = Toy::constrained();
     let mut ordered = OrderedEnv::new(Toy::constrained(), &["reward", "cost"]).unwrap();
     let spec = ordered.spec().clone();
-    assert_eq!(spec.objectives, [Objective::reward("reward", 1.0), Objective::cost("cost", 20.0).weight(-1.0)]);
-    assert_eq!(spec.entropy.as_deref(), Some("reward"), "the entropy bonus stays with its objective");
+    assert_eq!(
+        spec.objectives,
+        [Objective::reward("reward", 1.0), Objective::cost("cost", 20.0).weight(-1.0)]
+    );
+    assert_eq!(
+        spec.entropy.as_deref(),
+        Some("reward"),
+        "the entropy bonus stays with its objective"
+    );
     let unnamed = OrderedEnv::new(Toy::new(), &["rest", "track"]).unwrap();
-    assert_eq!(unnamed.spec().entropy.as_deref(), Some("rest"), "the last reward of the task, not of the order");
-    let (mut obs, mut reward, mut turned) = ([0.0], [0.0; 2], [0.0; 2]);
+    assert_eq!(
+        unnamed.spec().entropy.as_deref(),
+        Some("rest"),
+        "the last reward of the task, not of the order"
+    );
+    let mut obs = [0.0];
+    let mut reward = [0.0; 2];
+    let mut turned = [0.0; 2];
     plain.reset(1, &mut obs).unwrap();
     ordered.reset(1, &mut obs).unwrap();
     plain.step(&[0.7], &mut obs, &mut reward).unwrap();
     ordered.step(&[0.7], &mut obs, &mut turned).unwrap();
     assert_eq!([turned[1], turned[0]], reward);
     check_env(&mut ordered).unwrap();
-    let error = |names: &[&str]| OrderedEnv::new(Toy::constrained(), names).unwrap_err().to_string();
-    assert_eq!(error(&["cost", "cost"]), "order of objectives: wanted each of cost, reward once, got cost, cost");
+    let error =
+        |names: &[&str]| OrderedEnv::new(Toy::constrained(), names).unwrap_err().to_string();
+    assert_eq!(
+        error(&["cost", "cost"]),
+        "order of objectives: wanted each of cost, reward once, got cost, cost"
+    );
     assert!(error(&["reward", "costs"]).starts_with("unknown objective 'costs'; known: cost, "));
 }
 
@@ -543,22 +694,36 @@ fn an_order_is_written_in_letters_or_names() {
         assert_eq!(parse(order).unwrap().spec().names(), ["reward", "cost"]);
     }
     let error = |order: &str| parse(order).unwrap_err().to_string();
-    assert!(error("rx").ends_with("one objective each, or names with commas between: cost,reward, got 'x'"));
-    assert!(error("r").starts_with("order of objectives: wanted each of cost, reward once, got reward"));
+    assert!(
+        error("rx")
+            .ends_with("one objective each, or names with commas between: cost,reward, got 'x'")
+    );
+    assert!(
+        error("r").starts_with("order of objectives: wanted each of cost, reward once, got reward")
+    );
 }
 
-/// Extremum knows no priorities: turned round, it is the same run with its objectives exchanged. Cholesky does.
+/// Extremum knows no priorities: turned round, it is the same run with its objectives exchanged.
+/// Cholesky does.
 #[test]
 fn the_order_matters_to_cholesky_alone() {
     let q = [0.5, 2.0, 1.5, -1.0, 3.0, 0.0];
     let turned: Vec<f32> = q.chunks_exact(2).flat_map(|pair| [pair[1], pair[0]]).collect();
     let bound = |method: &dyn Projection, q: &[f32]| {
-        let (mut out, q) = ([0.0; 2], QView::new(q, 3, 2).unwrap());
-        method.project(Bound { q, weights: &[1.0, 1.0], step: -1.0 }, &mut Scratch::default(), &mut out).unwrap();
+        let mut out = [0.0; 2];
+        let q = QView::new(q, 3, 2).unwrap();
+        method
+            .project(
+                Bound { q, weights: &[1.0, 1.0], step: -1.0 },
+                &mut Scratch::default(),
+                &mut out,
+            )
+            .unwrap();
         out
     };
     for (method, same) in [(&Cholesky as &dyn Projection, false), (&Extremum, true)] {
-        let ([a, b], [c, d]) = (bound(method, &q), bound(method, &turned));
+        let [a, b] = bound(method, &q);
+        let [c, d] = bound(method, &turned);
         assert_eq!((a - d).abs() < 1e-6 && (b - c).abs() < 1e-6, same, "{}", method.name());
     }
 }

@@ -17,7 +17,8 @@ fn omnisafes_numbers() {
     let reference: Value = serde_json::from_str(include_str!("../data/normaliser.json")).unwrap();
     let pushes = reference["pushes"].as_array().unwrap();
     let mut normaliser = Normaliser::new(4);
-    for (i, (push, after)) in pushes.iter().zip(reference["after"].as_array().unwrap()).enumerate() {
+    for (i, (push, after)) in pushes.iter().zip(reference["after"].as_array().unwrap()).enumerate()
+    {
         let mut obs: Vec<f32> = numbers(push).iter().map(|&x| x as f32).collect();
         normaliser.push(&obs).unwrap();
         normaliser.normalise(&mut obs).unwrap();
@@ -66,16 +67,26 @@ fn networks_see_normalised_observations_and_the_replay_raw_ones() {
     trainer.agent_mut().act(&[0.7], Mode::Exploit, &mut action).unwrap();
     let s = (0.7 - mean) / variance.sqrt();
     let wanted = f64::from(online[0]) + f64::from(online[1]) * s;
-    assert!(wanted.abs() < 1.0 && (f64::from(action[0]) - wanted).abs() < 1e-5, "{action:?}, not {wanted}");
+    assert!(
+        wanted.abs() < 1.0 && (f64::from(action[0]) - wanted).abs() < 1e-5,
+        "{action:?}, not {wanted}"
+    );
 }
 
-/// The policy alone, from the saved state, acts as the agent does; without its normaliser it is refused.
+/// The policy alone, from the saved state, acts as the agent does; without its normaliser it is
+/// refused.
 #[test]
 fn a_saved_policy_takes_its_normaliser_along() {
     let mut trainer = trained(normalised(), 600);
     let state = saved(&trainer);
-    let load =
-        |config| Policy::load(&toy::method(config), &Toy::new().spec, &toy::Linear, state.child("agent").unwrap());
+    let load = |config| {
+        Policy::load(
+            &toy::method(config),
+            &Toy::new().spec,
+            &toy::Linear,
+            state.child("agent").unwrap(),
+        )
+    };
     let mut policy = load(normalised()).unwrap();
     let message = load(toy::config()).unwrap_err().to_string();
     assert_eq!(message, "saved agent: wanted one without a normaliser, got one with it");
@@ -122,7 +133,13 @@ impl Critic for Spy {
         self.critic.fit(obs, act, grad, tau)
     }
 
-    fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()> {
+    fn action_grad(
+        &mut self,
+        obs: &[f32],
+        act: &[f32],
+        grad: QGrad<'_>,
+        out: &mut [f32],
+    ) -> Result<()> {
         self.note("action_grad", obs);
         self.critic.action_grad(obs, act, grad, out)
     }
@@ -136,20 +153,29 @@ impl Critic for Spy {
     }
 }
 
-/// Observations of 1,000 to 1,063, next ones of 2,000 to 2,063: raw ones would be found by their size, and s by s'.
+/// Observations of 1,000 to 1,063, next ones of 2,000 to 2,063: raw ones would be found by their
+/// size, and s by s'.
 #[test]
 fn updates_see_normalised_batches() {
     let shown = Arc::default();
     let spy = Spy { critic: toy::LinearCritics::new(3, 2, 0.02, 0), shown: Arc::clone(&shown) };
     let config = Config { start_steps: 64, actor_delay: 1, ..normalised() };
     let actor = Box::new(toy::LinearActor::new(0.005));
-    let mut learner = Learner::with_networks(toy::method(config), &Toy::new().spec, Box::new(spy), actor, 0).unwrap();
+    let mut learner =
+        Learner::with_networks(toy::method(config), &Toy::new().spec, Box::new(spy), actor, 0)
+            .unwrap();
     for i in 0..64 {
         let obs = [1_000.0 + i as f32];
         let next_obs = [2_000.0 + i as f32];
         let outcome = Outcome::Terminated;
         learner
-            .observe(Transition { obs: &obs, action: &[0.0], reward: &[0.0; 2], next_obs: &next_obs, outcome })
+            .observe(Transition {
+                obs: &obs,
+                action: &[0.0],
+                reward: &[0.0; 2],
+                next_obs: &next_obs,
+                outcome,
+            })
             .unwrap();
     }
     learner.update(&mut Silent).unwrap();
@@ -157,9 +183,16 @@ fn updates_see_normalised_batches() {
     // Half at 1,031.5, half at 2,031.5, each with a deviation of 18.5: s lies near -1, s' near 1.
     let shown = shown.lock().unwrap();
     for call in ["target", "fit", "values", "action_grad"] {
-        let rows: Vec<f32> = shown.iter().filter(|(name, _)| *name == call).flat_map(|(_, obs)| obs.clone()).collect();
+        let rows: Vec<f32> = shown
+            .iter()
+            .filter(|(name, _)| *name == call)
+            .flat_map(|(_, obs)| obs.clone())
+            .collect();
         let wanted = if call == "target" { 1.0 } else { -1.0 };
-        assert!(!rows.is_empty() && rows.iter().all(|s| (s - wanted).abs() < 0.1), "{call}: {rows:?}");
+        assert!(
+            !rows.is_empty() && rows.iter().all(|s| (s - wanted).abs() < 0.1),
+            "{call}: {rows:?}"
+        );
     }
 }
 

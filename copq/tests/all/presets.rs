@@ -19,7 +19,9 @@ fn assert_common(name: &str, config: &Config) {
 
 /// Batch, capacity, warm-up; updates a step, actor delay, target period.
 fn sizes(config: &Config) -> ([usize; 3], [u64; 3]) {
-    let Config { batch, capacity, start_steps, updates_per_step, actor_delay, target_period, .. } = *config;
+    let Config {
+        batch, capacity, start_steps, updates_per_step, actor_delay, target_period, ..
+    } = *config;
     ([batch, capacity, start_steps as usize], [updates_per_step as u64, actor_delay, target_period])
 }
 
@@ -48,11 +50,19 @@ fn sizes_and_rhythms() {
         assert_eq!(config.actor_pessimism, if redq { 0.0 } else { 1.0 }, "{name}");
         assert_eq!(config.own_cost_targets, name.starts_with("cal"), "{name}");
         assert_eq!(config.optimism.is_some(), name == "cop_td3_oac", "{name}");
-        assert_eq!(config.famo.is_some(), ["cop_td3_oac", "cop_td3_paper", "redq"].contains(&name), "{name}");
+        assert_eq!(
+            config.famo.is_some(),
+            ["cop_td3_oac", "cop_td3_paper", "redq"].contains(&name),
+            "{name}"
+        );
         assert_eq!(config.warm_up == WarmUp::Policy, name == "cop_td3_paper", "{name}");
         assert_eq!(config.normalise, name == "cop_td3", "{name}");
         let deterministic = name.starts_with("cop_td3") || ["td3", "redq"].contains(&name);
-        assert_eq!(config.smoothing, deterministic.then_some(Smoothing { std: 0.2, clip: 0.5 }), "{name}");
+        assert_eq!(
+            config.smoothing,
+            deterministic.then_some(Smoothing { std: 0.2, clip: 0.5 }),
+            "{name}"
+        );
         assert_eq!(config.entropy.is_some(), !deterministic, "{name}");
     }
 }
@@ -60,11 +70,15 @@ fn sizes_and_rhythms() {
 #[test]
 fn balancing_and_optimism() {
     let paper = Method::cop_td3_paper().config;
-    let famo = FamoConfig { lr: 0.025, weight_decay: 0.001, decay: FamoDecay::Decoupled, separate: true };
+    let famo =
+        FamoConfig { lr: 0.025, weight_decay: 0.001, decay: FamoDecay::Decoupled, separate: true };
     assert_eq!((paper.famo, paper.optimism), (Some(famo), None));
     let config = Method::cop_td3_oac().config;
     assert_eq!(config.famo, Some(FamoConfig { separate: false, ..famo }));
-    assert_eq!(config.optimism, Some(Optimism { beta: 4.66, shift: 6.86, projection: None, until: None }));
+    assert_eq!(
+        config.optimism,
+        Some(Optimism { beta: 4.66, shift: 6.86, projection: None, until: None })
+    );
     // 6.86 is the root of twice the KL bound 23.53, whose 4.66 is the radius: both to three digits.
     assert_abs_diff_eq!(0.5 * 6.86f64.powi(2), 23.53, epsilon = 0.005);
 }
@@ -84,7 +98,13 @@ fn entropy_and_multipliers() {
     ] {
         assert_eq!((config.entropy, config.constraint), (wanted_entropy, constraint));
     }
-    let pid =
-        PidConfig { proportional: 1e-6, integral: 1e-7, derivative: 1e-7, multiplier: 0.001, delay: 10, cap: 100.0 };
+    let pid = PidConfig {
+        proportional: 1e-6,
+        integral: 1e-7,
+        derivative: 1e-7,
+        multiplier: 0.001,
+        delay: 10,
+        cap: 100.0,
+    };
     assert_eq!(PidConfig::default(), pid);
 }

@@ -1,4 +1,5 @@
-//! Several rows at once are the same rows one after the other, bit for bit, whatever becomes of their neighbours.
+//! Several rows at once are the same rows one after the other, bit for bit, whatever becomes of
+//! their neighbours.
 
 use copq::projection::{Bound, Cholesky, Deviations, Ellipsoid, Projection, QView, Scratch, Work};
 use proptest::prelude::*;
@@ -16,14 +17,23 @@ impl Ellipsoid for OneByOne {
         Cholesky.offset(x, u, work, out);
     }
 
-    fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
+    fn offset_vjp(
+        &self,
+        x: &Deviations<'_>,
+        u: &[f64],
+        work: &mut Work,
+        grad: &[f64],
+        grad_x: &mut [f64],
+    ) {
         Cholesky.offset_vjp(x, u, work, grad, grad_x);
     }
 }
 
 /// The bits of bounds, gradients and clip rate.
 fn bits(method: &dyn Projection, bound: Bound<'_>, grad: &[f32]) -> (Vec<u32>, Vec<u32>, f64) {
-    let (mut scratch, mut out, mut grad_q) = (Scratch::default(), grad.to_vec(), bound.q.values().to_vec());
+    let mut scratch = Scratch::default();
+    let mut out = grad.to_vec();
+    let mut grad_q = bound.q.values().to_vec();
     method.project(bound, &mut scratch, &mut out).unwrap();
     let clip_rate = scratch.clip_rate();
     method.vjp(bound, &mut scratch, grad, &mut grad_q).unwrap();
@@ -31,7 +41,8 @@ fn bits(method: &dyn Projection, bound: Bound<'_>, grad: &[f32]) -> (Vec<u32>, V
     (bits(out), bits(grad_q), clip_rate)
 }
 
-/// Makes every kind of degenerate row of a generic one: agreement, a certain first objective, collinear ones, small ones.
+/// Makes every kind of degenerate row of a generic one: agreement, a certain first objective,
+/// collinear ones, small ones.
 fn degrade(q: &mut [f32], (critics, rows, objectives): (usize, usize, usize), kinds: &[u8]) {
     for k in 0..critics {
         for row in 0..rows {
@@ -50,7 +61,8 @@ fn degrade(q: &mut [f32], (critics, rows, objectives): (usize, usize, usize), ki
     }
 }
 
-/// More rows than two blocks with a rest, so that there are blocks, a rest, and batches that are only a rest.
+/// More rows than two blocks with a rest, so that there are blocks, a rest, and batches that are
+/// only a rest.
 const MOST: usize = 21;
 
 proptest! {

@@ -1,4 +1,5 @@
-//! Worked examples with their numbers: fixtures A to G of the algorithm notes, computed independently in double precision.
+//! Worked examples with their numbers: fixtures A to G of the algorithm notes, computed
+//! independently in double precision.
 
 use crate::bounds;
 use approx::assert_abs_diff_eq;
@@ -33,7 +34,11 @@ fn b() -> Ensemble {
 #[test]
 fn a_all_four_methods() {
     let a = a();
-    assert_close(&a.factor(&Cholesky).concat(), &[0.816_496_580_9, 0.0, -0.408_248_290_5, 2.121_320_343_6], 1e-9);
+    assert_close(
+        &a.factor(&Cholesky).concat(),
+        &[0.816_496_580_9, 0.0, -0.408_248_290_5, 2.121_320_343_6],
+        1e-9,
+    );
     assert_abs_diff_eq!(margin(&a), 1.264_784_317_0, epsilon = 1e-9);
     assert_close(&low(&a, &Cholesky), &[10.422_649_730_8, 4.788_675_134_6], 1e-6);
     assert_close(&low(&a, &Eigen), &[10.507_611_605_6, 4.554_010_026_9], 1e-6);
@@ -46,7 +51,11 @@ fn a_all_four_methods() {
 #[test]
 fn b_the_clip_fires() {
     let b = b();
-    assert_close(&b.factor(&Cholesky).concat(), &[0.816_496_580_9, 0.0, -3.674_234_614_2, FRAC_1_SQRT_2], 1e-9);
+    assert_close(
+        &b.factor(&Cholesky).concat(),
+        &[0.816_496_580_9, 0.0, -3.674_234_614_2, FRAC_1_SQRT_2],
+        1e-9,
+    );
     assert!((margin(&b) + 1.075_315_626_0).abs() < 1e-9);
     let turned = [0.240_192_230_7, 0.970_725_343_4];
     assert_close(&b.offset(&Cholesky), &times(&b.factor(&Cholesky), &turned), 1e-9);
@@ -68,13 +77,18 @@ fn d_unequal_weights() {
         [&[100.0, 50.0, -10.0], &[104.0, 46.0, -12.0], &[98.0, 53.0, -9.0], &[101.0, 60.0, -14.0]];
     let d = Ensemble::new(&critics, &[1.0, 5.0, 1.0]);
     assert_abs_diff_eq!(margin(&d), 3.652_417_599_0, epsilon = 1e-9);
-    assert_close(&low(&d, &Cholesky), &[100.333_333_333_3, 48.204_894_887_7, -9.586_326_327_6], 1e-5);
+    assert_close(
+        &low(&d, &Cholesky),
+        &[100.333_333_333_3, 48.204_894_887_7, -9.586_326_327_6],
+        1e-5,
+    );
     assert_abs_diff_eq!(ucb(&d, &Cholesky), 84.522_134_984_0, epsilon = 2e-5);
 }
 
 #[test]
 fn e_the_clip_fires_among_three() {
-    let critics: [&[f32]; 4] = [&[1.0, 0.0, 0.0], &[3.0, -6.0, 2.0], &[2.0, 1.0, -5.0], &[0.0, 4.0, 1.0]];
+    let critics: [&[f32]; 4] =
+        [&[1.0, 0.0, 0.0], &[3.0, -6.0, 2.0], &[2.0, 1.0, -5.0], &[0.0, 4.0, 1.0]];
     let e = Ensemble::new(&critics, &[1.0, 1.0, 1.0]);
     assert!((margin(&e) + 0.754_040_500_4).abs() < 1e-9);
     let turned = [0.172_583_485_3, 0.479_817_403_7, 0.860_226_830_4];
@@ -91,7 +105,8 @@ fn f_one_objective() {
 
 #[test]
 fn g_a_fired_clip_can_raise_the_first_objective() {
-    let critics: [&[f32]; 4] = [&[4.0, -7.0, -9.0], &[-7.0, 8.0, -5.0], &[-6.0, 1.0, 6.0], &[-8.0, 4.0, 5.0]];
+    let critics: [&[f32]; 4] =
+        [&[4.0, -7.0, -9.0], &[-7.0, 8.0, -5.0], &[-6.0, 1.0, 6.0], &[-8.0, 4.0, 5.0]];
     let g = Ensemble::new(&critics, &[1.0, 1.0, 1.0]);
     assert!((margin(&g) + 2.186_937_104_5).abs() < 1e-9);
     assert_close(&g.offset(&Cholesky), &[-0.504_755_721_7, 1.471_515_957_8, -0.966_760_236], 1e-9);
@@ -101,11 +116,13 @@ fn g_a_fired_clip_can_raise_the_first_objective() {
 fn the_clip_rate_counts_the_rows_that_fire() {
     use copq::projection::{Bound, QView, Scratch, by_name};
     // Rows A, B, A, A, critic by critic.
-    let (a, b) = (a().q, b().q);
+    let a = a().q;
+    let b = b().q;
     let critic = |k: usize| [&a, &b, &a, &a].map(|row| row[2 * k..2 * k + 2].to_vec()).concat();
     let q = [critic(0), critic(1), critic(2)].concat();
     let bound = Bound { q: QView::new(&q, 3, 2).unwrap(), weights: &[1.0, 1.0], step: -1.0 };
-    let (mut scratch, mut out) = (Scratch::default(), [0.0; 8]);
+    let mut scratch = Scratch::default();
+    let mut out = [0.0; 8];
     assert_eq!(scratch.clip_rate(), 0.0);
     for &name in copq::projection::names() {
         Cholesky.project(bound, &mut scratch, &mut out).unwrap();

@@ -1,4 +1,5 @@
-//! The ellipsoid methods against 80-digit values (`data/projection_vectors.py`, `data/projection_gradients.py`).
+//! The ellipsoid methods against 80-digit values (`data/projection_vectors.py`,
+//! `data/projection_gradients.py`).
 
 use crate::bounds;
 
@@ -43,9 +44,11 @@ fn largest_std(case: &Value) -> f64 {
 
 /// The bound and the clip rate.
 fn bound(method: &dyn Projection, case: &Value, step: f32) -> (Vec<f64>, f64) {
-    let (q, weights) = (singles(&case["q"]), singles(&case["u_raw"]));
+    let q = singles(&case["q"]);
+    let weights = singles(&case["u_raw"]);
     let view = QView::new(&q, critics(case), objectives(case)).unwrap();
-    let (mut scratch, mut out) = (Scratch::default(), vec![f32::NAN; objectives(case)]);
+    let mut scratch = Scratch::default();
+    let mut out = vec![f32::NAN; objectives(case)];
     method.project(Bound { q: view, weights: &weights, step }, &mut scratch, &mut out).unwrap();
     (widen(&out), scratch.clip_rate())
 }
@@ -56,24 +59,38 @@ fn check_bound(method: &dyn Projection, case: &Value, step: f32, side: &str) {
     for (got, wanted) in got.into_iter().zip(numbers(&expected[side])) {
         // A millionth of the largest standard deviation, and two roundings of the value itself.
         let tolerance = 1e-6 * largest_std(case) + f64::from(f32::EPSILON) * wanted.abs();
-        let (name, method) = (&case["name"], method.name());
-        assert!((got - wanted).abs() <= tolerance, "{name} {method} {side}: {got} instead of {wanted}");
+        let name = &case["name"];
+        let method = method.name();
+        assert!(
+            (got - wanted).abs() <= tolerance,
+            "{name} {method} {side}: {got} instead of {wanted}"
+        );
     }
-    assert_eq!(clip_rate > 0.0, expected["clipped"].as_bool().unwrap(), "{} {}", case["name"], method.name());
+    assert_eq!(
+        clip_rate > 0.0,
+        expected["clipped"].as_bool().unwrap(),
+        "{} {}",
+        case["name"],
+        method.name()
+    );
 }
 
 #[test]
 fn lower_and_upper_bounds() {
     let cases = cases();
     assert_eq!(cases.len(), 99);
-    for (case, method) in cases.iter().flat_map(|case| METHODS.map(|method| (case, by_name(method).unwrap()))) {
+    for (case, method) in
+        cases.iter().flat_map(|case| METHODS.map(|method| (case, by_name(method).unwrap())))
+    {
         check_bound(&method, case, -1.0, "lower");
         check_bound(&method, case, case["beta"].as_f64().unwrap() as f32, "upper");
     }
 }
 
 fn check_gradient(method: &str, case: &Value, wanted: &Value) {
-    let (q, weights, grad) = (singles(&case["q"]), singles(&case["u_raw"]), singles(&case["w"]));
+    let q = singles(&case["q"]);
+    let weights = singles(&case["u_raw"]);
+    let grad = singles(&case["w"]);
     let got = bounds::vjp(&by_name(method).unwrap(), &q, critics(case), &weights, -1.0, &grad);
     let wanted = numbers(wanted);
     println!("{} {method}", case["name"]);
@@ -82,10 +99,12 @@ fn check_gradient(method: &str, case: &Value, wanted: &Value) {
 
 #[test]
 fn gradients_of_lower_bounds() {
-    let (mut checked, more) = (0, gradients());
+    let mut checked = 0;
+    let more = gradients();
     for (case, method) in cases().iter().flat_map(|case| METHODS.map(|method| (case, method))) {
         let own = case["expect"][method].get("grad_w_lower");
-        let added = more.get(case["name"].as_str().unwrap()).and_then(|methods| methods.get(method));
+        let added =
+            more.get(case["name"].as_str().unwrap()).and_then(|methods| methods.get(method));
         if let Some(wanted) = own.or(added) {
             check_gradient(method, case, wanted);
             checked += 1;

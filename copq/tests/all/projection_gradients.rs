@@ -3,7 +3,8 @@
 use crate::bounds;
 
 use bounds::{
-    Ensemble, assert_close, centred, dot, ellipsoids, ensembles, full_ensembles, largest, offset, projections, widen,
+    Ensemble, assert_close, centred, dot, ellipsoids, ensembles, full_ensembles, largest, offset,
+    projections, widen,
 };
 use copq::projection::{Ellipsoid, Projection};
 use proptest::prelude::*;
@@ -11,7 +12,9 @@ use proptest::strategy::ValueTree;
 
 /// d(grad . offset)/dq in double precision, critics x objectives.
 fn differences(method: &dyn Ellipsoid, ensemble: &Ensemble) -> Vec<f64> {
-    let (u, grad, n) = (ensemble.unit(), widen(&ensemble.grad), ensemble.objectives());
+    let u = ensemble.unit();
+    let grad = widen(&ensemble.grad);
+    let n = ensemble.objectives();
     let steps: Vec<f64> = ensemble.stds().iter().map(|std| 1e-5 * std).collect();
     let mut q = widen(&ensemble.q);
     let mut value = |at: usize, by: f64| {
@@ -27,9 +30,12 @@ fn differences(method: &dyn Ellipsoid, ensemble: &Ensemble) -> Vec<f64> {
 
 /// The same by the method's own gradient, centred and critics x objectives.
 fn formula(method: &dyn Ellipsoid, ensemble: &Ensemble) -> Vec<f64> {
-    let (x, grad, n) = (ensemble.deviations(), widen(&ensemble.grad), ensemble.objectives());
+    let x = ensemble.deviations();
+    let grad = widen(&ensemble.grad);
+    let n = ensemble.objectives();
     let grad_x = bounds::offset_vjp(method, &x, ensemble.critics, &ensemble.unit(), &grad);
-    let transposed: Vec<f64> = (0..ensemble.q.len()).map(|at| grad_x[at % n * ensemble.critics + at / n]).collect();
+    let transposed: Vec<f64> =
+        (0..ensemble.q.len()).map(|at| grad_x[at % n * ensemble.critics + at / n]).collect();
     let centred = centred(&transposed, n);
     (0..ensemble.q.len()).map(|at| centred[at % n * ensemble.critics + at / n]).collect()
 }
@@ -37,10 +43,12 @@ fn formula(method: &dyn Ellipsoid, ensemble: &Ensemble) -> Vec<f64> {
 /// The step of differences in single precision, for objectives of a standard deviation near one.
 const STEP: f32 = 1.0 / 512.0;
 
-/// Every objective in units near its standard deviation; powers of two, so that no value is rounded.
+/// Every objective in units near its standard deviation; powers of two, so that no value is
+/// rounded.
 fn rescaled(mut ensemble: Ensemble) -> Ensemble {
     let n = ensemble.objectives();
-    let units: Vec<f32> = ensemble.stds().iter().map(|std| 2.0_f32.powi(std.max(1e-6).log2() as i32)).collect();
+    let units: Vec<f32> =
+        ensemble.stds().iter().map(|std| 2.0_f32.powi(std.max(1e-6).log2() as i32)).collect();
     ensemble.q.iter_mut().enumerate().for_each(|(at, q)| *q /= units[at % n]);
     ensemble
 }
@@ -58,7 +66,8 @@ fn single_differences(method: &dyn Projection, ensemble: &Ensemble, step: f32) -
 
 /// Whether no two critics come so near to a tie that one step changes a choice.
 fn has_clear_choices(ensemble: &Ensemble) -> bool {
-    let (n, values) = (ensemble.objectives(), widen(&ensemble.q));
+    let n = ensemble.objectives();
+    let values = widen(&ensemble.q);
     let scores: Vec<f64> = values.chunks_exact(n).map(|q| dot(q, &ensemble.unit())).collect();
     let objective = |i| values.iter().skip(i).step_by(n).copied().collect::<Vec<_>>();
     (0..n).map(objective).chain([scores]).all(is_spread)
@@ -70,7 +79,10 @@ fn is_spread(mut values: Vec<f64>) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { max_global_rejects: 1_000_000, ..ProptestConfig::with_cases(512) })]
+    #![proptest_config(ProptestConfig {
+        max_global_rejects: 1_000_000,
+        ..ProptestConfig::with_cases(512)
+    })]
 
     #[test]
     fn offsets_in_double_precision(ensemble in ensembles()) {
@@ -82,11 +94,18 @@ proptest! {
     }
 
     #[test]
-    fn all_six_through_the_public_call(ensemble in full_ensembles().prop_map(rescaled), step in prop_oneof![Just(-1.0), Just(4.66), -1.0..1.0_f32]) {
+    fn all_six_through_the_public_call(
+        ensemble in full_ensembles().prop_map(rescaled),
+        step in prop_oneof![Just(-1.0), Just(4.66), -1.0..1.0_f32],
+    ) {
         prop_assume!(ensemble.is_smooth() && has_clear_choices(&ensemble));
         for method in projections() {
             let wanted = single_differences(method, &ensemble, step);
-            assert_close(&widen(&ensemble.gradient(method, step)), &wanted, 0.03 * (1.0 + largest(&wanted)));
+            assert_close(
+                &widen(&ensemble.gradient(method, step)),
+                &wanted,
+                0.03 * (1.0 + largest(&wanted)),
+            );
         }
     }
 }

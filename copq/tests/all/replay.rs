@@ -13,7 +13,8 @@ struct Stored {
     alive: f32,
 }
 
-/// Episodes of the given lengths and endings, as a list. `Running` at an episode's end means that it was broken off.
+/// Episodes of the given lengths and endings, as a list. `Running` at an episode's end means that
+/// it was broken off.
 fn history(episodes: &[(usize, Outcome)]) -> Vec<(Stored, Outcome)> {
     let mut number = 0.0;
     let mut all = Vec::new();
@@ -21,7 +22,8 @@ fn history(episodes: &[(usize, Outcome)]) -> Vec<(Stored, Outcome)> {
         let observations: Vec<f32> = (0..=length).map(|i| number + i as f32).collect();
         for pair in 0..length {
             let outcome = if pair + 1 == length { ending } else { Outcome::Running };
-            let (here, next) = (observations[pair], observations[pair + 1]);
+            let here = observations[pair];
+            let next = observations[pair + 1];
             let alive = if outcome == Outcome::Terminated { 0.0 } else { 1.0 };
             let stored = Stored {
                 obs: [here, -here],
@@ -38,8 +40,11 @@ fn history(episodes: &[(usize, Outcome)]) -> Vec<(Stored, Outcome)> {
 }
 
 fn push(replay: &mut Replay, (t, outcome): &(Stored, Outcome)) {
-    let (obs, next_obs) = (&t.obs, &t.next_obs);
-    replay.push(Transition { obs, action: &t.action, reward: &t.reward, next_obs, outcome: *outcome }).unwrap();
+    let obs = &t.obs;
+    let next_obs = &t.next_obs;
+    replay
+        .push(Transition { obs, action: &t.action, reward: &t.reward, next_obs, outcome: *outcome })
+        .unwrap();
 }
 
 /// Draws until every stored transition must have been seen, and returns the distinct ones in order.
@@ -66,7 +71,8 @@ fn outcome() -> impl Strategy<Value = Outcome> {
 }
 
 proptest! {
-    /// Whatever the episodes and the capacity, exactly the newest transitions are there, each with its own successor.
+    /// Whatever the episodes and the capacity, exactly the newest transitions are there, each with
+    /// its own successor.
     #[test]
     fn holds_exactly_the_newest_transitions(
         episodes in prop::collection::vec((1usize..6, outcome()), 1..30),
@@ -84,7 +90,8 @@ proptest! {
             }
             push(&mut replay, t);
         }
-        let newest: Vec<_> = all[all.len().saturating_sub(capacity)..].iter().map(|(t, _)| t.clone()).collect();
+        let newest: Vec<_> =
+            all[all.len().saturating_sub(capacity)..].iter().map(|(t, _)| t.clone()).collect();
         prop_assert_eq!(replay.len(), newest.len());
         prop_assert_eq!(contents(&replay, 1), newest);
     }
@@ -97,9 +104,16 @@ fn a_million_hopper_transitions_take_at_most_90_megabytes() {
     for i in 0..1_000_000u32 {
         let mut next_obs = obs;
         next_obs[0] = i as f32;
-        // A random policy's episode on the hopper lasts about 20 steps: as many final observations as there will be.
+        // A random policy's episode on the hopper lasts about 20 steps: as many final observations
+        // as there will be.
         let outcome = if i % 20 == 19 { Outcome::Terminated } else { Outcome::Running };
-        let t = Transition { obs: &obs, action: &[0.0; 3], reward: &[1.0; 3], next_obs: &next_obs, outcome };
+        let t = Transition {
+            obs: &obs,
+            action: &[0.0; 3],
+            reward: &[1.0; 3],
+            next_obs: &next_obs,
+            outcome,
+        };
         replay.push(t).unwrap();
         obs = next_obs;
     }
@@ -124,7 +138,9 @@ fn memory_grows_as_it_fills() {
 #[test]
 fn sampling_is_uniform() {
     let mut replay = Replay::new(10, 2, 1, 3).unwrap();
-    history(&[(7, Outcome::Terminated), (6, Outcome::Truncated)]).iter().for_each(|t| push(&mut replay, t));
+    history(&[(7, Outcome::Terminated), (6, Outcome::Truncated)])
+        .iter()
+        .for_each(|t| push(&mut replay, t));
     let mut batch = Batch::default();
     replay.sample(100_000, &mut Rng::new(0, Stream::Batch), &mut batch).unwrap();
     let mut counts = std::collections::BTreeMap::new();
@@ -136,8 +152,12 @@ fn sampling_is_uniform() {
 #[test]
 fn mistakes_are_readable_errors() {
     let mut replay = Replay::new(10, 2, 1, 3).unwrap();
-    let empty = replay.sample(1, &mut Rng::new(0, Stream::Batch), &mut Batch::default()).unwrap_err();
-    assert_eq!(empty.to_string(), "replay buffer: wanted at least 1 transition to sample from, got 0");
+    let empty =
+        replay.sample(1, &mut Rng::new(0, Stream::Batch), &mut Batch::default()).unwrap_err();
+    assert_eq!(
+        empty.to_string(),
+        "replay buffer: wanted at least 1 transition to sample from, got 0"
+    );
     let t = Transition {
         obs: &[0.0; 2],
         action: &[0.0; 2],
@@ -145,7 +165,10 @@ fn mistakes_are_readable_errors() {
         next_obs: &[0.0; 2],
         outcome: Outcome::Running,
     };
-    assert_eq!(replay.push(t).unwrap_err().to_string(), "transition's action: wanted 1 values, got 2");
+    assert_eq!(
+        replay.push(t).unwrap_err().to_string(),
+        "transition's action: wanted 1 values, got 2"
+    );
     assert_eq!(
         Replay::new(10, 0, 1, 3).unwrap_err().to_string(),
         "length of a replayed observation: wanted at least 1, got 0"
@@ -155,7 +178,9 @@ fn mistakes_are_readable_errors() {
 #[test]
 fn a_damaged_checkpoint_is_a_readable_error() {
     let mut replay = Replay::new(10, 2, 1, 3).unwrap();
-    history(&[(3, Outcome::Terminated), (2, Outcome::Truncated)]).iter().for_each(|t| push(&mut replay, t));
+    history(&[(3, Outcome::Terminated), (2, Outcome::Truncated)])
+        .iter()
+        .for_each(|t| push(&mut replay, t));
     let error = |change: &dyn Fn(&mut State)| {
         let mut state = State::default();
         replay.save(&mut state);

@@ -7,8 +7,8 @@ use toy::{LinearActor, LinearCritics, Toy};
 
 const SEED: u64 = 5;
 
-/// Fujimoto et al. (2018), Algorithm 1, with the smaller critic in the actor, too. Of copq it has the generators, the
-/// replay and the networks.
+/// Fujimoto et al. (2018), Algorithm 1, with the smaller critic in the actor, too. Of copq it has
+/// the generators, the replay and the networks.
 struct Td3 {
     config: Config,
     critic: LinearCritics,
@@ -42,30 +42,39 @@ impl Td3 {
             return self.explore.uniform_in(-1.0, 1.0) as f32;
         }
         self.actor.sample(Net::Online, obs, &[], &mut action, &mut []).unwrap();
-        (action[0] + self.config.exploration_std as f32 * self.explore.normal() as f32).clamp(-1.0, 1.0)
+        (action[0] + self.config.exploration_std as f32 * self.explore.normal() as f32)
+            .clamp(-1.0, 1.0)
     }
 
     fn update(&mut self) {
         let Self { config, critic, actor, batch, .. } = self;
         self.updates += 1;
-        let (rows, gamma) = (config.batch, config.discount as f32);
+        let rows = config.batch;
+        let gamma = config.discount as f32;
         self.replay.sample(rows, &mut self.batches, batch).unwrap();
 
         // y = r + gamma (1 - d) min(Q1', Q2')(s', clip(mu'(s') + clip(noise)))
-        let (mut next, mut noise, mut q) = (vec![0.0; rows], vec![0.0; rows], vec![0.0; 2 * rows]);
+        let mut next = vec![0.0; rows];
+        let mut noise = vec![0.0; rows];
+        let mut q = vec![0.0; 2 * rows];
         actor.sample(Net::Target, &batch.next_obs, &[], &mut next, &mut []).unwrap();
         self.smoothing.fill_normal(&mut noise);
-        next.iter_mut().zip(&noise).for_each(|(a, z)| *a = (*a + (0.2 * z).clamp(-0.5, 0.5)).clamp(-1.0, 1.0));
+        next.iter_mut()
+            .zip(&noise)
+            .for_each(|(a, z)| *a = (*a + (0.2 * z).clamp(-0.5, 0.5)).clamp(-1.0, 1.0));
         critic.values(Net::Target, &batch.next_obs, &next, &mut q).unwrap();
         let promise = |i: usize| gamma * batch.alive[i] * q[i].min(q[rows + i]);
         let target: Vec<f32> = (0..rows).map(|i| batch.reward[i] + promise(i)).collect();
 
-        // Mean squared errors of both critics; at every second update the targets follow, and the actor climbs.
+        // Mean squared errors of both critics; at every second update the targets follow, and the
+        // actor climbs.
         let second = self.updates.is_multiple_of(2);
         let tau = if second { 0.005 } else { 0.0 };
         let scale = (2.0 / (2 * rows) as f64) as f32;
         let errors = &mut |q: QView<'_>, grad: &mut [f32]| {
-            grad.iter_mut().enumerate().for_each(|(i, grad)| *grad = scale * (q.values()[i] - target[i % rows]));
+            grad.iter_mut()
+                .enumerate()
+                .for_each(|(i, grad)| *grad = scale * (q.values()[i] - target[i % rows]));
             Ok(())
         };
         critic.fit(&batch.obs, &batch.action, errors, tau).unwrap();
@@ -91,7 +100,9 @@ impl Td3 {
 /// Acts, stores and updates for 600 steps: each of the two has its own say in what comes next.
 fn run(mut act: impl FnMut(u64, &[f32]) -> f32, mut learn: impl FnMut(u64, Transition<'_>)) {
     let mut env = Toy::new();
-    let (mut obs, mut next, mut reward) = ([0.0], [0.0], [0.0; 2]);
+    let mut obs = [0.0];
+    let mut next = [0.0];
+    let mut reward = [0.0; 2];
     env.reset(1, &mut obs).unwrap();
     for step in 0..600 {
         let action = [act(step, &obs)];
@@ -99,7 +110,16 @@ fn run(mut act: impl FnMut(u64, &[f32]) -> f32, mut learn: impl FnMut(u64, Trans
         if step % 7 == 3 {
             outcome = Outcome::Terminated;
         }
-        learn(step, Transition { obs: &obs, action: &action, reward: &reward[..1], next_obs: &next, outcome });
+        learn(
+            step,
+            Transition {
+                obs: &obs,
+                action: &action,
+                reward: &reward[..1],
+                next_obs: &next,
+                outcome,
+            },
+        );
         obs = next;
         if outcome != Outcome::Running {
             env.reset(step, &mut obs).unwrap();
@@ -126,7 +146,9 @@ fn one_objective_under_every_projection_is_td3_bit_for_bit() {
             }
         },
     );
-    let (td3, mut critic, mut actor) = (td3.into_inner(), State::default(), State::default());
+    let td3 = td3.into_inner();
+    let mut critic = State::default();
+    let mut actor = State::default();
     td3.critic.save(&mut critic).unwrap();
     td3.actor.save(&mut actor).unwrap();
     let wanted = parameters(&critic, &actor);
@@ -137,10 +159,12 @@ fn one_objective_under_every_projection_is_td3_bit_for_bit() {
     for (&name, famo) in projection::names().iter().flat_map(|name| famo.map(|famo| (name, famo))) {
         let mut spec = Toy::new().spec;
         spec.objectives.truncate(1);
-        let (critic, actor) = (LinearCritics::new(2, 1, 0.02, SEED), LinearActor::new(0.005));
+        let critic = LinearCritics::new(2, 1, 0.02, SEED);
+        let actor = LinearActor::new(0.005);
         let config = Config { famo, ..config.clone() };
         let method = Method::new("td3", config, projection::by_name(name).unwrap());
-        let learner = Learner::with_networks(method, &spec, Box::new(critic), Box::new(actor), SEED);
+        let learner =
+            Learner::with_networks(method, &spec, Box::new(critic), Box::new(actor), SEED);
         let learner = std::cell::RefCell::new(learner.unwrap());
         run(
             |_, obs| {
@@ -155,6 +179,9 @@ fn one_objective_under_every_projection_is_td3_bit_for_bit() {
         );
         let mut state = State::default();
         learner.borrow().save(&mut state).unwrap();
-        assert!(parameters(state.child("critic").unwrap(), state.child("actor").unwrap()) == wanted, "{name}");
+        assert!(
+            parameters(state.child("critic").unwrap(), state.child("actor").unwrap()) == wanted,
+            "{name}"
+        );
     }
 }

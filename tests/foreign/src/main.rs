@@ -18,7 +18,14 @@ impl Ellipsoid for SafetyOnly {
         out[0] = x.std(0) * u[0];
     }
 
-    fn offset_vjp(&self, x: &Deviations<'_>, u: &[f64], _: &mut Work, grad: &[f64], grad_x: &mut [f64]) {
+    fn offset_vjp(
+        &self,
+        x: &Deviations<'_>,
+        u: &[f64],
+        _: &mut Work,
+        grad: &[f64],
+        grad_x: &mut [f64],
+    ) {
         let scale = grad[0] * u[0] / (x.std(0).max(1e-12) * x.critics() as f64);
         x.objective(0).iter().zip(grad_x).for_each(|(x, grad_x)| *grad_x += scale * x);
     }

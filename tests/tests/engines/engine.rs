@@ -37,13 +37,15 @@ pub const ENGINES: &[Engine] = &[
 impl Engine {
     /// The engine with a robot in it: every engine has every robot.
     pub fn make(&self, robot: &RobotSpec) -> Box<dyn Physics> {
-        (self.physics)(robot).unwrap_or_else(|error| panic!("{} on {}: {error}", robot.name, self.name))
+        (self.physics)(robot)
+            .unwrap_or_else(|error| panic!("{} on {}: {error}", robot.name, self.name))
     }
 }
 
 /// Every robot of both presets.
 pub fn robots() -> impl Iterator<Item = RobotSpec> {
-    let robot = |preset| move |name| task_with(&format!("a/{name}"), &options(preset)).unwrap().robot;
+    let robot =
+        |preset| move |name| task_with(&format!("a/{name}"), &options(preset)).unwrap().robot;
     PRESETS.into_iter().flat_map(move |preset| ROBOTS.map(robot(preset)))
 }
 
@@ -61,8 +63,10 @@ pub fn each(mut test: impl FnMut(&Engine, &RobotSpec, Box<dyn Physics>)) {
 
 /// Bits of qpos and qvel over some steps with a seed's controls.
 pub fn play(physics: &mut dyn Physics, robot: &RobotSpec, seed: u64, steps: usize) -> Vec<u64> {
-    let (mut rng, mut ctrl) = (Rng::with_stream(seed, 97), vec![0.0; robot.nu()]);
-    let (mut qpos, mut qvel) = (vec![0.0; robot.nq()], vec![0.0; robot.nv()]);
+    let mut rng = Rng::with_stream(seed, 97);
+    let mut ctrl = vec![0.0; robot.nu()];
+    let mut qpos = vec![0.0; robot.nq()];
+    let mut qvel = vec![0.0; robot.nv()];
     let mut bits = Vec::new();
     for _ in 0..steps {
         for (ctrl, motor) in ctrl.iter_mut().zip(&robot.actuators) {

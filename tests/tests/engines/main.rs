@@ -1,4 +1,5 @@
-//! What every physics engine promises, on every engine that this build has: rapier, and MuJoCo with features.
+//! What every physics engine promises, on every engine that this build has: rapier, and MuJoCo with
+//! features.
 
 mod engine;
 mod physics;

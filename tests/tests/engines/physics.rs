@@ -18,12 +18,22 @@ fn sizes_are_the_robots() {
             engine.name
         );
         assert!(!physics.name().is_empty());
-        let (mut qpos, mut qvel) = (vec![f64::NAN; dims.nq], vec![f64::NAN; dims.nv]);
+        let mut qpos = vec![f64::NAN; dims.nq];
+        let mut qvel = vec![f64::NAN; dims.nv];
         reset(&mut *physics, robot);
         physics.qpos(&mut qpos);
         physics.qvel(&mut qvel);
-        let apart = qpos.iter().zip(&robot.initial_qpos).map(|(got, wanted)| (got - wanted).abs()).fold(0.0, f64::max);
-        assert!(apart < 1e-12 && qvel == vec![0.0; dims.nv], "{} on {}: {apart}", robot.name, engine.name);
+        let apart = qpos
+            .iter()
+            .zip(&robot.initial_qpos)
+            .map(|(got, wanted)| (got - wanted).abs())
+            .fold(0.0, f64::max);
+        assert!(
+            apart < 1e-12 && qvel == vec![0.0; dims.nv],
+            "{} on {}: {apart}",
+            robot.name,
+            engine.name
+        );
     });
 }
 
@@ -76,10 +86,12 @@ fn numbers_that_are_not_finite_are_errors() {
 fn an_explosion_is_an_error_until_the_next_reset() {
     each(|engine, robot, mut physics| {
         let what = format!("{} on {}", robot.name, engine.name);
-        let qvel: Vec<f64> = (0..robot.nv()).map(|dof| if dof % 2 == 0 { 1e200 } else { -1e200 }).collect();
+        let qvel: Vec<f64> =
+            (0..robot.nv()).map(|dof| if dof % 2 == 0 { 1e200 } else { -1e200 }).collect();
         let ctrl = vec![0.0; robot.nu()];
         let exploded = physics.reset_to(&robot.initial_qpos, &qvel);
-        let error = exploded.and_then(|()| (0..50).try_for_each(|_| physics.step(&ctrl, 1))).unwrap_err();
+        let error =
+            exploded.and_then(|()| (0..50).try_for_each(|_| physics.step(&ctrl, 1))).unwrap_err();
         assert!(matches!(error, Error::Env { .. }), "{what}: {error}");
         reset(&mut *physics, robot);
         let mended = play(&mut *physics, robot, 1, 10);

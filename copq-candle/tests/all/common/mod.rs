@@ -1,9 +1,13 @@
-//! What the tests share: small settings, repeatable numbers, both implementations of every network, comparisons.
+//! What the tests share: small settings, repeatable numbers, both implementations of every network,
+//! comparisons.
 #![allow(dead_code)] // Each test binary uses its own part.
 
 pub mod reference;
 
-use copq::{Activation, Actor, Critic, EnvSpec, Networks, QView, Result, Rng, Sample, SampleGrad, State, Stream};
+use copq::{
+    Activation, Actor, Critic, EnvSpec, Networks, QView, Result, Rng, Sample, SampleGrad, State,
+    Stream,
+};
 use copq_candle::{Device, plain};
 
 /// Sizes of a test.
@@ -76,23 +80,29 @@ impl Case {
 
     /// The critics of both implementations, fused first, from the same seed.
     pub fn critics(&self, seed: u64) -> [Box<dyn Critic>; 2] {
-        let (spec, networks) = (self.spec(), self.networks());
+        let spec = self.spec();
+        let networks = self.networks();
         let fused = copq_candle::critic(&spec, self.critics, &networks, &mut init(seed)).unwrap();
-        let plain = plain::Critics::new(&spec, self.critics, &networks, &mut init(seed), &Device::Cpu).unwrap();
+        let plain =
+            plain::Critics::new(&spec, self.critics, &networks, &mut init(seed), &Device::Cpu)
+                .unwrap();
         [Box::new(fused), Box::new(plain)]
     }
 
     /// The actors of both implementations, fused first, from the same seed.
     pub fn actors(&self, seed: u64) -> [Box<dyn Actor>; 2] {
-        let (spec, networks) = (self.spec(), self.networks());
+        let spec = self.spec();
+        let networks = self.networks();
         let fused = copq_candle::actor(&spec, &networks, &mut init(seed)).unwrap();
-        let plain = plain::Deterministic::new(&spec, &networks, &mut init(seed), &Device::Cpu).unwrap();
+        let plain =
+            plain::Deterministic::new(&spec, &networks, &mut init(seed), &Device::Cpu).unwrap();
         [Box::new(fused), Box::new(plain)]
     }
 
     /// The squashed Gaussian actors of both implementations, fused first, from the same seed.
     pub fn gaussians(&self, seed: u64) -> [Box<dyn Actor>; 2] {
-        let (spec, networks) = (self.spec(), self.networks());
+        let spec = self.spec();
+        let networks = self.networks();
         let fused = copq_candle::gaussian_actor(&spec, &networks, &mut init(seed)).unwrap();
         let plain = plain::Gaussian::new(&spec, &networks, &mut init(seed), &Device::Cpu).unwrap();
         [Box::new(fused), Box::new(plain)]
@@ -119,7 +129,10 @@ pub fn assert_close(what: &str, got: &[f32], wanted: &[f32], tolerance: f32) {
     assert_eq!(got.len(), wanted.len(), "{what}");
     let scale = wanted.iter().fold(0.0f32, |max, x| max.max(x.abs()));
     for (i, (g, w)) in got.iter().zip(wanted).enumerate() {
-        assert!((g - w).abs() <= tolerance * scale + 1e-12, "{what}[{i}]: {g} is not {w} (scale {scale})");
+        assert!(
+            (g - w).abs() <= tolerance * scale + 1e-12,
+            "{what}[{i}]: {g} is not {w} (scale {scale})"
+        );
     }
 }
 
@@ -164,8 +177,8 @@ pub fn given_action(da: &[f32]) -> impl FnMut(Sample<'_>, SampleGrad<'_>) -> Res
     }
 }
 
-/// One squared-error step of critics towards `target` (`rows x objectives`), a tenth of which their targets follow; the
-/// loss before it.
+/// One squared-error step of critics towards `target` (`rows x objectives`), a tenth of which their
+/// targets follow; the loss before it.
 pub fn fit(critic: &mut dyn Critic, obs: &[f32], act: &[f32], target: &[f32]) -> f32 {
     let mut loss = 0.0;
     let grad = &mut |q: QView<'_>, grad: &mut [f32]| {
@@ -187,14 +200,21 @@ pub fn improve(actor: &mut dyn Actor, critic: &mut dyn Critic, obs: &[f32]) {
         grad.fill(-1.0 / (q.critics() * q.rows()) as f32);
         Ok(())
     };
-    actor.improve(obs, &[], &mut |sample, grad| critic.action_grad(obs, sample.action, lower, grad.action)).unwrap();
+    actor
+        .improve(obs, &[], &mut |sample, grad| {
+            critic.action_grad(obs, sample.action, lower, grad.action)
+        })
+        .unwrap();
 }
 
 /// Every array of a state with its path, in order.
 pub fn arrays(state: &State) -> Vec<(String, copq::Value)> {
-    let mut out: Vec<_> = state.values().map(|(name, value)| (name.to_owned(), value.clone())).collect();
+    let mut out: Vec<_> =
+        state.values().map(|(name, value)| (name.to_owned(), value.clone())).collect();
     for (name, child) in state.children() {
-        out.extend(arrays(child).into_iter().map(|(path, value)| (format!("{name}/{path}"), value)));
+        out.extend(
+            arrays(child).into_iter().map(|(path, value)| (format!("{name}/{path}"), value)),
+        );
     }
     out
 }

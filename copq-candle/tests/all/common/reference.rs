@@ -11,7 +11,8 @@ pub struct Reference {
 
 impl Reference {
     pub fn read(saved: &State, layers: usize, activation: Activation) -> Self {
-        let get = |name: String| saved.get::<f32>(&name).unwrap().iter().map(|&x| f64::from(x)).collect();
+        let get =
+            |name: String| saved.get::<f32>(&name).unwrap().iter().map(|&x| f64::from(x)).collect();
         let layer = |i| (get(format!("layer.{i}.weight")), get(format!("layer.{i}.bias")));
         Self { layers: (0..layers).map(layer).collect(), activation }
     }
@@ -41,17 +42,25 @@ impl Reference {
         outputs.zip(grad).map(|(y, &g)| squash(y) * f64::from(g)).sum()
     }
 
-    /// Central differences of [`Reference::loss`] for every parameter, in the order of the saved arrays.
-    pub fn parameter_gradient(&self, rows: &[Vec<f64>], grad: &[f32], squash: fn(f64) -> f64) -> Vec<Vec<f32>> {
+    /// Central differences of [`Reference::loss`] for every parameter, in the order of the saved
+    /// arrays.
+    pub fn parameter_gradient(
+        &self,
+        rows: &[Vec<f64>],
+        grad: &[f32],
+        squash: fn(f64) -> f64,
+    ) -> Vec<Vec<f32>> {
         self.gradient(|network| network.loss(rows, grad, squash))
     }
 
-    /// Central differences of any function of the network for every parameter, in the order of the saved arrays.
+    /// Central differences of any function of the network for every parameter, in the order of the
+    /// saved arrays.
     pub fn gradient(&self, loss: impl Fn(&Self) -> f64) -> Vec<Vec<f32>> {
         let mut out = Vec::new();
         for layer in 0..self.layers.len() {
             for bias in [false, true] {
-                let len = if bias { self.layers[layer].1.len() } else { self.layers[layer].0.len() };
+                let len =
+                    if bias { self.layers[layer].1.len() } else { self.layers[layer].0.len() };
                 let nudged = |i: usize, by: f64| {
                     let mut copy = self.clone();
                     let (weights, biases) = &mut copy.layers[layer];

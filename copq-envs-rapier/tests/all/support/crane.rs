@@ -5,8 +5,9 @@ use copq_envs::robot::Joint;
 
 use super::parts::{block, contraption, crooked};
 
-/// A free base that carries a fixed mast; on the mast an arm with a tilted hinge, a slide across it and two more hinges; a hook
-/// below; beside them a cart of its own on two slides and a hinge, and a stone that is part of the world.
+/// A free base that carries a fixed mast; on the mast an arm with a tilted hinge, a slide across it
+/// and two more hinges; a hook below; beside them a cart of its own on two slides and a hinge, and
+/// a stone that is part of the world.
 pub fn crane() -> RobotSpec {
     let bodies = vec![
         crooked("base", None),
@@ -25,7 +26,10 @@ pub fn crane() -> RobotSpec {
         anchored(Joint::hinge("down", 2, [0.0, 0.0, -1.0]), [-0.1, 0.0, 0.1]),
         anchored(Joint::hinge("left", 2, [0.0, 1.0, 0.0]), [0.0, 0.3, 0.0]),
         Joint { armature: 0.7, ..Joint::slide("back", 3, [-1.0, 0.0, 0.0]) },
-        anchored(Joint { reference: -0.3, ..Joint::hinge("swing", 4, [0.0, -1.0, 0.0]) }, [0.0, 0.0, 0.4]),
+        anchored(
+            Joint { reference: -0.3, ..Joint::hinge("swing", 4, [0.0, -1.0, 0.0]) },
+            [0.0, 0.0, 0.4],
+        ),
         Joint::slide("x", 5, [1.0, 0.0, 0.0]),
         Joint::slide("z", 5, [0.0, 0.0, 1.0]),
         anchored(Joint::hinge("pitch", 5, [0.0, 1.0, 0.0]), [0.2, 0.0, 0.1]),

@@ -58,5 +58,10 @@ pub fn worst(got: &[f64], wanted: &[f64]) -> f64 {
 
 /// The controls for actions in [-1, 1].
 pub fn controls(robot: &RobotSpec, actions: &[f64]) -> Vec<f64> {
-    robot.actuators.iter().zip(actions).map(|(actuator, action)| actuator.range[1] * action).collect()
+    robot
+        .actuators
+        .iter()
+        .zip(actions)
+        .map(|(actuator, action)| actuator.range[1] * action)
+        .collect()
 }

@@ -2,7 +2,8 @@
 
 use copq_envs::RobotSpec;
 use copq_envs::robot::{
-    Actuator, Body, Geom, Health, Inertial, Joint, Noise, Observation, Preset, Shape, VelocityPoint, hopper,
+    Actuator, Body, Geom, Health, Inertial, Joint, Noise, Observation, Preset, Shape,
+    VelocityPoint, hopper,
 };
 
 const UPRIGHT: [f64; 4] = [1.0, 0.0, 0.0, 0.0];

@@ -17,10 +17,18 @@ pub struct Walk {
 impl Walk {
     pub fn new(env: Box<dyn Env>, seed: u64) -> Self {
         let spec = env.spec();
-        let (obs, action) = (vec![0.0; spec.obs_len], vec![0.0; spec.action_len()]);
+        let obs = vec![0.0; spec.obs_len];
+        let action = vec![0.0; spec.action_len()];
         let reward = vec![0.0; spec.objectives.len()];
-        let mut walk =
-            Self { env, rng: Rng::with_stream(seed, 99), obs, action, reward, length: 0, lengths: Vec::new() };
+        let mut walk = Self {
+            env,
+            rng: Rng::with_stream(seed, 99),
+            obs,
+            action,
+            reward,
+            length: 0,
+            lengths: Vec::new(),
+        };
         walk.reset();
         walk
     }

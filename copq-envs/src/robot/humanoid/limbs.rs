@@ -81,8 +81,10 @@ impl RobotSpec {
         let y = Joint { anchor, ..Joint::hinge("abdomen_y", waist, [0.0, 1.0, 0.0]) };
         self.joints.push(passive(y, [-75.0, 30.0], [5.0, 0.02, 10.0]));
 
-        let pelvis = self.limb("pelvis", waist, [0.0, 0.0, -0.165], lying([-0.02, 0.0, 0.0], 0.07, 0.09));
-        let x = Joint { anchor: [0.0, 0.0, 0.1], ..Joint::hinge("abdomen_x", pelvis, [1.0, 0.0, 0.0]) };
+        let pelvis =
+            self.limb("pelvis", waist, [0.0, 0.0, -0.165], lying([-0.02, 0.0, 0.0], 0.07, 0.09));
+        let x =
+            Joint { anchor: [0.0, 0.0, 0.1], ..Joint::hinge("abdomen_x", pelvis, [1.0, 0.0, 0.0]) };
         self.joints.push(passive(x, [-35.0, 35.0], [5.0, 0.02, 10.0]));
         (self.bodies[waist].quat, self.bodies[pelvis].quat) = (LEANING, LEANING);
         pelvis
@@ -90,7 +92,8 @@ impl RobotSpec {
 
     /// Thigh, shin and foot.
     pub(super) fn leg(&mut self, pelvis: usize, side: &Side, fused: bool) {
-        let (name, y) = (side.name, side.y);
+        let name = side.name;
+        let y = side.y;
         let bone = Capsule::between([0.0; 3], [0.0, -0.01 * y, -0.34], 0.06);
         let thigh = self.limb(&format!("{name}_thigh"), pelvis, [0.0, 0.1 * y, -0.04], bone);
         let x = Joint::hinge(&format!("{name}_hip_x"), thigh, [-y, 0.0, 0.0]);
@@ -112,13 +115,19 @@ impl RobotSpec {
             return self.ball(&foot, shin, 0.075, [0.0, 0.0, -0.35]);
         }
         let centre = [0.0, 0.0, 0.1];
-        self.bodies.push(Body::new(&foot, Some(shin), [0.0, 0.0, -0.45], solid_ball(DENSITY, 0.075, centre)));
+        self.bodies.push(Body::new(
+            &foot,
+            Some(shin),
+            [0.0, 0.0, -0.45],
+            solid_ball(DENSITY, 0.075, centre),
+        ));
         self.ball(&foot, self.bodies.len() - 1, 0.075, centre);
     }
 
     /// Upper arm, lower arm and hand.
     pub(super) fn arm(&mut self, side: &Side) {
-        let (name, y) = (side.name, side.y);
+        let name = side.name;
+        let y = side.y;
         let bone = Capsule::between([0.0; 3], [0.16, 0.16 * y, -0.16], 0.04);
         let upper = self.limb(&format!("{name}_upper_arm"), 0, [0.0, 0.17 * y, 0.06], bone);
         let first = Joint::hinge(&format!("{name}_shoulder1"), upper, unit([2.0, -y, 1.0]));
@@ -144,7 +153,8 @@ impl RobotSpec {
 
     /// Adds the shape of a ball to a body.
     fn ball(&mut self, name: &str, body: usize, radius: f64, centre: [f64; 3]) {
-        self.geoms.push(Geom { pos: centre, ..Geom::new(name, Some(body), Shape::Sphere { radius }) });
+        self.geoms
+            .push(Geom { pos: centre, ..Geom::new(name, Some(body), Shape::Sphere { radius }) });
     }
 }
 

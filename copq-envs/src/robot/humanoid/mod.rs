@@ -1,24 +1,26 @@
 //! The humanoid: a torso on a waist of two bodies, two legs and two arms.
 //!
-//! Facts of Gymnasium's humanoid v5 as MuJoCo 3.17.0 compiles them (without its tendons, which exert no force), and of
-//! Brax's. Left and right differ in a few numbers there too.
+//! Facts of Gymnasium's humanoid v5 as MuJoCo 3.17.0 compiles them (without its tendons, which
+//! exert no force), and of Brax's. Left and right differ in a few numbers there too.
 
 mod limbs;
 
 use crate::Field;
 
 use super::{
-    Actuator, Algorithm, Geom, Health, Integrator, Noise, Observation, Part, Preset, RobotSpec, Shape, Solver,
-    VelocityPoint,
+    Actuator, Algorithm, Geom, Health, Integrator, Noise, Observation, Part, Preset, RobotSpec,
+    Shape, Solver, VelocityPoint,
 };
 use limbs::{LEFT, RIGHT};
 
-const GEARS: [f64; 17] =
-    [100.0, 100.0, 100.0, 100.0, 100.0, 300.0, 200.0, 100.0, 100.0, 300.0, 200.0, 25.0, 25.0, 25.0, 25.0, 25.0, 25.0];
+const GEARS: [f64; 17] = [
+    100.0, 100.0, 100.0, 100.0, 100.0, 300.0, 200.0, 100.0, 100.0, 300.0, 200.0, 25.0, 25.0, 25.0,
+    25.0, 25.0, 25.0,
+];
 
-/// The humanoid: 42.12 kg, qpos = (position, quaternion, waist z y x, right hip x z y, right knee, left leg, right
-/// shoulder 1 2, right elbow, left arm), 17 motors of 25 to 300 N m with controls in [-0.4, 0.4], those of the waist as
-/// y z x.
+/// The humanoid: 42.12 kg, qpos = (position, quaternion, waist z y x, right hip x z y, right knee,
+/// left leg, right shoulder 1 2, right elbow, left arm), 17 motors of 25 to 300 N m with controls
+/// in [-0.4, 0.4], those of the waist as y z x.
 pub fn humanoid(preset: Preset) -> RobotSpec {
     match preset {
         Preset::GymV5 => gym(),
@@ -69,7 +71,9 @@ fn build(fused: bool) -> RobotSpec {
         bodies: Vec::new(),
         joints: Vec::new(),
         geoms: vec![Geom { friction: [1.0, 0.1, 0.1], ..Geom::new("floor", None, Shape::Plane) }],
-        actuators: motors.map(|(joint, gear)| Actuator { joint, gear, range: [-0.4, 0.4] }).collect(),
+        actuators: motors
+            .map(|(joint, gear)| Actuator { joint, gear, range: [-0.4, 0.4] })
+            .collect(),
         gravity: [0.0, 0.0, -9.81],
         timestep: 0.003,
         integrator: Integrator::Rk4,

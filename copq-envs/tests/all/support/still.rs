@@ -5,7 +5,8 @@ use copq_envs::{Dims, Field, Physics, RobotSpec};
 
 pub const HOPPER: Dims = Dims { nq: 6, nv: 6, nu: 3 };
 
-/// Stands where it was put, with x growing by the first control in every substep; fails or goes NaN when told to.
+/// Stands where it was put, with x growing by the first control in every substep; fails or goes NaN
+/// when told to.
 #[derive(Clone, Debug)]
 pub struct Still {
     pub dims: Dims,
@@ -33,7 +34,9 @@ impl Still {
     }
 
     fn with(dims: Dims) -> Self {
-        let (qpos, qvel, ctrl) = (vec![0.0; dims.nq], vec![0.0; dims.nv], vec![0.0; dims.nu]);
+        let qpos = vec![0.0; dims.nq];
+        let qvel = vec![0.0; dims.nv];
+        let ctrl = vec![0.0; dims.nu];
         Self { dims, qpos, qvel, ctrl, fall: None, tells: Vec::new(), asked: Vec::new() }
     }
 
@@ -82,7 +85,10 @@ impl Physics for Still {
             out.fill(0.0);
             return Ok(());
         }
-        Err(Error::Env { env: "still".into(), what: format!("this engine does not tell {field:?}") })
+        Err(Error::Env {
+            env: "still".into(),
+            what: format!("this engine does not tell {field:?}"),
+        })
     }
 
     fn save(&self, state: &mut State) -> Result<()> {

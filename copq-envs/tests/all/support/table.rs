@@ -11,7 +11,8 @@ impl Table {
     pub fn parse(text: &str) -> Self {
         let mut lines = text.lines();
         let names = lines.next().unwrap().split(',').map(String::from).collect();
-        let rows = lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+        let rows =
+            lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
         Self { names, rows }
     }
 
@@ -27,9 +28,9 @@ impl Table {
     /// The cells under `name0`, `name1`, ...; none if there is no such column.
     pub fn vector(&self, row: usize, name: &str) -> Vec<f64> {
         let columns = self.names.iter().enumerate().filter(|(_, known)| {
-            known
-                .strip_prefix(name)
-                .is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit()))
+            known.strip_prefix(name).is_some_and(|rest| {
+                !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit())
+            })
         });
         columns.map(|(column, _)| self.rows[row][column]).collect()
     }

@@ -1,10 +1,11 @@
-//! What the tests of the projections share: random ensembles, textbook formulas, and short ways to call.
+//! What the tests of the projections share: random ensembles, textbook formulas, and short ways to
+//! call.
 
 #![allow(dead_code)]
 
 use copq::projection::{
-    Bound, Cholesky, Deviations, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin, MeanStd, Projection, QView,
-    ScalarisedMin, Scratch, Work,
+    Bound, Cholesky, Deviations, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin, MeanStd,
+    Projection, QView, ScalarisedMin, Scratch, Work,
 };
 use proptest::prelude::*;
 
@@ -17,7 +18,8 @@ pub struct Ensemble {
     pub grad: Vec<f32>,
 }
 
-/// One to eight critics, one to five objectives of different scales; half of them made to disagree in opposite ways.
+/// One to eight critics, one to five objectives of different scales; half of them made to disagree
+/// in opposite ways.
 ///
 /// Values are short binary fractions: moving or scaling them by such numbers is exact in f32.
 pub fn ensembles() -> impl Strategy<Value = Ensemble> {
@@ -39,12 +41,20 @@ pub fn shaped(
         let signs = prop::collection::vec(any::<bool>(), n);
         let sizes = prop::collection::vec(0.05..2.0_f32, n);
         let grad = prop::collection::vec(-2.0..2.0_f32, n);
-        (values, scales, signs, sizes, grad).prop_map(move |(values, scales, signs, sizes, grad)| {
-            let q = (0..n * k).map(|at| value(&values, n, at, opposed) * 2.0_f32.powi(scales[at % n])).collect();
-            let sign = |negative: bool| if negative && !opposed { -1.0 } else { 1.0 };
-            let weights = signs.iter().zip(sizes).map(|(&negative, size)| sign(negative) * size).collect();
-            Ensemble { critics: k, q, weights, grad }
-        })
+        (values, scales, signs, sizes, grad).prop_map(
+            move |(values, scales, signs, sizes, grad)| {
+                let q = (0..n * k)
+                    .map(|at| value(&values, n, at, opposed) * 2.0_f32.powi(scales[at % n]))
+                    .collect();
+                let sign = |negative: bool| if negative && !opposed { -1.0 } else { 1.0 };
+                let weights = signs
+                    .iter()
+                    .zip(sizes)
+                    .map(|(&negative, size)| sign(negative) * size)
+                    .collect();
+                Ensemble { critics: k, q, weights, grad }
+            },
+        )
     })
 }
 
@@ -107,7 +117,8 @@ impl Ensemble {
     pub fn factor(&self, method: &dyn Ellipsoid) -> Vec<Vec<f64>> {
         let n = self.objectives();
         let axis = |j| (0..n).map(|i| f64::from(u8::from(i == j))).collect::<Vec<_>>();
-        let columns: Vec<_> = (0..n).map(|j| offset(method, &self.deviations(), self.critics, &axis(j))).collect();
+        let columns: Vec<_> =
+            (0..n).map(|j| offset(method, &self.deviations(), self.critics, &axis(j))).collect();
         (0..n).map(|i| (0..n).map(|j| columns[j][i]).collect()).collect()
     }
 
@@ -119,13 +130,20 @@ impl Ensemble {
         vjp(method, &self.q, self.critics, &self.weights, step, &self.grad)
     }
 
-    /// Whether the bound of every method is smooth around here: no pivot, clip or scalarised disagreement near zero.
+    /// Whether the bound of every method is smooth around here: no pivot, clip or scalarised
+    /// disagreement near zero.
     pub fn is_smooth(&self) -> bool {
-        let (low, u) = (cholesky(&self.covariance()), self.unit());
+        let low = cholesky(&self.covariance());
+        let u = self.unit();
         let rank = self.objectives().min(self.critics - 1);
-        let pivots = self.stds().iter().enumerate().all(|(j, &std)| std > 0.0 && (j >= rank || low[j][j] > 0.1 * std));
+        let pivots = self
+            .stds()
+            .iter()
+            .enumerate()
+            .all(|(j, &std)| std > 0.0 && (j >= rank || low[j][j] > 0.1 * std));
         let p = transposed_times(&low, &u);
-        let (a, rho) = (dot(&u, &p), dot(&p, &p).sqrt());
+        let a = dot(&u, &p);
+        let rho = dot(&p, &p).sqrt();
         pivots && a.abs() > 0.05 * rho && a.abs() < 0.98 * rho && rho > 0.2 * self.largest_std()
     }
 }
@@ -144,13 +162,31 @@ pub fn offset(method: &dyn Ellipsoid, x: &[f64], critics: usize, u: &[f64]) -> V
     out
 }
 
-pub fn offset_vjp(method: &dyn Ellipsoid, x: &[f64], critics: usize, u: &[f64], grad: &[f64]) -> Vec<f64> {
+pub fn offset_vjp(
+    method: &dyn Ellipsoid,
+    x: &[f64],
+    critics: usize,
+    u: &[f64],
+    grad: &[f64],
+) -> Vec<f64> {
     let mut out = vec![0.0; x.len()];
-    method.offset_vjp(&Deviations::new(x, critics).unwrap(), u, &mut Work::default(), grad, &mut out);
+    method.offset_vjp(
+        &Deviations::new(x, critics).unwrap(),
+        u,
+        &mut Work::default(),
+        grad,
+        &mut out,
+    );
     out
 }
 
-pub fn project(method: &dyn Projection, q: &[f32], critics: usize, weights: &[f32], step: f32) -> Vec<f32> {
+pub fn project(
+    method: &dyn Projection,
+    q: &[f32],
+    critics: usize,
+    weights: &[f32],
+    step: f32,
+) -> Vec<f32> {
     project_rows(method, QView::new(q, critics, weights.len()).unwrap(), weights, step)
 }
 
@@ -160,11 +196,24 @@ pub fn project_rows(method: &dyn Projection, q: QView<'_>, weights: &[f32], step
     out
 }
 
-pub fn vjp(method: &dyn Projection, q: &[f32], critics: usize, weights: &[f32], step: f32, grad: &[f32]) -> Vec<f32> {
+pub fn vjp(
+    method: &dyn Projection,
+    q: &[f32],
+    critics: usize,
+    weights: &[f32],
+    step: f32,
+    grad: &[f32],
+) -> Vec<f32> {
     vjp_rows(method, QView::new(q, critics, weights.len()).unwrap(), weights, step, grad)
 }
 
-pub fn vjp_rows(method: &dyn Projection, q: QView<'_>, weights: &[f32], step: f32, grad: &[f32]) -> Vec<f32> {
+pub fn vjp_rows(
+    method: &dyn Projection,
+    q: QView<'_>,
+    weights: &[f32],
+    step: f32,
+    grad: &[f32],
+) -> Vec<f32> {
     let mut out = vec![f32::NAN; q.values().len()];
     method.vjp(Bound { q, weights, step }, &mut Scratch::default(), grad, &mut out).unwrap();
     out
@@ -193,7 +242,8 @@ pub fn transposed_times(matrix: &[Vec<f64>], v: &[f64]) -> Vec<f64> {
     (0..v.len()).map(|j| matrix.iter().zip(v).map(|(row, v)| row[j] * v).sum()).collect()
 }
 
-/// The textbook factor of a covariance, in the order given; a pivot below 1e-5 of its objective is zero.
+/// The textbook factor of a covariance, in the order given; a pivot below 1e-5 of its objective is
+/// zero.
 pub fn cholesky(covariance: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let n = covariance.len();
     let mut low = vec![vec![0.0; n]; n];
@@ -213,19 +263,26 @@ pub fn cholesky(covariance: &[Vec<f64>]) -> Vec<Vec<f64>> {
 pub fn rotation(low: &[Vec<f64>], u: &[f64]) -> Vec<Vec<f64>> {
     let n = u.len();
     let p = transposed_times(low, u);
-    let (a, rho) = (dot(u, &p), dot(&p, &p).sqrt());
+    let a = dot(u, &p);
+    let rho = dot(&p, &p).sqrt();
     let v: Vec<f64> = (0..n).map(|i| (p[i] - a * u[i]) / (rho * rho - a * a).sqrt()).collect();
-    let k: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| v[i] * u[j] - u[i] * v[j]).collect()).collect();
+    let k: Vec<Vec<f64>> =
+        (0..n).map(|i| (0..n).map(|j| v[i] * u[j] - u[i] * v[j]).collect()).collect();
     let cosine = (1.0 - (a / rho).powi(2)).sqrt();
     let square = |i: usize, j: usize| (0..n).map(|m| k[i][m] * k[m][j]).sum::<f64>();
-    let entry = |i: usize, j: usize| f64::from(u8::from(i == j)) - a / rho * k[i][j] + (1.0 - cosine) * square(i, j);
+    let entry = |i: usize, j: usize| {
+        f64::from(u8::from(i == j)) - a / rho * k[i][j] + (1.0 - cosine) * square(i, j)
+    };
     (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
 }
 
 pub fn assert_close(got: &[f64], wanted: &[f64], tolerance: f64) {
     assert_eq!(got.len(), wanted.len());
     for (i, (got, wanted)) in got.iter().zip(wanted).enumerate() {
-        assert!((got - wanted).abs() <= tolerance, "entry {i}: {got} instead of {wanted} (+-{tolerance:e})");
+        assert!(
+            (got - wanted).abs() <= tolerance,
+            "entry {i}: {got} instead of {wanted} (+-{tolerance:e})"
+        );
     }
 }
 

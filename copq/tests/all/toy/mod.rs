@@ -1,4 +1,5 @@
-//! A hand-written world with a known optimum and the smallest networks that can represent it; no tensor crate.
+//! A hand-written world with a known optimum and the smallest networks that can represent it; no
+//! tensor crate.
 #![allow(dead_code, missing_docs)]
 
 use copq::projection::{Cholesky, ScalarisedMin};
@@ -29,11 +30,13 @@ impl Toy {
         Self { spec, rng, s: 0.0, steps: 0, nan_reward_at: None, nan_obs_at: None, rewards }
     }
 
-    /// A cost of 1 + a and a reward of -(a - 1/2)^2, where 20 steps may cost 20: the best action is 0 and the
-    /// multiplier that makes it so is 1, since -(a - 1/2)^2 - lambda a is largest at (1 - lambda) / 2.
+    /// A cost of 1 + a and a reward of -(a - 1/2)^2, where 20 steps may cost 20: the best action is
+    /// 0 and the multiplier that makes it so is 1, since -(a - 1/2)^2 - lambda a is largest at (1 -
+    /// lambda) / 2.
     pub fn constrained() -> Self {
         let mut toy = Self::new();
-        toy.spec.objectives = vec![Objective::cost("cost", 20.0).weight(-1.0), Objective::reward("reward", 1.0)];
+        toy.spec.objectives =
+            vec![Objective::cost("cost", 20.0).weight(-1.0), Objective::reward("reward", 1.0)];
         toy.rewards = |_, a| [1.0 + a, -(a - 0.5).powi(2)];
         toy
     }
@@ -41,7 +44,8 @@ impl Toy {
     /// The same world told the other way round: minus the cost, as a reward.
     pub fn flipped() -> Self {
         let mut toy = Self::constrained();
-        toy.spec.objectives = vec![Objective::reward("cost", 1.0), Objective::reward("reward", 1.0)];
+        toy.spec.objectives =
+            vec![Objective::reward("cost", 1.0), Objective::reward("reward", 1.0)];
         toy.rewards = |_, a| [-(1.0 + a), -(a - 0.5).powi(2)];
         toy
     }
@@ -109,7 +113,8 @@ impl Adam {
 
     fn step(&mut self, lr: f32, params: &mut [f32], grad: &[f32]) {
         self.t += 1;
-        let (c1, c2) = (1.0 - 0.9f32.powi(self.t as i32), 1.0 - 0.999f32.powi(self.t as i32));
+        let c1 = 1.0 - 0.9f32.powi(self.t as i32);
+        let c2 = 1.0 - 0.999f32.powi(self.t as i32);
         for (i, p) in params.iter_mut().enumerate() {
             self.m[i] = 0.9 * self.m[i] + 0.1 * grad[i];
             self.v[i] = 0.999 * self.v[i] + 0.001 * grad[i] * grad[i];
@@ -156,7 +161,9 @@ impl LinearCritics {
         rng.fill_normal(&mut online);
         let n = online.len();
         let target = online.clone();
-        let (q, grad_q, grad) = (Vec::new(), Vec::new(), vec![0.0; n]);
+        let q = Vec::new();
+        let grad_q = Vec::new();
+        let grad = vec![0.0; n];
         Self { critics, objectives, target, online, adam: Adam::new(n), q, grad_q, grad, lr }
     }
 
@@ -171,7 +178,9 @@ impl LinearCritics {
     pub fn flipped(mut self, objective: usize) -> Self {
         for parameters in [&mut self.online, &mut self.target] {
             for values in parameters.chunks_exact_mut(self.objectives * FEATURES) {
-                values[objective * FEATURES..(objective + 1) * FEATURES].iter_mut().for_each(|w| *w = -*w);
+                values[objective * FEATURES..(objective + 1) * FEATURES]
+                    .iter_mut()
+                    .for_each(|w| *w = -*w);
             }
         }
         self
@@ -184,7 +193,8 @@ impl LinearCritics {
                 let phi = features(obs[b], act[b]);
                 for n in 0..self.objectives {
                     let w = &params[(k * self.objectives + n) * FEATURES..][..FEATURES];
-                    q[(k * rows + b) * self.objectives + n] = w.iter().zip(phi).map(|(w, x)| w * x).sum();
+                    q[(k * rows + b) * self.objectives + n] =
+                        w.iter().zip(phi).map(|(w, x)| w * x).sum();
                 }
             }
         }
@@ -192,7 +202,8 @@ impl LinearCritics {
 
     fn values_and_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>) -> Result<()> {
         let len = self.critics * obs.len() * self.objectives;
-        let (mut q, mut grad_q) = (std::mem::take(&mut self.q), std::mem::take(&mut self.grad_q));
+        let mut q = std::mem::take(&mut self.q);
+        let mut grad_q = std::mem::take(&mut self.grad_q);
         q.resize(len, 0.0);
         grad_q.resize(len, 0.0);
         self.forward(&self.online, obs, act, &mut q);
@@ -217,11 +228,21 @@ impl Critic for LinearCritics {
         Ok(())
     }
 
-    fn values_of(&mut self, net: Net, chosen: &[usize], obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
-        let (mut all, share) = (std::mem::take(&mut self.q), obs.len() * self.objectives);
+    fn values_of(
+        &mut self,
+        net: Net,
+        chosen: &[usize],
+        obs: &[f32],
+        act: &[f32],
+        q: &mut [f32],
+    ) -> Result<()> {
+        let mut all = std::mem::take(&mut self.q);
+        let share = obs.len() * self.objectives;
         all.resize(self.critics * share, 0.0);
         self.values(net, obs, act, &mut all)?;
-        q.chunks_exact_mut(share).zip(chosen).for_each(|(q, &k)| q.copy_from_slice(&all[k * share..][..share]));
+        q.chunks_exact_mut(share)
+            .zip(chosen)
+            .for_each(|(q, &k)| q.copy_from_slice(&all[k * share..][..share]));
         self.q = all;
         Ok(())
     }
@@ -245,7 +266,13 @@ impl Critic for LinearCritics {
         Ok(())
     }
 
-    fn action_grad(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, out: &mut [f32]) -> Result<()> {
+    fn action_grad(
+        &mut self,
+        obs: &[f32],
+        act: &[f32],
+        grad: QGrad<'_>,
+        out: &mut [f32],
+    ) -> Result<()> {
         self.values_and_grad(obs, act, grad)?;
         let rows = obs.len();
         out.fill(0.0);
@@ -289,7 +316,14 @@ pub struct LinearActor {
 impl LinearActor {
     pub fn new(lr: f32) -> Self {
         let start = [0.3, -0.5];
-        Self { online: start, target: start, adam: Adam::new(2), action: Vec::new(), grad: Vec::new(), lr }
+        Self {
+            online: start,
+            target: start,
+            adam: Adam::new(2),
+            action: Vec::new(),
+            grad: Vec::new(),
+            lr,
+        }
     }
 }
 
@@ -302,18 +336,29 @@ impl Actor for LinearActor {
         0
     }
 
-    fn sample(&mut self, net: Net, obs: &[f32], _noise: &[f32], action: &mut [f32], _: &mut [f32]) -> Result<()> {
+    fn sample(
+        &mut self,
+        net: Net,
+        obs: &[f32],
+        _noise: &[f32],
+        action: &mut [f32],
+        _: &mut [f32],
+    ) -> Result<()> {
         let [bias, slope] = if net == Net::Online { self.online } else { self.target };
         action.iter_mut().zip(obs).for_each(|(a, s)| *a = (bias + slope * s).clamp(-1.0, 1.0));
         Ok(())
     }
 
     fn improve(&mut self, obs: &[f32], _noise: &[f32], grad: ActionGrad<'_>) -> Result<()> {
-        let (mut action, mut grad_action) = (std::mem::take(&mut self.action), std::mem::take(&mut self.grad));
+        let mut action = std::mem::take(&mut self.action);
+        let mut grad_action = std::mem::take(&mut self.grad);
         action.resize(obs.len(), 0.0);
         grad_action.resize(obs.len(), 0.0);
         self.sample(Net::Online, obs, &[], &mut action, &mut [])?;
-        grad(Sample { action: &action, log_prob: &[] }, SampleGrad { action: &mut grad_action, log_prob: &mut [] })?;
+        grad(
+            Sample { action: &action, log_prob: &[] },
+            SampleGrad { action: &mut grad_action, log_prob: &mut [] },
+        )?;
         let mut g = [0.0; 2];
         for ((&s, &a), &da) in obs.iter().zip(&action).zip(&grad_action) {
             if a.abs() < 1.0 {
@@ -326,7 +371,13 @@ impl Actor for LinearActor {
         Ok(())
     }
 
-    fn noise_grad(&mut self, _obs: &[f32], _noise: &[f32], _grad: &[f32], _out: &mut [f32]) -> Result<()> {
+    fn noise_grad(
+        &mut self,
+        _obs: &[f32],
+        _noise: &[f32],
+        _grad: &[f32],
+        _out: &mut [f32],
+    ) -> Result<()> {
         Ok(())
     }
 
@@ -373,7 +424,14 @@ impl Actor for GaussianActor {
         1
     }
 
-    fn sample(&mut self, _: Net, obs: &[f32], noise: &[f32], action: &mut [f32], log_prob: &mut [f32]) -> Result<()> {
+    fn sample(
+        &mut self,
+        _: Net,
+        obs: &[f32],
+        noise: &[f32],
+        action: &mut [f32],
+        log_prob: &mut [f32],
+    ) -> Result<()> {
         let [bias, slope, log_std] = self.online;
         if noise.is_empty() {
             action.iter_mut().zip(obs).for_each(|(a, s)| *a = (bias + slope * s).tanh());
@@ -384,7 +442,9 @@ impl Actor for GaussianActor {
             action[i] = x.tanh() as f32;
             let half_log_two_pi = 0.5 * std::f64::consts::TAU.ln();
             let gaussian = -0.5 * f64::from(*noise).powi(2) - f64::from(log_std) - half_log_two_pi;
-            log_prob[i] = (gaussian + 2.0 * x.abs() - 2.0 * (2.0 / (1.0 + (-2.0 * x.abs()).exp())).ln()) as f32;
+            log_prob[i] = (gaussian + 2.0 * x.abs()
+                - 2.0 * (2.0 / (1.0 + (-2.0 * x.abs()).exp())).ln())
+                as f32;
         }
         Ok(())
     }
@@ -394,10 +454,14 @@ impl Actor for GaussianActor {
         sample.iter_mut().for_each(|values| values.resize(obs.len(), 0.0));
         let [action, log_prob, grad_action, grad_log_prob] = &mut sample;
         self.sample(Net::Online, obs, noise, action, log_prob)?;
-        grad(Sample { action, log_prob }, SampleGrad { action: grad_action, log_prob: grad_log_prob })?;
+        grad(
+            Sample { action, log_prob },
+            SampleGrad { action: grad_action, log_prob: grad_log_prob },
+        )?;
         let mut g = [0.0; 3];
         for (i, (s, noise)) in obs.iter().zip(noise).enumerate() {
-            let dx = grad_action[i] * (1.0 - action[i] * action[i]) + grad_log_prob[i] * 2.0 * action[i];
+            let dx =
+                grad_action[i] * (1.0 - action[i] * action[i]) + grad_log_prob[i] * 2.0 * action[i];
             g[0] += dx;
             g[1] += dx * s;
             g[2] += dx * self.online[2].exp() * noise - grad_log_prob[i];
@@ -407,7 +471,13 @@ impl Actor for GaussianActor {
         Ok(())
     }
 
-    fn noise_grad(&mut self, obs: &[f32], noise: &[f32], grad_action: &[f32], out: &mut [f32]) -> Result<()> {
+    fn noise_grad(
+        &mut self,
+        obs: &[f32],
+        noise: &[f32],
+        grad_action: &[f32],
+        out: &mut [f32],
+    ) -> Result<()> {
         let [bias, slope, log_std] = self.online;
         for i in 0..obs.len() {
             let a = (bias + slope * obs[i] + log_std.exp() * noise[i]).tanh();
@@ -432,7 +502,8 @@ impl Actor for GaussianActor {
     }
 }
 
-/// Settings with every part, FAMO's too, small enough for the toy: a batch of 64, 200 uniform steps.
+/// Settings with every part, FAMO's too, small enough for the toy: a batch of 64, 200 uniform
+/// steps.
 pub fn config() -> Config {
     small(Method::cop_td3_paper().warm_up(200).config)
 }
@@ -442,7 +513,8 @@ pub fn small(config: Config) -> Config {
     Config { discount: 0.5, batch: 64, capacity: 5_000, start_steps: 200, ..config }
 }
 
-/// A method with these settings: the Cholesky bound, or ScalarisedMin's where targets draw a subset of the critics.
+/// A method with these settings: the Cholesky bound, or ScalarisedMin's where targets draw a subset
+/// of the critics.
 pub fn method(config: Config) -> Method {
     match config.subset {
         Some(_) => Method::new("toy", config, ScalarisedMin),
@@ -461,11 +533,23 @@ pub fn stochastic(method: Method, env: &Toy, critic: impl Critic + 'static, seed
 pub struct Linear;
 
 impl Backend for Linear {
-    fn critics(&self, spec: &EnvSpec, _: &Networks, count: usize, rng: &mut Rng) -> Result<Box<dyn Critic>> {
+    fn critics(
+        &self,
+        spec: &EnvSpec,
+        _: &Networks,
+        count: usize,
+        rng: &mut Rng,
+    ) -> Result<Box<dyn Critic>> {
         Ok(Box::new(LinearCritics::new(count, spec.objectives.len(), 0.02, rng.next_u64())))
     }
 
-    fn actor(&self, _: &EnvSpec, _: &Networks, kind: ActorKind, _: &mut Rng) -> Result<Box<dyn Actor>> {
+    fn actor(
+        &self,
+        _: &EnvSpec,
+        _: &Networks,
+        kind: ActorKind,
+        _: &mut Rng,
+    ) -> Result<Box<dyn Actor>> {
         Ok(match kind {
             ActorKind::Deterministic => Box::new(LinearActor::new(0.005)),
             ActorKind::Gaussian => Box::new(GaussianActor::new(0.005, -1.0)),
@@ -484,7 +568,14 @@ pub fn critics_of(projection: &dyn Projection) -> usize {
 
 pub fn learner(method: Method, critics: usize, seed: u64) -> Learner {
     let critic = Box::new(LinearCritics::new(critics, 2, 0.02, seed));
-    Learner::with_networks(method, &Toy::new().spec, critic, Box::new(LinearActor::new(0.005)), seed).unwrap()
+    Learner::with_networks(
+        method,
+        &Toy::new().spec,
+        critic,
+        Box::new(LinearActor::new(0.005)),
+        seed,
+    )
+    .unwrap()
 }
 
 pub fn trainer(learner: Learner) -> Trainer<Learner> {
