@@ -67,7 +67,7 @@ fn methods_on_td3() {
 
 #[test]
 fn redq() {
-    assert!(train("redq", 280, [283, 285]).contains("q_spread/safety"));
+    assert!(train("redq", 280, [283, 285]).contains("q_std/safety"));
     train("redq-oac", 280, [281, 282]);
     for line in ["redq-sac", "redq-sac-oac", "redq-sac-oac --set optimism.projection=extremum"] {
         assert!(train(line, 280, [281, 282]).contains("actor/temperature"));

@@ -29,18 +29,16 @@ assert!(reward[0] > 0.9);
 //! An environment is tied to no thread, and many run at once, each with its own data.
 
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
-mod advance;
-#[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod c_text;
 mod doctor;
-#[cfg(any(feature = "mujoco-rs", feature = "system"))]
-mod engine;
 #[cfg(feature = "mujoco-rs")]
 mod guard;
 #[cfg(all(test, any(feature = "mujoco-rs", feature = "system")))]
 mod guard_tests;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod identity;
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+mod physics;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod simulation;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
@@ -55,7 +53,7 @@ pub mod system;
 
 pub use doctor::{Report, doctor};
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
-pub use engine::Mujoco;
+pub use physics::Mujoco;
 #[cfg(feature = "render")]
 pub use render::Renderer;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]

@@ -22,7 +22,6 @@ mod collider;
 mod contact;
 mod contact_forces;
 mod coordinate;
-mod engine;
 mod fields;
 mod frame;
 mod free_joint;
@@ -30,14 +29,15 @@ mod friction;
 mod limits;
 mod link;
 mod motors;
-mod rapier;
+mod physics;
+mod pipeline;
 mod scalar_joint;
 mod soft_constraint;
 mod twist;
 mod weld;
 mod world;
 
-pub use rapier::Rapier;
+pub use physics::Rapier;
 
 use copq::{Env, Result};
 use copq_envs::{Locomotion, Options};

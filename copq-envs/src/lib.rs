@@ -31,7 +31,6 @@
 
 mod field;
 mod locomotion;
-mod phase;
 mod physics;
 mod readings;
 pub mod robot;

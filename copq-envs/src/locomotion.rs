@@ -3,7 +3,6 @@
 use copq::error::check_len;
 use copq::{Env, EnvSpec, Error, Outcome, Result, Rng, State};
 
-use crate::phase::Phase;
 use crate::task::Motion;
 use crate::{Dims, Physics, Readings, Task};
 
@@ -235,4 +234,25 @@ fn needs(task: &Task) -> String {
         task.name,
         task.fields()
     )
+}
+
+/// Whether there is an episode to step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u64)]
+enum Phase {
+    Fresh = 0,
+    Running = 1,
+    Over = 2,
+}
+
+impl Phase {
+    /// The inverse of `self as u64`.
+    fn from_number(number: u64) -> Result<Self> {
+        match number {
+            0 => Ok(Self::Fresh),
+            1 => Ok(Self::Running),
+            2 => Ok(Self::Over),
+            other => Err(Error::invalid("saved phase of an episode", "0, 1 or 2", other)),
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! `evaluations.csv`: what the policy returns without exploration, and what its critics promised.
+//! `evaluations.csv`: what the policy returns without exploration, and what its critics expected.
 
 use std::path::Path;
 
@@ -69,9 +69,9 @@ fn values<'a>(
     evaluation: &'a Evaluation,
     spec: &'a EnvSpec,
 ) -> impl Iterator<Item = (String, f64)> + 'a {
-    let pairs = evaluation.promised.iter().zip(&evaluation.discounted);
-    spec.names().into_iter().zip(pairs).flat_map(|(name, (&promised, &discounted))| {
-        [(format!("promised/{name}"), promised), (format!("discounted/{name}"), discounted)]
+    let pairs = evaluation.q_start.iter().zip(&evaluation.discounted);
+    spec.names().into_iter().zip(pairs).flat_map(|(name, (&q_start, &discounted))| {
+        [(format!("q_start/{name}"), q_start), (format!("discounted/{name}"), discounted)]
     })
 }
 
@@ -94,13 +94,13 @@ pub(crate) fn describe(step: u64, evaluation: &Evaluation, spec: &EnvSpec) -> St
         pairs.map(|(name, value)| format!("{name} {value:.1}")).collect::<Vec<_>>().join(", ")
     };
     format!(
-        "{:>9} steps: weighted total {:.1} ({}) in {:.0} steps an episode; Q promised {}, \
+        "{:>9} steps: weighted total {:.1} ({}) in {:.0} steps an episode; Q at the start {}, \
          observed {}",
         grouped(step),
         mean(&totals(evaluation, spec)),
         named(&evaluation.mean()),
         evaluation.mean_length(),
-        named(&evaluation.promised),
+        named(&evaluation.q_start),
         named(&evaluation.discounted),
     )
 }

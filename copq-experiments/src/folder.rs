@@ -17,7 +17,7 @@ use copq::files;
 /// |---|---|
 /// | `config.toml` | everything needed to repeat the run |
 /// | `metrics.csv` | averages over each logging interval: training episodes, losses, Q-values |
-/// | `evaluations.csv` | returns of the evaluation episodes, promised and observed values |
+/// | `evaluations.csv` | returns of the evaluation episodes, expected and observed values |
 /// | `timings.csv` | where the time went |
 /// | `events.out.tfevents.*` | the means of these numbers for TensorBoard |
 /// | `curve.svg`, `curve.png` | the evaluations as a picture |
@@ -32,7 +32,7 @@ use copq::files;
 /// | `train/return/NAME` | their undiscounted returns |
 /// | `train/weighted_total` | the sum of these by the task's weights |
 /// | `q/NAME` | the critics' mean value of the replayed actions (discounted, as all values) |
-/// | `q_spread/NAME` | the critics' standard deviation there (the root of its mean square over the batch) |
+/// | `q_std/NAME` | the critics' standard deviation there (the root of its mean square over the batch) |
 /// | `bound/NAME` | the lower bound there, by the learner's projection |
 /// | `target/NAME` | what the critics should say: mean TD target |
 /// | `critic_loss/NAME` | mean squared distance from it, over critics and batch |
@@ -49,7 +49,7 @@ use copq::files;
 /// | `cost_violation/NAME` | how far that is above the discounted limit |
 ///
 /// `evaluations.csv` has mean, standard deviation, least and largest of the returns over its
-/// episodes, `promised/NAME` (the critics' mean value of an episode's first action: the value of
+/// episodes, `q_start/NAME` (the critics' mean value of an episode's first action: the value of
 /// the policy that they learn, so with its smoothing noise, or its samples and their entropy bonus)
 /// and `discounted/NAME` (what the episode then returned, discounted).
 ///

@@ -87,7 +87,7 @@ impl<'a> Player<'a> {
     fn reset(&mut self, seed: u64) -> Result<Vec<u32>> {
         self.obs.fill(f32::NAN);
         self.env.reset(seed, &mut self.obs)?;
-        self.finite("reset", "observation", &self.obs)?;
+        self.check_finite("reset", "observation", &self.obs)?;
         Ok(bits(&self.obs))
     }
 
@@ -99,12 +99,12 @@ impl<'a> Player<'a> {
         self.reward.fill(f32::NAN);
         let outcome = self.env.step(&self.action, &mut self.obs, &mut self.reward)?;
         let when = format!("step {number}");
-        self.finite(&when, "observation", &self.obs)?;
-        self.finite(&when, "reward", &self.reward)?;
+        self.check_finite(&when, "observation", &self.obs)?;
+        self.check_finite(&when, "reward", &self.reward)?;
         Ok(Step { obs: bits(&self.obs), reward: bits(&self.reward), outcome })
     }
 
-    fn finite(&self, when: &str, what: &str, values: &[f32]) -> Result<()> {
+    fn check_finite(&self, when: &str, what: &str, values: &[f32]) -> Result<()> {
         match values.iter().position(|x| !x.is_finite()) {
             None => Ok(()),
             Some(i) => {

@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::{Agent, Env, Error, Mode, Outcome, Result, Rng, Rollout, Stream};
 
-/// Deterministic episodes of a policy, with what its critics promised for them. Prints as a small
+/// Deterministic episodes of a policy, with what its critics expected of them. Prints as a small
 /// table.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -22,7 +22,7 @@ pub struct Evaluation {
     /// that is evaluated. With target smoothing (TD3) its noise costs what noise costs (on
     /// benchmark A's hopper 11.6 of control: 3 components x 0.039, clipped, x 0.99 / (1 - 0.99));
     /// with an entropy bonus (SAC) they include the bonus of the steps to come.
-    pub promised: Vec<f64>,
+    pub q_start: Vec<f64>,
 }
 
 impl Evaluation {
@@ -69,7 +69,7 @@ pub fn evaluate<A: Agent + ?Sized>(
         returns: Vec::new(),
         lengths: Vec::new(),
         discounted: vec![0.0; n],
-        promised: vec![0.0; n],
+        q_start: vec![0.0; n],
     };
     let discount = agent.discount();
     let mut seeds = Rng::new(agent.seed(), Stream::Evaluation);
@@ -81,7 +81,7 @@ pub fn evaluate<A: Agent + ?Sized>(
         let mut weight = 1.0 / episodes as f64;
         agent.act(rollout.obs(), Mode::Exploit, &mut action)?;
         agent.value(rollout.obs(), &action, &mut q)?;
-        for (sum, &q) in result.promised.iter_mut().zip(&q) {
+        for (sum, &q) in result.q_start.iter_mut().zip(&q) {
             *sum += weight * f64::from(q);
         }
         loop {

@@ -34,7 +34,7 @@ pub(crate) fn squared_error_grad(q: QView<'_>, target: &[f32], weights: &[f64], 
 
 /// Means over critics and rows, and the critics' standard deviation (the root of the mean variance
 /// over rows).
-pub(crate) fn mean_and_spread(q: QView<'_>, objective: usize) -> (f64, f64) {
+pub(crate) fn mean_and_std(q: QView<'_>, objective: usize) -> (f64, f64) {
     let mut total = 0.0;
     let mut variance = 0.0;
     let critics = q.critics() as f64;
@@ -59,7 +59,12 @@ pub(crate) fn margin(q: QView<'_>, bound: &[f32], weights: &[f64]) -> f64 {
 
 /// An error that names the objective and the first rows if a `rows x objectives` array is not
 /// finite.
-pub(crate) fn finite(what: &str, values: &[f32], objectives: &[String], step: u64) -> Result<()> {
+pub(crate) fn check_finite(
+    what: &str,
+    values: &[f32],
+    objectives: &[String],
+    step: u64,
+) -> Result<()> {
     let n = objectives.len();
     let Some(first) = values.iter().position(|x| !x.is_finite()) else { return Ok(()) };
     let objective = first % n;
@@ -73,7 +78,12 @@ pub(crate) fn finite(what: &str, values: &[f32], objectives: &[String], step: u6
 }
 
 /// An error if any component of one row is not finite.
-pub(crate) fn finite_row(what: &str, values: &[f32], step: u64, hint: &'static str) -> Result<()> {
+pub(crate) fn check_finite_row(
+    what: &str,
+    values: &[f32],
+    step: u64,
+    hint: &'static str,
+) -> Result<()> {
     match values.iter().position(|x| !x.is_finite()) {
         None => Ok(()),
         Some(i) => Err(Error::NonFinite {
@@ -86,7 +96,7 @@ pub(crate) fn finite_row(what: &str, values: &[f32], step: u64, hint: &'static s
 }
 
 /// An error that names the objective whose loss is not finite.
-pub(crate) fn finite_losses(losses: &[f64], objectives: &[String], step: u64) -> Result<()> {
+pub(crate) fn check_finite_losses(losses: &[f64], objectives: &[String], step: u64) -> Result<()> {
     match losses.iter().position(|loss| !loss.is_finite()) {
         None => Ok(()),
         Some(i) => Err(Error::NonFinite {

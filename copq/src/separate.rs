@@ -73,7 +73,7 @@ impl SeparateCritics {
             let len = critics * scalar.rows() * n;
             q.resize(len, 0.0);
             grad_q.resize(len, 0.0);
-            spread(counts, scalar.values(), q);
+            copy_to_critics(counts, scalar.values(), q);
             grad(QView::new(q, critics, n)?, grad_q)?;
             gather(counts, grad_q, grad_scalar);
             Ok(())
@@ -105,7 +105,7 @@ impl Critic for SeparateCritics {
         }
         self.values.resize(q.len() / (self.critics * n) * self.networks.critics(), 0.0);
         self.networks.values(net, obs, act, &mut self.values)?;
-        spread(&self.counts, &self.values, q);
+        copy_to_critics(&self.counts, &self.values, q);
         Ok(())
     }
 
@@ -167,7 +167,7 @@ fn pairs(counts: &[usize], len: usize, mut pair: impl FnMut(usize, usize)) {
     }
 }
 
-fn spread(counts: &[usize], values: &[f32], q: &mut [f32]) {
+fn copy_to_critics(counts: &[usize], values: &[f32], q: &mut [f32]) {
     pairs(counts, q.len(), |at, from| q[at] = values[from]);
 }
 

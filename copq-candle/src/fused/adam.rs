@@ -5,16 +5,16 @@ use std::ops::Range;
 use bytemuck::{cast_slice, cast_slice_mut};
 use pulp::Arch;
 
-use super::panels::Line;
+use super::panels::PanelRow;
 use crate::adam::{BETA1, BETA2, EPSILON, Step};
 use crate::learned::Learned;
 
 /// The present step of some online parameters, those of `lines`, against `grad`; then their targets
 /// go `tau` of the way to them.
 pub(super) fn step(
-    learned: &mut Learned<Line>,
+    learned: &mut Learned<PanelRow>,
     lines: Range<usize>,
-    grad: &[Line],
+    grad: &[PanelRow],
     lr: f64,
     tau: f32,
 ) {

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::panels::{Line, WIDTH};
+use super::panels::{PanelRow, WIDTH};
 use crate::shape::{Layer, Shape};
 
 /// A network's layers, one after another in lines: panels of a layer's outputs, with a line for
@@ -43,14 +43,14 @@ impl Layout {
     }
 
     /// Lines from a flat buffer laid out by the shape.
-    pub fn pack(&self, flat: &[f32]) -> Vec<Line> {
-        let mut lines = vec![Line::default(); self.len()];
+    pub fn pack(&self, flat: &[f32]) -> Vec<PanelRow> {
+        let mut lines = vec![PanelRow::default(); self.len()];
         self.places(|at, line, place| lines[line].0[place] = flat[at]);
         lines
     }
 
     /// The flat buffer that [`Layout::pack`] would make these lines of.
-    pub fn unpack(&self, lines: &[Line]) -> Vec<f32> {
+    pub fn unpack(&self, lines: &[PanelRow]) -> Vec<f32> {
         let mut flat = vec![0.0; self.shape.len()];
         self.places(|at, line, place| flat[at] = lines[line].0[place]);
         flat

@@ -4,7 +4,7 @@ use copq::{Activation, Net, Result, State};
 
 use super::activation::activate;
 use super::layout::Layout;
-use super::panels::{Line, Panels};
+use super::panels::{PanelRow, Panels};
 use super::product::{Finish, affine};
 use super::threads::Threads;
 use super::workspace::{Gate, Workspace};
@@ -16,7 +16,7 @@ use crate::shape::Shape;
 #[derive(Clone, Debug)]
 pub(super) struct Network {
     layout: Layout,
-    learned: Learned<Line>,
+    learned: Learned<PanelRow>,
     activation: Activation,
     /// Every layer's outputs from the last [`Network::forward`], the hidden ones after their
     /// activation.
@@ -84,7 +84,7 @@ impl Network {
         for (i, (layer, map)) in layout.maps().enumerate().rev() {
             let below = i.checked_sub(1).map(|below| &outputs[below]);
             if below.is_some() {
-                workspace.turn(layer, &learned.online[map.clone()], 0);
+                workspace.transpose(layer, &learned.online[map.clone()], 0);
             }
             adam::step(learned, map, workspace.gradient(below.unwrap_or(input)), lr, tau);
             if let Some(below) = below {
@@ -106,7 +106,7 @@ impl Network {
         for (i, (layer, map)) in self.layout.maps().enumerate().rev() {
             let parameters = &self.learned.online[map];
             if i > 0 {
-                workspace.turn(layer, parameters, 0);
+                workspace.transpose(layer, parameters, 0);
                 workspace.step_down(gate(&self.outputs[i - 1], self.slopes.get(i - 1)));
             } else {
                 workspace.step_out(layer, parameters, first, out);
@@ -140,7 +140,7 @@ fn gate<'a>(output: &'a Panels, slope: Option<&'a Panels>) -> Gate<'a> {
 /// their activation, whose slopes it writes where there is room for them.
 fn run(
     layout: &Layout,
-    parameters: &[Line],
+    parameters: &[PanelRow],
     activation: Activation,
     input: &Panels,
     outputs: &mut [Panels],

@@ -10,15 +10,15 @@ pub(super) const WIDTH: usize = 16;
 /// processor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
-pub(super) struct Line(pub [f32; WIDTH]);
+pub(super) struct PanelRow(pub [f32; WIDTH]);
 
-/// A matrix of which panel `p` has columns 16 p to 16 p + 15, a [`Line`] for each row; lines end in
+/// A matrix of which panel `p` has columns 16 p to 16 p + 15, a [`PanelRow`] for each row; lines end in
 /// zeros where the columns end.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Panels {
     rows: usize,
     cols: usize,
-    lines: Vec<Line>,
+    lines: Vec<PanelRow>,
 }
 
 impl Panels {
@@ -31,22 +31,22 @@ impl Panels {
     }
 
     /// Panel after panel.
-    pub fn lines(&self) -> &[Line] {
+    pub fn lines(&self) -> &[PanelRow] {
         &self.lines[..self.rows * self.cols.div_ceil(WIDTH)]
     }
 
     /// Panel after panel, to change in place.
-    pub fn lines_mut(&mut self) -> &mut [Line] {
+    pub fn lines_mut(&mut self) -> &mut [PanelRow] {
         &mut self.lines[..self.rows * self.cols.div_ceil(WIDTH)]
     }
 
     /// Takes another shape, and memory for it if it never had as much; what the lines hold then is
     /// left from before.
-    pub fn reshape(&mut self, rows: usize, cols: usize) -> &mut [Line] {
+    pub fn reshape(&mut self, rows: usize, cols: usize) -> &mut [PanelRow] {
         (self.rows, self.cols) = (rows, cols);
         let len = rows * cols.div_ceil(WIDTH);
         if self.lines.len() < len {
-            self.lines.resize(len, Line::default());
+            self.lines.resize(len, PanelRow::default());
         }
         &mut self.lines[..len]
     }
@@ -54,7 +54,7 @@ impl Panels {
     /// Becomes dense row-major matrices of `rows` rows, side by side.
     pub fn set(&mut self, rows: usize, parts: &[&[f32]]) {
         let cols = parts.iter().map(|part| part.len() / rows).sum();
-        self.reshape(rows, cols).fill(Line::default());
+        self.reshape(rows, cols).fill(PanelRow::default());
         let mut first = 0;
         for part in parts {
             let width = part.len() / rows;
@@ -107,7 +107,7 @@ mod tests {
         let a = part(left, 1.0);
         let b = part(right, -1.0);
         let mut panels = Panels::default();
-        panels.reshape(7, 50).fill(Line([9.0; WIDTH]));
+        panels.reshape(7, 50).fill(PanelRow([9.0; WIDTH]));
         panels.set(rows, &[&a, &b]);
         assert_eq!((panels.rows(), panels.cols(), panels.lines().len()), (3, 34, 9));
         let mut out = vec![0.0; b.len()];

@@ -3,7 +3,7 @@
 use bytemuck::{cast_slice, cast_slice_mut};
 use pulp::Arch;
 
-use super::panels::Line;
+use super::panels::PanelRow;
 
 /// The first `len` values of a buffer that grows when it must.
 pub(super) fn room(buffer: &mut Vec<f32>, len: usize) -> &mut [f32] {
@@ -14,7 +14,7 @@ pub(super) fn room(buffer: &mut Vec<f32>, len: usize) -> &mut [f32] {
 }
 
 /// Polyak averaging: target <- (1 - tau) target + tau online.
-pub(super) fn polyak(target: &mut [Line], online: &[Line], tau: f32) {
+pub(super) fn polyak(target: &mut [PanelRow], online: &[PanelRow], tau: f32) {
     let target: &mut [f32] = cast_slice_mut(target);
     let online: &[f32] = cast_slice(online);
     Arch::new().dispatch(|| {

@@ -7,7 +7,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::panels::{Line, Panels, WIDTH};
+use super::panels::{PanelRow, Panels, WIDTH};
 use super::threads::Threads;
 
 /// What becomes of a product's elements before they are stored.
@@ -40,7 +40,7 @@ impl<T> Finish<T> {
 /// checked before.
 pub(super) fn affine(
     left: &Panels,
-    map: &[Line],
+    map: &[PanelRow],
     cols: usize,
     finish: Finish<&Panels>,
     out: &mut Panels,
@@ -69,7 +69,7 @@ pub(super) fn affine(
 
 /// `out = left^T right`, then the sums of `right`'s columns: the gradient of a map from inputs
 /// `left` and the gradient `right` of its outputs, laid out as the map is.
-pub(super) fn gradient(left: &Panels, right: &Panels, out: &mut [Line], threads: &Threads) {
+pub(super) fn gradient(left: &Panels, right: &Panels, out: &mut [PanelRow], threads: &Threads) {
     let rows = left.rows();
     let lines = left.cols() + 1;
     let cols = right.cols();
@@ -112,13 +112,13 @@ impl<K: Kernel> WithSimd for ByLanes<K> {
 
 /// Lines as vectors.
 #[inline(always)]
-fn vectors<S: Simd, const V: usize>(lines: &[Line]) -> &[[S::f32s; V]] {
+fn vectors<S: Simd, const V: usize>(lines: &[PanelRow]) -> &[[S::f32s; V]] {
     S::as_simd_f32s(bytemuck::cast_slice(lines)).0.as_chunks().0
 }
 
 /// The same, to write.
 #[inline(always)]
-fn vectors_mut<S: Simd, const V: usize>(lines: &mut [Line]) -> &mut [[S::f32s; V]] {
+fn vectors_mut<S: Simd, const V: usize>(lines: &mut [PanelRow]) -> &mut [[S::f32s; V]] {
     S::as_mut_simd_f32s(bytemuck::cast_slice_mut(lines)).0.as_chunks_mut().0
 }
 
@@ -188,10 +188,10 @@ fn tile<const HEIGHT: usize, const U: usize>(first: usize, tiles: &mut impl Tile
 /// Some panels of [`affine`]'s result, and the columns from the first of them on.
 struct Affine<'a> {
     left: &'a Panels,
-    map: &'a [Line],
+    map: &'a [PanelRow],
     cols: usize,
-    finish: Finish<&'a [Line]>,
-    out: &'a mut [Line],
+    finish: Finish<&'a [PanelRow]>,
+    out: &'a mut [PanelRow],
 }
 
 impl Kernel for Affine<'_> {
@@ -286,9 +286,9 @@ impl<S: Simd, const V: usize> AffinePanel<'_, S, V> {
 /// first of them on.
 struct Gradient<'a> {
     left: &'a Panels,
-    right: &'a [Line],
+    right: &'a [PanelRow],
     cols: usize,
-    out: &'a mut [Line],
+    out: &'a mut [PanelRow],
 }
 
 impl Kernel for Gradient<'_> {
@@ -312,7 +312,7 @@ impl Kernel for Gradient<'_> {
 /// Where a panel of inputs meets one of outputs in [`gradient`]'s result; its lines are inputs.
 struct GradientPanel<'a, S: Simd, const V: usize> {
     simd: S,
-    left: &'a [Line],
+    left: &'a [PanelRow],
     right: &'a [[S::f32s; V]],
     out: &'a mut [[S::f32s; V]],
 }
@@ -528,7 +528,7 @@ mod tests {
     #[should_panic(expected = "lines of a map")]
     fn shapes_that_do_not_fit() {
         let left = panels(2, &[0.0; 6]);
-        let map = [Line::default(); 3];
+        let map = [PanelRow::default(); 3];
         let mut out = Panels::default();
         affine(&left, &map, 2, Finish::Keep, &mut out, &Threads::default());
     }

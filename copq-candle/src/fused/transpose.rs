@@ -2,7 +2,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::panels::{Line, Panels, WIDTH};
+use super::panels::{PanelRow, Panels, WIDTH};
 use crate::shape::Layer;
 
 /// Values in a square block.
@@ -10,16 +10,16 @@ const SQUARE: usize = WIDTH * WIDTH;
 
 /// Writes the map from a layer's outputs to its inputs, which starts from zero, given the layer's
 /// own; only the panels of inputs from `first` on.
-pub(super) fn transpose(layer: &Layer, map: &[Line], first: usize, out: &mut Panels) {
+pub(super) fn transpose(layer: &Layer, map: &[PanelRow], first: usize, out: &mut Panels) {
     let out = out.reshape(layer.output + 1, layer.input - first * WIDTH);
     Arch::new().dispatch(Transpose { layer, map, first, out });
 }
 
 struct Transpose<'a> {
     layer: &'a Layer,
-    map: &'a [Line],
+    map: &'a [PanelRow],
     first: usize,
-    out: &'a mut [Line],
+    out: &'a mut [PanelRow],
 }
 
 impl WithSimd for Transpose<'_> {
@@ -32,25 +32,25 @@ impl WithSimd for Transpose<'_> {
             let inputs = panel * WIDTH..layer.input.min((panel + 1) * WIDTH);
             let (out, start) = out.split_at_mut(layer.output);
             for (map, out) in map.chunks_exact(layer.input + 1).zip(out.chunks_mut(WIDTH)) {
-                turn(&map[inputs.clone()], out);
+                transpose_rows(&map[inputs.clone()], out);
             }
-            start.fill(Line::default());
+            start.fill(PanelRow::default());
         }
     }
 }
 
 /// Writes the columns of at most 16 lines as lines, of which at most 16 are wanted.
 #[inline(always)]
-fn turn(lines: &[Line], out: &mut [Line]) {
+fn transpose_rows(lines: &[PanelRow], out: &mut [PanelRow]) {
     let from: &[f32] = bytemuck::cast_slice(lines);
     let to: &mut [f32] = bytemuck::cast_slice_mut(out);
     if let (Ok(from), Ok(to)) = (from.try_into(), (&mut *to).try_into()) {
-        return turn_square(from, to);
+        return transpose_square(from, to);
     }
     let mut square = [0.0; SQUARE];
     let mut turned = [0.0; SQUARE];
     square[..from.len()].copy_from_slice(from);
-    turn_square(&square, &mut turned);
+    transpose_square(&square, &mut turned);
     to.copy_from_slice(&turned[..to.len()]);
 }
 
@@ -58,7 +58,7 @@ fn turn(lines: &[Line], out: &mut [Line]) {
 /// column change places. The compiler makes vector instructions of them, as it does not of the
 /// plain loops.
 #[inline(always)]
-fn turn_square(from: &[f32; SQUARE], to: &mut [f32; SQUARE]) {
+fn transpose_square(from: &[f32; SQUARE], to: &mut [f32; SQUARE]) {
     let mut a = [0.0; SQUARE];
     let mut b = [0.0; SQUARE];
     interleave(from, &mut a);
@@ -94,7 +94,7 @@ mod tests {
         for first in 0..3 {
             let inputs = layer.input - first * WIDTH;
             let mut out = Panels::default();
-            out.reshape(50, 50).fill(Line([9.0; WIDTH]));
+            out.reshape(50, 50).fill(PanelRow([9.0; WIDTH]));
             transpose(layer, &map, first, &mut out);
             let mut wanted = Panels::default();
             let columns = (0..layer.output)

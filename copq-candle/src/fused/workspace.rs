@@ -3,7 +3,7 @@
 use copq::Result;
 
 use super::activation::multiply;
-use super::panels::{Line, Panels, WIDTH};
+use super::panels::{PanelRow, Panels, WIDTH};
 use super::product::{Finish, affine, gradient};
 use super::threads::Threads;
 use super::transpose::transpose;
@@ -61,7 +61,7 @@ impl Workspace {
     }
 
     /// dL/dparameters of the present layer, laid out as they are, given its inputs.
-    pub fn gradient(&mut self, input: &Panels) -> &[Line] {
+    pub fn gradient(&mut self, input: &Panels) -> &[PanelRow] {
         gradient(
             input,
             &self.delta,
@@ -72,11 +72,11 @@ impl Workspace {
     }
 
     /// Keeps the present layer's weight for the way down, for inputs from panel `first` on.
-    pub fn turn(&mut self, layer: &Layer, map: &[Line], first: usize) {
+    pub fn transpose(&mut self, layer: &Layer, map: &[PanelRow], first: usize) {
         transpose(layer, map, first, &mut self.transposed);
     }
 
-    /// After [`Workspace::turn`]: goes down to the layer below, back through its activation.
+    /// After [`Workspace::transpose`]: goes down to the layer below, back through its activation.
     pub fn step_down(&mut self, gate: Gate<'_>) {
         let (cols, finish) = match gate {
             Gate::Mask(output) => (output.cols(), Finish::Mask(output)),
@@ -91,9 +91,9 @@ impl Workspace {
 
     /// After [`Workspace::begin`] on the way through the first layer: dL/d(its inputs' columns from
     /// `first` on).
-    pub fn step_out(&mut self, layer: &Layer, map: &[Line], first: usize, out: &mut [f32]) {
+    pub fn step_out(&mut self, layer: &Layer, map: &[PanelRow], first: usize, out: &mut [f32]) {
         let panel = first / WIDTH;
-        self.turn(layer, map, panel);
+        self.transpose(layer, map, panel);
         let map = self.transposed.lines();
         let cols = layer.input - panel * WIDTH;
         affine(&self.delta, map, cols, Finish::Keep, &mut self.below, &self.threads);

@@ -82,7 +82,7 @@ fn rows_are_at_their_intervals_and_at_the_end() {
     let total = column("return/speed/mean")[3] - 0.5 * column("return/effort/mean")[3];
     assert_abs_diff_eq!(total, column("weighted_total/mean")[3], epsilon = 1e-9);
     assert!(column("return/speed/min")[3] < column("return/speed/mean")[3]);
-    assert!(column("promised/speed")[3].is_finite() && column("discounted/effort")[3] > 0.0);
+    assert!(column("q_start/speed")[3].is_finite() && column("discounted/effort")[3] > 0.0);
 }
 
 #[test]

@@ -29,12 +29,12 @@ pub struct Optimistic {
     pub std: f32,
     /// Whose upper bound; the learner's own projection's, unless given.
     projection: Option<Arc<dyn Projection>>,
-    work: Work,
+    buffers: Buffers,
 }
 
 /// Buffers of one action, made at the first.
 #[derive(Debug, Default)]
-struct Work {
+struct Buffers {
     unit: Vec<f64>,
     grad_bound: Vec<f32>,
     grad_action: Vec<f32>,
@@ -46,7 +46,12 @@ impl Default for Optimistic {
     /// The upper bound of the learner's own projection, with the paper's constants (Tables D.2 and
     /// D.3).
     fn default() -> Self {
-        Self { optimism: Optimism::default(), std: 0.1, projection: None, work: Work::default() }
+        Self {
+            optimism: Optimism::default(),
+            std: 0.1,
+            projection: None,
+            buffers: Buffers::default(),
+        }
     }
 }
 
@@ -70,16 +75,16 @@ impl Optimistic {
         obs: &[f32],
         action: &[f32],
     ) -> Result<()> {
-        let Self { optimism, projection, work, .. } = self;
+        let Self { optimism, projection, buffers, .. } = self;
         let Context { critic, weights, scratch, .. } = context;
         let projection = projection.as_deref().unwrap_or(context.projection);
         let n = critic.objectives();
-        work.unit.resize(n, 0.0);
-        work.grad_bound.resize(n, 0.0);
-        work.grad_action.resize(action.len(), 0.0);
-        Directions::new(weights, 1, n)?.unit(0, &mut work.unit);
-        work.grad_bound.iter_mut().zip(&work.unit).for_each(|(grad, &u)| *grad = u as f32);
-        let Work { grad_bound, grad_action, .. } = work;
+        buffers.unit.resize(n, 0.0);
+        buffers.grad_bound.resize(n, 0.0);
+        buffers.grad_action.resize(action.len(), 0.0);
+        Directions::new(weights, 1, n)?.unit(0, &mut buffers.unit);
+        buffers.grad_bound.iter_mut().zip(&buffers.unit).for_each(|(grad, &u)| *grad = u as f32);
+        let Buffers { grad_bound, grad_action, .. } = buffers;
         let upper = &mut |q: QView<'_>, grad_q: &mut [f32]| {
             projection.vjp(
                 Bound { q, weights, step: optimism.beta as f32 },
@@ -101,10 +106,10 @@ impl Explore for Optimistic {
         if shift > 0.0 {
             self.action_grad(context, obs, action)?;
         } else {
-            self.work.grad_action.clear();
-            self.work.grad_action.resize(action.len(), 0.0);
+            self.buffers.grad_action.clear();
+            self.buffers.grad_action.resize(action.len(), 0.0);
         }
-        let Self { std, work: Work { noise, grad_noise, grad_action, .. }, .. } = self;
+        let Self { std, buffers: Buffers { noise, grad_noise, grad_action, .. }, .. } = self;
         let wanted = context.actor.noise_len();
         if wanted == 0 {
             noise.resize(action.len(), 0.0);

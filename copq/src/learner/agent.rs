@@ -2,7 +2,7 @@
 
 use super::Learner;
 use crate::error::check_len;
-use crate::loss::{finite, finite_row};
+use crate::loss::{check_finite, check_finite_row};
 use crate::{
     Agent, Context, EnvSpec, Error, Mode, Net, Normaliser, Observer, Outcome, Result, State,
     Transition,
@@ -73,7 +73,7 @@ impl Agent for Learner {
     }
 
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
-        finite_row("observation", obs, self.steps, OBSERVATION)?;
+        check_finite_row("observation", obs, self.steps, OBSERVATION)?;
         self.take_in(obs)?;
         let Self {
             config,
@@ -84,7 +84,7 @@ impl Agent for Learner {
             explore,
             warm_up,
             streams,
-            work,
+            buffers,
             steps,
             ..
         } = self;
@@ -99,12 +99,12 @@ impl Agent for Learner {
                 projection: projection.as_ref(),
                 weights: multiplier.weights(),
                 rng: &mut streams.explore,
-                scratch: &mut work.scratch,
+                scratch: &mut buffers.scratch,
             };
             let explore = if *steps < config.start_steps { warm_up } else { explore };
             explore.act(&mut context, obs, action)?;
         }
-        finite_row(
+        check_finite_row(
             "action",
             action,
             self.steps,
@@ -114,10 +114,10 @@ impl Agent for Learner {
 
     fn observe(&mut self, t: Transition<'_>) -> Result<()> {
         check_len("transition's reward", t.reward.len(), self.objectives.len())?;
-        finite("reward", t.reward, &self.objectives, self.steps)?;
-        finite_row("observation", t.next_obs, self.steps, OBSERVATION)?;
-        finite_row("observation", t.obs, self.steps, OBSERVATION)?;
-        finite_row("action", t.action, self.steps, "the caller passed NaN or infinity")?;
+        check_finite("reward", t.reward, &self.objectives, self.steps)?;
+        check_finite_row("observation", t.next_obs, self.steps, OBSERVATION)?;
+        check_finite_row("observation", t.obs, self.steps, OBSERVATION)?;
+        check_finite_row("action", t.action, self.steps, "the caller passed NaN or infinity")?;
         self.replay.push(t)?;
         if let Some(normaliser) = &mut self.normaliser {
             normaliser.push(t.obs)?;
@@ -141,7 +141,7 @@ impl Agent for Learner {
         let critics = self.critic.critics();
         let n = self.objectives.len();
         self.take_in(obs)?;
-        let values = &mut self.work.q[..critics * n];
+        let values = &mut self.buffers.q[..critics * n];
         self.critic.values(Net::Online, &self.obs, action, values)?;
         for (i, q) in q.iter_mut().enumerate() {
             *q = (0..critics).map(|k| values[k * n + i]).sum::<f32>() / critics as f32;

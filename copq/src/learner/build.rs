@@ -2,8 +2,8 @@
 //! and the task.
 
 use super::Learner;
+use super::buffers::{Buffers, Names};
 use super::streams::Streams;
-use super::work::{Names, Work};
 use crate::error::check_len;
 use crate::multiplier::FixedWeights;
 use crate::temperature::Temperature;
@@ -75,7 +75,7 @@ impl Learner {
             temperature,
             streams: Streams::new(seed),
             obs: vec![0.0; spec.obs_len],
-            work: Work::new(&config, actor.as_ref(), critic.as_ref()),
+            buffers: Buffers::new(&config, actor.as_ref(), critic.as_ref()),
             is_cost: (0..n).map(|i| spec.limit(i).is_some()).collect(),
             names: Names::new(&spec.names()),
             objectives: spec.names().into_iter().map(str::to_owned).collect(),

@@ -1,8 +1,8 @@
 //! The critics' step, and what is read off them afterwards.
 
 use super::Learner;
-use super::work::{Work, column_means, log_each};
-use crate::loss::{finite, finite_losses, squared_error_grad, squared_errors};
+use super::buffers::{Buffers, column_means, log_each};
+use crate::loss::{check_finite, check_finite_losses, squared_error_grad, squared_errors};
 use crate::{Bound, Net, Observer, QView, Result};
 
 impl Learner {
@@ -21,10 +21,10 @@ impl Learner {
             steps,
             ..
         } = self;
-        let Work { scratch, target, losses, loss_weights, bound, mean, .. } = &mut self.work;
+        let Buffers { scratch, target, losses, loss_weights, bound, mean, .. } = &mut self.buffers;
         let grad = &mut |q: QView<'_>, grad: &mut [f32]| {
             squared_errors(q, target, losses);
-            finite_losses(losses, objectives, *steps)?;
+            check_finite_losses(losses, objectives, *steps)?;
             match famo {
                 Some(famo) => famo.weigh(losses, loss_weights),
                 None => loss_weights.fill(1.0),
@@ -44,10 +44,10 @@ impl Learner {
     /// FAMO's step: the losses again, on the same batch and targets, after the critics have moved.
     fn balance_losses(&mut self, log: &mut dyn Observer) -> Result<()> {
         let Some(famo) = &mut self.famo else { return Ok(()) };
-        let Work { target, losses, losses_after, loss_weights, q, .. } = &mut self.work;
+        let Buffers { target, losses, losses_after, loss_weights, q, .. } = &mut self.buffers;
         self.critic.values(Net::Online, &self.batch.obs, &self.batch.action, q)?;
         squared_errors(QView::new(q, self.critic.critics(), losses.len())?, target, losses_after);
-        finite_losses(losses_after, &self.objectives, self.steps)?;
+        check_finite_losses(losses_after, &self.objectives, self.steps)?;
         famo.step(losses, losses_after);
         log_each(log, self.steps, &self.names.famo, loss_weights);
         Ok(())
@@ -59,7 +59,7 @@ impl Learner {
         if self.multiplier.is_constant() {
             return Ok(());
         }
-        let Work { q, scratch, bound, mean, .. } = &mut self.work;
+        let Buffers { q, scratch, bound, mean, .. } = &mut self.buffers;
         self.critic.values(Net::Online, &self.batch.obs, &self.batch.action, q)?;
         let q = QView::new(q, self.critic.critics(), self.objectives.len())?;
         let step = -self.config.pessimism as f32;
@@ -69,7 +69,7 @@ impl Learner {
             bound,
         )?;
         column_means(bound, mean);
-        finite("cost estimate", mean, &self.objectives, self.steps)?;
+        check_finite("cost estimate", mean, &self.objectives, self.steps)?;
         self.multiplier.observe(mean);
         Ok(())
     }

@@ -9,16 +9,16 @@ use crate::{
     Actor, Batch, Config, Critic, EnvSpec, Explore, Famo, Multiplier, Normaliser, Observer,
     Projection, Replay, Result,
 };
+use buffers::{Buffers, Names};
 use streams::Streams;
-use work::{Names, Work};
 
 mod agent;
+mod buffers;
 mod build;
 mod critics;
 mod policy;
 mod streams;
 mod targets;
-mod work;
 
 /// Learns a policy and a vector of values from replayed experience: sample, next actions, targets,
 /// fit the critics, every so often improve the actor; targets follow.
@@ -49,7 +49,7 @@ pub struct Learner {
     batch: Batch,
     /// One observation as the networks see it.
     obs: Vec<f32>,
-    work: Work,
+    buffers: Buffers,
     names: Names,
 }
 

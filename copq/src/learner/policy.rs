@@ -1,7 +1,7 @@
 //! The policy's part in an update: its next actions, and its improvement.
 
 use super::Learner;
-use super::work::Work;
+use super::buffers::Buffers;
 use crate::loss::margin;
 use crate::{Bound, Net, Observer, QView, Result};
 
@@ -9,7 +9,7 @@ impl Learner {
     /// a' = clip(mu'(s') + clip(noise)), TD3's smoothed target actions; of a stochastic policy a
     /// sample of the online one.
     pub(super) fn next_actions(&mut self) -> Result<()> {
-        let Work { noise, policy_noise, next_action, log_prob, .. } = &mut self.work;
+        let Buffers { noise, policy_noise, next_action, log_prob, .. } = &mut self.buffers;
         let net = if policy_noise.is_empty() { Net::Target } else { Net::Online };
         self.streams.smoothing.fill_normal(policy_noise);
         self.actor.sample(net, &self.batch.next_obs, policy_noise, next_action, log_prob)?;
@@ -31,7 +31,7 @@ impl Learner {
         let Self {
             actor, critic, projection, multiplier, temperature, batch, config, steps, ..
         } = self;
-        let Work { scratch, bound, grad_bound, policy_noise, .. } = &mut self.work;
+        let Buffers { scratch, bound, grad_bound, policy_noise, .. } = &mut self.buffers;
         let rows = config.batch as f64;
         let weights = multiplier.actor_weights();
         for row in grad_bound.chunks_exact_mut(weights.len()) {

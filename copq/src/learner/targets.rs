@@ -1,8 +1,8 @@
-//! TD targets: what the target critics promise for the next state, discounted, plus the reward.
+//! TD targets: what the target critics expect of the next state, discounted, plus the reward.
 
 use super::Learner;
-use super::work::{Work, column_means, log_each};
-use crate::loss::{finite, margin};
+use super::buffers::{Buffers, column_means, log_each};
+use crate::loss::{check_finite, margin};
 use crate::{Bound, Net, Observer, QView, Result, Rng};
 
 impl Learner {
@@ -13,8 +13,8 @@ impl Learner {
         let critics = self.critic.critics();
         let n = self.objectives.len();
         let shared = self.batch.reward.len();
-        let Work { q, positions, target, next_action, log_prob, scratch, mean, .. } =
-            &mut self.work;
+        let Buffers { q, positions, target, next_action, log_prob, scratch, mean, .. } =
+            &mut self.buffers;
         let promising = match self.config.subset {
             Some(subset) => {
                 draw(&mut self.streams.subset, subset, positions);
@@ -47,7 +47,7 @@ impl Learner {
                 .for_each(|(row, log_prob)| row[e] -= alpha * *log_prob);
         }
         if self.config.own_cost_targets {
-            spread(target, shared, q, &self.is_cost);
+            bootstrap_own_costs(target, shared, q, &self.is_cost);
         }
         let gamma = self.config.discount as f32;
         let rows = self.config.batch;
@@ -58,9 +58,9 @@ impl Learner {
                 *y = r + discount * *y;
             }
         }
-        target
-            .chunks_exact(shared)
-            .try_for_each(|target| finite("TD target", target, &self.objectives, self.steps))?;
+        target.chunks_exact(shared).try_for_each(|target| {
+            check_finite("TD target", target, &self.objectives, self.steps)
+        })?;
         log.scalar(self.steps, "clip_rate", scratch.clip_rate());
         column_means(target, mean);
         log_each(log, self.steps, &self.names.target, mean);
@@ -78,14 +78,14 @@ fn draw(rng: &mut Rng, count: usize, positions: &mut [usize]) {
     }
 }
 
-/// Gives every critic the promises that come first, `shared` of them, but for costs its own value.
-fn spread(target: &mut [f32], shared: usize, q: &[f32], is_cost: &[bool]) {
-    let (promise, others) = target.split_at_mut(shared);
+/// Gives every critic the targets that come first, `shared` of them, but for costs its own value.
+fn bootstrap_own_costs(target: &mut [f32], shared: usize, q: &[f32], is_cost: &[bool]) {
+    let (first, others) = target.split_at_mut(shared);
     for (own, q) in others.chunks_exact_mut(shared).zip(q.chunks_exact(shared).skip(1)) {
-        own.copy_from_slice(promise);
+        own.copy_from_slice(first);
         keep_costs(own, q, is_cost);
     }
-    keep_costs(promise, q, is_cost);
+    keep_costs(first, q, is_cost);
 }
 
 fn keep_costs(target: &mut [f32], q: &[f32], is_cost: &[bool]) {
@@ -123,7 +123,7 @@ mod tests {
     fn costs_keep_their_own_critic() {
         // Two critics, one row, cost and reward.
         let mut target = [0.0, 7.0, 0.0, 0.0];
-        spread(&mut target, 2, &[1.0, 2.0, 3.0, 4.0], &[true, false]);
+        bootstrap_own_costs(&mut target, 2, &[1.0, 2.0, 3.0, 4.0], &[true, false]);
         assert_eq!(target, [1.0, 7.0, 3.0, 7.0]);
     }
 }

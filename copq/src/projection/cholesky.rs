@@ -1,15 +1,10 @@
 //! COP-Q's own bound: the Cholesky factor of the critics' covariance, in priority order, with the
 //! clip.
 
-use super::batch::Batch;
-use super::clip::{turn, turn_vjp};
-use super::deviations::rounding;
+use super::clip::{rotate, rotate_vjp};
 use super::factor::Factor;
-use super::lanes::Lanes;
-use super::number::Number;
-use super::scratch::Buffers;
 use super::vector::dot;
-use super::{Deviations, Ellipsoid, Scratch, Work};
+use super::{Deviations, Ellipsoid, Work};
 
 /// `mean + step * L R u`, with L the Cholesky factor of Sigma, objectives in priority order (paper
 /// eqs. 10-13).
@@ -55,7 +50,13 @@ impl Ellipsoid for Cholesky {
     }
 
     fn offset(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, out: &mut [f64]) {
-        if offset(x.values(), u, &mut work.buffers, out) > 0.0 {
+        let k = x.critics();
+        let n = x.objectives();
+        let [e, pivots, sum, p, rotated] = work.split([n * k, n, k, n, n]);
+        let factor = Factor::new(x.values(), e, pivots);
+        let fired = clipped_direction(x, &factor, u, sum, p, rotated);
+        factor.times(rotated, sum, out);
+        if fired {
             work.report_clip();
         }
     }
@@ -68,78 +69,34 @@ impl Ellipsoid for Cholesky {
         grad: &[f64],
         grad_x: &mut [f64],
     ) {
-        offset_vjp(x.values(), u, &mut work.buffers, grad, grad_x);
-    }
-
-    fn project_blocks(&self, batch: Batch<'_>, scratch: &mut Scratch, out: &mut [f32]) -> usize {
-        let rows = batch.whole::<Lanes>();
-        let (line, buffers) = scratch.lanes();
-        let clips = batch.project(0..rows, line, out, |x, u, out| offset(x, u, buffers, out));
-        scratch.add_clips(clips);
-        rows
-    }
-
-    fn vjp_blocks(
-        &self,
-        batch: Batch<'_>,
-        scratch: &mut Scratch,
-        grad_out: &[f32],
-        grad_q: &mut [f32],
-    ) -> usize {
-        let rows = batch.whole::<Lanes>();
-        let (line, buffers) = scratch.lanes();
-        batch.vjp(0..rows, line, (grad_out, grad_q), |x, u, grad, grad_x| {
-            offset_vjp(x, u, buffers, grad, grad_x)
-        });
-        rows
+        let k = x.critics();
+        let n = x.objectives();
+        let [e, pivots, sum, p, rotated, grad_e, grad_rotated, grad_p] =
+            work.split([n * k, n, k, n, n, n * k, n, n]);
+        let factor = Factor::new(x.values(), e, pivots);
+        let fired = clipped_direction(x, &factor, u, sum, p, rotated);
+        factor.bilinear_vjp(grad, rotated, sum, grad_e, grad_x);
+        if fired {
+            factor.transposed_times(grad, sum, grad_rotated);
+            rotate_vjp(u, p, rotated, grad_rotated, grad_p);
+            factor.bilinear_vjp(u, grad_p, sum, grad_e, grad_x);
+        }
+        factor.directions_vjp(grad_e, grad_x);
     }
 }
 
-/// Writes L R u; returns 1 where the clip fired, else 0.
-#[inline(always)]
-fn offset<T: Number>(x: &[T], u: &[T], buffers: &mut Buffers<T>, out: &mut [T]) -> T {
-    let k = x.len() / u.len();
-    let n = u.len();
-    let [e, pivots, sum, p, turned] = buffers.split([n * k, n, k, n, n]);
-    let factor = Factor::new(x, e, pivots);
-    let fired = clipped_direction(x, &factor, u, sum, p, turned);
-    factor.times(turned, sum, out);
-    fired
-}
-
-/// Adds d(grad . L R u)/dX to `grad_x`.
-#[inline(always)]
-fn offset_vjp<T: Number>(x: &[T], u: &[T], buffers: &mut Buffers<T>, grad: &[T], grad_x: &mut [T]) {
-    let k = x.len() / u.len();
-    let n = u.len();
-    let [e, pivots, sum, p, turned, grad_e, grad_turned, grad_p] =
-        buffers.split([n * k, n, k, n, n, n * k, n, n]);
-    let factor = Factor::new(x, e, pivots);
-    let fired = clipped_direction(x, &factor, u, sum, p, turned);
-    factor.bilinear_vjp((grad, turned), sum, grad_e, grad_x);
-    if fired.total() > 0.0 {
-        factor.transposed_times(grad, sum, grad_turned);
-        turn_vjp((u, p, turned), fired, grad_turned, grad_p);
-        factor.bilinear_vjp((u, grad_p), sum, grad_e, grad_x);
-    }
-    factor.directions_vjp(grad_e, grad_x);
-}
-
-/// Writes p = L'u and R u; returns 1 where the clip fired, else 0.
-#[inline(always)]
-fn clipped_direction<T: Number>(
-    x: &[T],
-    factor: &Factor<'_, T>,
-    u: &[T],
-    sum: &mut [T],
-    p: &mut [T],
-    turned: &mut [T],
-) -> T {
+/// Writes p = L'u and R u; returns whether the clip fired.
+fn clipped_direction(
+    x: &Deviations<'_>,
+    factor: &Factor<'_>,
+    u: &[f64],
+    sum: &mut [f64],
+    p: &mut [f64],
+    rotated: &mut [f64],
+) -> bool {
     factor.transposed_times(u, sum, p);
-    let std = dot(p, p).sqrt();
-    let rounding = rounding(x.chunks_exact(sum.len()), u);
-    for p in p.iter_mut() {
-        *p = T::if_less(rounding, std, *p, T::all(0.0));
+    if x.is_rounding(u, dot(p, p).sqrt()) {
+        p.fill(0.0);
     }
-    turn(u, p, turned)
+    rotate(u, p, rotated)
 }

@@ -1,6 +1,5 @@
 //! X, the critics' deviations from their mean in one row: what an ellipsoid is made of.
 
-use super::number::Number;
 use super::vector::{add_scaled, dot, rms, sum};
 use crate::{Error, Result};
 
@@ -83,12 +82,6 @@ impl<'a> Deviations<'a> {
     /// Whether `std`, the computed sqrt(u' Sigma u), is nothing but the rounding of its terms u_i
     /// x_i.
     pub fn is_rounding(&self, u: &[f64], std: f64) -> bool {
-        std <= rounding(self.iter(), u)
+        std <= ROUNDING * sum(self.iter().zip(u).map(|(x, u)| u.abs() * rms(x)))
     }
-}
-
-/// The largest sqrt(u' Sigma u) that counts as zero, given X's columns.
-#[inline(always)]
-pub(super) fn rounding<'a, T: Number + 'a>(columns: impl Iterator<Item = &'a [T]>, u: &[T]) -> T {
-    T::all(ROUNDING) * sum(columns.zip(u).map(|(x, u)| u.abs() * rms(x)))
 }

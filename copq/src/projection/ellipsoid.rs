@@ -3,7 +3,6 @@
 
 use std::fmt::Debug;
 
-use super::batch::Batch;
 use super::{Bound, Deviations, Projection, Scratch, Work};
 use crate::{Ensemble, Result};
 
@@ -84,25 +83,6 @@ pub trait Ellipsoid: Debug + Send + Sync {
         grad: &[f64],
         grad_x: &mut [f64],
     );
-
-    /// Projects the first rows of a batch several at a time, if the method can; returns how many
-    /// rows that were.
-    #[doc(hidden)]
-    fn project_blocks(&self, _batch: Batch<'_>, _scratch: &mut Scratch, _out: &mut [f32]) -> usize {
-        0
-    }
-
-    /// The gradients that go with `project_blocks`.
-    #[doc(hidden)]
-    fn vjp_blocks(
-        &self,
-        _batch: Batch<'_>,
-        _scratch: &mut Scratch,
-        _grad_out: &[f32],
-        _grad_q: &mut [f32],
-    ) -> usize {
-        0
-    }
 }
 
 impl<E: Ellipsoid> Projection for E {
@@ -115,15 +95,19 @@ impl<E: Ellipsoid> Projection for E {
     }
 
     fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
-        let batch = Batch { bound, directions: bound.check(out)? };
-        scratch.report_clips(0, bound.q.rows());
-        let done = self.project_blocks(batch, scratch, out);
+        let directions = bound.check(out)?;
+        let Bound { q, step, .. } = bound;
         let (row, work) = scratch.parts();
-        let clips = batch.project(done..bound.q.rows(), row, out, |x, u, offset| {
-            self.offset(&Deviations::of(x, bound.q.critics()), u, work, offset);
-            f64::from(work.take_clip())
-        });
-        scratch.add_clips(clips);
+        let mut clips = 0;
+        row.resize(q);
+        for at in 0..q.rows() {
+            row.load(q, &directions, at);
+            let x = Deviations::of(&row.deviations, q.critics());
+            self.offset(&x, &row.unit, work, &mut row.offset);
+            clips += usize::from(work.take_clip());
+            row.write_bound(at, step.into(), out);
+        }
+        scratch.report_clips(clips, q.rows());
         Ok(())
     }
 
@@ -134,13 +118,18 @@ impl<E: Ellipsoid> Projection for E {
         grad_out: &[f32],
         grad_q: &mut [f32],
     ) -> Result<()> {
-        let batch = Batch { bound, directions: bound.check_vjp(grad_out, grad_q)? };
-        let done = self.vjp_blocks(batch, scratch, grad_out, grad_q);
+        let directions = bound.check_vjp(grad_out, grad_q)?;
+        let Bound { q, step, .. } = bound;
         let (row, work) = scratch.parts();
-        batch.vjp(done..bound.q.rows(), row, (grad_out, grad_q), |x, u, grad, grad_x| {
-            self.offset_vjp(&Deviations::of(x, bound.q.critics()), u, work, grad, grad_x);
-            work.take_clip();
-        });
+        row.resize(q);
+        for at in 0..q.rows() {
+            row.load(q, &directions, at);
+            row.load_grad(at, grad_out);
+            let x = Deviations::of(&row.deviations, q.critics());
+            self.offset_vjp(&x, &row.unit, work, &row.grad, &mut row.grad_x);
+            row.write_grad(q, at, step.into(), grad_q);
+        }
+        work.take_clip();
         Ok(())
     }
 }

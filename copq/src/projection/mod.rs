@@ -1,7 +1,6 @@
 //! From an ensemble of vector-valued critics to one confidence bound: K x B x N values in, B x N
 //! out.
 
-mod batch;
 mod bound;
 mod cholesky;
 mod clip;
@@ -18,9 +17,7 @@ mod factor;
 mod gram_schmidt;
 mod independent_min;
 mod jacobi;
-mod lanes;
 mod mean_std;
-mod number;
 mod registry;
 mod row;
 mod scalarised_min;

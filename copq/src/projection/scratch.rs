@@ -2,8 +2,6 @@
 
 use std::mem;
 
-use super::lanes::Lanes;
-use super::number::Number;
 use super::row::Row;
 
 /// Working memory of a projection, and what the last
@@ -13,10 +11,8 @@ use super::row::Row;
 /// allocation.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
-    row: Row<f64>,
+    row: Row,
     work: Work,
-    rows: Row<Lanes>,
-    lanes: Buffers<Lanes>,
     clips: usize,
     projected: usize,
 }
@@ -35,31 +31,21 @@ impl Scratch {
         self.projected = rows;
     }
 
-    /// Counts clips after [`Scratch::report_clips`].
-    pub(super) fn add_clips(&mut self, clips: usize) {
-        self.clips += clips;
-    }
-
     /// Buffers for a projection of your own.
     pub fn work(&mut self) -> &mut Work {
         &mut self.work
     }
 
     /// The current row and the buffers, both at once.
-    pub(super) fn parts(&mut self) -> (&mut Row<f64>, &mut Work) {
+    pub(super) fn parts(&mut self) -> (&mut Row, &mut Work) {
         (&mut self.row, &mut self.work)
-    }
-
-    /// The same for several rows side by side.
-    pub(super) fn lanes(&mut self) -> (&mut Row<Lanes>, &mut Buffers<Lanes>) {
-        (&mut self.rows, &mut self.lanes)
     }
 }
 
 /// Buffers for the arithmetic of one row.
 #[derive(Clone, Debug, Default)]
 pub struct Work {
-    pub(super) buffers: Buffers<f64>,
+    buffer: Vec<f64>,
     clipped: bool,
 }
 
@@ -72,7 +58,14 @@ impl Work {
     /// assert_eq!((matrix.len(), vector.len()), (9, 3));
     /// ```
     pub fn split<const M: usize>(&mut self, lengths: [usize; M]) -> [&mut [f64]; M] {
-        self.buffers.split(lengths)
+        self.buffer.clear();
+        self.buffer.resize(lengths.iter().sum(), 0.0);
+        let mut rest = self.buffer.as_mut_slice();
+        lengths.map(|length| {
+            let (head, tail) = mem::take(&mut rest).split_at_mut(length);
+            rest = tail;
+            head
+        })
     }
 
     /// Says that the clip fired in this row.
@@ -83,29 +76,5 @@ impl Work {
     /// Whether the clip fired since the last question.
     pub(super) fn take_clip(&mut self) -> bool {
         mem::take(&mut self.clipped)
-    }
-}
-
-/// One piece of memory, from which buffers are split.
-#[derive(Clone, Debug)]
-pub(super) struct Buffers<T>(Vec<T>);
-
-impl<T> Default for Buffers<T> {
-    fn default() -> Self {
-        Self(Vec::new())
-    }
-}
-
-impl<T: Number> Buffers<T> {
-    /// See [`Work::split`].
-    pub(super) fn split<const M: usize>(&mut self, lengths: [usize; M]) -> [&mut [T]; M] {
-        self.0.clear();
-        self.0.resize(lengths.iter().sum(), T::all(0.0));
-        let mut rest = self.0.as_mut_slice();
-        lengths.map(|length| {
-            let (head, tail) = mem::take(&mut rest).split_at_mut(length);
-            rest = tail;
-            head
-        })
     }
 }

@@ -45,9 +45,9 @@ fn values_converge_to_the_discounted_returns() {
     let mut trainer = toy::trainer(toy::learner(toy::method(config), 3, 4));
     (0..6_000).for_each(|_| drop(trainer.step(&mut Silent).unwrap()));
     let evaluation = evaluate(trainer.agent_mut(), Toy::new(), 200).unwrap();
-    let Evaluation { promised, discounted, .. } = evaluation;
-    for (promised, observed) in promised.iter().zip(&discounted) {
-        assert!((promised - observed).abs() < 0.01, "promised {promised}, observed {observed}");
+    let Evaluation { q_start, discounted, .. } = evaluation;
+    for (q_start, observed) in q_start.iter().zip(&discounted) {
+        assert!((q_start - observed).abs() < 0.01, "q_start {q_start}, observed {observed}");
     }
     assert!((discounted[0] + 1.0 / 24.0).abs() < 0.01, "{discounted:?}");
 }
@@ -309,7 +309,7 @@ fn logs_explain_the_run() {
     for name in [
         "critic_loss/track",
         "q/rest",
-        "q_spread/rest",
+        "q_std/rest",
         "target/track",
         "bound/track",
         "pessimism/target",

@@ -9,7 +9,6 @@ mod learner;
 mod methods;
 mod normaliser;
 mod presets;
-mod projection_blocks;
 mod projection_degenerate;
 mod projection_fixtures;
 mod projection_golden;

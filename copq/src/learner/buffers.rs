@@ -1,11 +1,11 @@
 //! Buffers and metric names of an update, made once so that a warm update allocates nothing.
 
-use crate::loss::mean_and_spread;
+use crate::loss::mean_and_std;
 use crate::{Actor, Config, Critic, Observer, QView, Scratch};
 
 /// Buffers of an update, sized once.
 #[derive(Debug)]
-pub(super) struct Work {
+pub(super) struct Buffers {
     pub(super) scratch: Scratch,
     /// Smoothing noise and next actions, `rows x action`.
     pub(super) noise: Vec<f32>,
@@ -36,13 +36,13 @@ pub(super) struct Work {
 pub(super) struct Names {
     pub(super) loss: Vec<String>,
     pub(super) q: Vec<String>,
-    pub(super) spread: Vec<String>,
+    pub(super) std: Vec<String>,
     pub(super) target: Vec<String>,
     pub(super) famo: Vec<String>,
     pub(super) bound: Vec<String>,
 }
 
-impl Work {
+impl Buffers {
     pub(super) fn new(config: &Config, actor: &dyn Actor, critic: &dyn Critic) -> Self {
         let rows = config.batch;
         let action = actor.action_len();
@@ -77,7 +77,7 @@ impl Names {
         Self {
             loss: named("critic_loss"),
             q: named("q"),
-            spread: named("q_spread"),
+            std: named("q_std"),
             target: named("target"),
             famo: named("famo"),
             bound: named("bound"),
@@ -86,10 +86,10 @@ impl Names {
 
     /// Reports the critics' mean values and how much they disagree.
     pub(super) fn log_values(&self, log: &mut dyn Observer, step: u64, q: QView<'_>) {
-        for (i, (mean_name, spread_name)) in self.q.iter().zip(&self.spread).enumerate() {
-            let (mean, spread) = mean_and_spread(q, i);
+        for (i, (mean_name, std_name)) in self.q.iter().zip(&self.std).enumerate() {
+            let (mean, std) = mean_and_std(q, i);
             log.scalar(step, mean_name, mean);
-            log.scalar(step, spread_name, spread);
+            log.scalar(step, std_name, std);
         }
     }
 }

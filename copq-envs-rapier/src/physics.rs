@@ -10,10 +10,10 @@ use rapier3d_f64::prelude::MultibodyIndex;
 
 use crate::assemble::Assembly;
 use crate::coordinate::Coordinate;
-use crate::engine::Engine;
 use crate::fields::{Fields, View};
 use crate::limits::Limits;
 use crate::motors::Motors;
+use crate::pipeline::Pipeline;
 use crate::world::World;
 
 const NAME: &str = "rapier 0.36.1";
@@ -28,7 +28,7 @@ pub struct Rapier {
     dims: Dims,
     pristine: World,
     world: World,
-    engine: Engine,
+    pipeline: Pipeline,
     index: MultibodyIndex,
     coordinates: Vec<Coordinate>,
     motors: Motors,
@@ -48,7 +48,7 @@ impl Rapier {
             dims,
             pristine: world.clone(),
             world,
-            engine: Engine::new(robot),
+            pipeline: Pipeline::new(robot),
             index,
             motors: Motors::new(robot, &coordinates),
             limits: Limits::new(robot, &coordinates),
@@ -115,7 +115,7 @@ impl Physics for Rapier {
             );
         }
         self.world = self.pristine.clone();
-        self.engine.restart();
+        self.pipeline.restart();
         self.motors.set(&[]);
         let (multibody, bodies) = self.world.split(self.index);
         self.coordinates
@@ -141,7 +141,7 @@ impl Physics for Rapier {
             let (multibody, _) = self.world.split(self.index);
             self.motors.drive(multibody);
             self.limits.apply(multibody);
-            if !self.engine.step(&mut self.world, self.index) || !self.is_finite() {
+            if !self.pipeline.step(&mut self.world, self.index) || !self.is_finite() {
                 return Err(self.error(format!(
                     "the state stopped being finite in substep {substep}; reset first"
                 )));
@@ -168,7 +168,7 @@ impl Physics for Rapier {
             Field::Inertia => self.fields.inertias(view, out),
             Field::Velocity => self.fields.velocities(view, out),
             Field::ActuatorForce => self.motors.write(&self.coordinates, out),
-            Field::ContactForce => self.fields.contact_forces(view, self.engine.timestep(), out),
+            Field::ContactForce => self.fields.contact_forces(view, self.pipeline.timestep(), out),
         }
         Ok(())
     }
@@ -194,7 +194,7 @@ impl Physics for Rapier {
         }
         self.motors.load(state)?;
         self.world = World::from_bytes(state.get("world")?)?;
-        self.engine.restart();
+        self.pipeline.restart();
         Ok(())
     }
 
@@ -216,7 +216,7 @@ impl fmt::Debug for Rapier {
             .debug_struct("Rapier")
             .field("robot", &self.robot)
             .field("dims", &self.dims)
-            .field("timestep", &self.engine.timestep())
+            .field("timestep", &self.pipeline.timestep())
             .finish_non_exhaustive()
     }
 }

@@ -11,7 +11,7 @@ use crate::soft_constraint::spring;
 use crate::world::World;
 
 /// What steps a [`World`]: settings, buffers, and the kinds of thing that robots have none of.
-pub(crate) struct Engine {
+pub(crate) struct Pipeline {
     pipeline: PhysicsPipeline,
     parameters: IntegrationParameters,
     gravity: Vector,
@@ -21,7 +21,7 @@ pub(crate) struct Engine {
     contacts: Contacts,
 }
 
-impl Engine {
+impl Pipeline {
     pub(crate) fn new(robot: &RobotSpec) -> Self {
         let contacts = Contacts::new(robot);
         Self {
