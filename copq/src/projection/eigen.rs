@@ -1,6 +1,7 @@
 //! The bound by the symmetric square root of the critics' covariance.
 
-use super::jacobi::decompose;
+use super::jacobi;
+use super::preconditioned::Factors;
 use super::vector::{add_scaled, dot};
 use super::{Deviations, Ellipsoid, Work};
 
@@ -9,8 +10,13 @@ use super::{Deviations, Ellipsoid, Work};
 ///
 /// Where Sigma has a zero eigenvalue that a change of the critics could make positive, the root has
 /// a kink like |x| at zero; that eigenvalue passes no gradient on.
+///
+/// With more than eight objectives the last bits depend on the width of the processor's vectors.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Eigen;
+
+/// More objectives than this are worth a QR before their rotations.
+const FEW: usize = 8;
 
 impl Ellipsoid for Eigen {
     fn name(&self) -> &'static str {
@@ -20,8 +26,8 @@ impl Ellipsoid for Eigen {
     fn offset(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, out: &mut [f64]) {
         let k = x.critics();
         let n = x.objectives();
-        let [s, z, v] = work.split([n, n * k, n * n]);
-        decompose(x, s, z, v);
+        let ([s, z, v], factors) = work.split_beside([n, n * k, n * n]);
+        decompose(x, factors, s, z, v);
         out.fill(0.0);
         for (s, v) in s.iter().zip(v.chunks_exact(n)) {
             add_scaled(out, s * dot(v, u), v);
@@ -40,10 +46,11 @@ impl Ellipsoid for Eigen {
     ) {
         let k = x.critics();
         let n = x.objectives();
-        let [s, z, v, u_v, grad_v, sum] = work.split([n, n * k, n * n, n, n, k]);
-        decompose(x, s, z, v);
+        let ([s, z, v, u_v, grad_v, sum], factors) = work.split_beside([n, n * k, n * n, n, n, k]);
+        decompose(x, factors, s, z, v);
         for (i, v) in v.chunks_exact(n).enumerate() {
-            (u_v[i], grad_v[i]) = (dot(v, u), dot(v, grad));
+            u_v[i] = dot(v, u);
+            grad_v[i] = dot(v, grad);
         }
         for (j, v) in v.chunks_exact(n).enumerate() {
             sum.fill(0.0);
@@ -55,5 +62,18 @@ impl Ellipsoid for Eigen {
                 add_scaled(grad_x, *v, sum);
             }
         }
+    }
+}
+
+/// X / sqrt(K) = Z S V', as [`jacobi::decompose`] has it.
+fn decompose(
+    x: &Deviations<'_>,
+    factors: &mut Factors,
+    s: &mut [f64],
+    z: &mut [f64],
+    v: &mut [f64],
+) {
+    if x.objectives() <= FEW || !factors.decompose(x, s, z, v) {
+        jacobi::decompose(x, s, z, v);
     }
 }

@@ -5,7 +5,7 @@ use super::Deviations;
 use super::vector::{dot, rms};
 
 /// Sweeps after which the rotations stop in any case; generic matrices need six to ten.
-const SWEEPS: usize = 30;
+pub(super) const SWEEPS: usize = 30;
 
 /// Writes the singular values s_i of X / sqrt(K), the columns z_i of Z (`objectives x critics`, z_i
 /// . z_i = K), and the columns v_i of V (`objectives x objectives`).
@@ -61,7 +61,13 @@ fn sweep(k: usize, n: usize, z: &mut [f64], v: &mut [f64]) -> bool {
 }
 
 /// Columns i < j of a matrix whose columns have `length` entries.
-fn pair(matrix: &mut [f64], length: usize, i: usize, j: usize) -> (&mut [f64], &mut [f64]) {
+#[inline(always)]
+pub(super) fn pair(
+    matrix: &mut [f64],
+    length: usize,
+    i: usize,
+    j: usize,
+) -> (&mut [f64], &mut [f64]) {
     let (before, after) = matrix.split_at_mut(j * length);
     (&mut before[i * length..(i + 1) * length], &mut after[..length])
 }
@@ -81,7 +87,9 @@ fn rotation(a: &[f64], b: &[f64]) -> Option<(f64, f64)> {
     Some((cosine, cosine * tangent))
 }
 
-fn rotate(a: &mut [f64], b: &mut [f64], (cosine, sine): (f64, f64)) {
+/// Rotates two columns by an angle with this cosine and sine.
+#[inline(always)]
+pub(super) fn rotate(a: &mut [f64], b: &mut [f64], (cosine, sine): (f64, f64)) {
     for (a, b) in a.iter_mut().zip(b) {
         (*a, *b) = (cosine * *a - sine * *b, sine * *a + cosine * *b);
     }

@@ -18,6 +18,7 @@ mod gram_schmidt;
 mod independent_min;
 mod jacobi;
 mod mean_std;
+mod preconditioned;
 mod registry;
 mod row;
 mod scalarised_min;

@@ -2,6 +2,7 @@
 
 use std::mem;
 
+use super::preconditioned::Factors;
 use super::row::Row;
 
 /// Working memory of a projection, and what the last
@@ -46,6 +47,7 @@ impl Scratch {
 #[derive(Clone, Debug, Default)]
 pub struct Work {
     buffer: Vec<f64>,
+    factors: Factors,
     clipped: bool,
 }
 
@@ -58,14 +60,23 @@ impl Work {
     /// assert_eq!((matrix.len(), vector.len()), (9, 3));
     /// ```
     pub fn split<const M: usize>(&mut self, lengths: [usize; M]) -> [&mut [f64]; M] {
+        self.split_beside(lengths).0
+    }
+
+    /// The same, and the memory for factors of many objectives.
+    pub(super) fn split_beside<const M: usize>(
+        &mut self,
+        lengths: [usize; M],
+    ) -> ([&mut [f64]; M], &mut Factors) {
         self.buffer.clear();
         self.buffer.resize(lengths.iter().sum(), 0.0);
         let mut rest = self.buffer.as_mut_slice();
-        lengths.map(|length| {
+        let buffers = lengths.map(|length| {
             let (head, tail) = mem::take(&mut rest).split_at_mut(length);
             rest = tail;
             head
-        })
+        });
+        (buffers, &mut self.factors)
     }
 
     /// Says that the clip fired in this row.

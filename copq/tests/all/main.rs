@@ -14,6 +14,7 @@ mod projection_fixtures;
 mod projection_golden;
 mod projection_gradients;
 mod projection_mean_std;
+mod projection_oracle;
 mod projection_properties;
 mod replay;
 mod td3;
