@@ -142,5 +142,5 @@ fn act(bencher: Bencher<'_, '_>, implementation: &str) {
     let obs = &batch.obs[..w.observation];
     bencher
         .counter(ItemsCount::new(operations(1, [w.observation, w.width, w.width, w.action])))
-        .bench_local(|| actor.sample(Net::Online, obs, &[], &mut action, &mut []).unwrap());
+        .bench_local(|| actor.mode(Net::Online, obs, &mut action).unwrap());
 }

@@ -27,27 +27,12 @@ pub(crate) fn batch(what: &str, values: &[f32], rows: usize, width: usize) -> Re
     check_len(what, values.len(), rows * width)
 }
 
-/// An error unless a deterministic policy was left without noise and log-probabilities.
-pub(crate) fn deterministic(noise: &[f32], log_prob: &[f32]) -> Result<()> {
-    for (what, got) in [("noise", noise.len()), ("log-probabilities", log_prob.len())] {
-        if got != 0 {
-            return Err(Error::invalid(what, "no values: the policy is deterministic", got));
-        }
+/// An error if a deterministic policy was given noise.
+pub(crate) fn deterministic(noise: &[f32]) -> Result<()> {
+    if noise.is_empty() {
+        return Ok(());
     }
-    Ok(())
-}
-
-/// An error unless a stochastic policy was given noise and room for log-probabilities, or neither.
-pub(crate) fn stochastic(
-    noise: &[f32],
-    log_prob: &[f32],
-    rows: usize,
-    action: usize,
-) -> Result<()> {
-    let (wanted_noise, wanted_log_prob) =
-        if noise.is_empty() { (0, 0) } else { (rows * action, rows) };
-    check_len("noise", noise.len(), wanted_noise)?;
-    check_len("log-probabilities", log_prob.len(), wanted_log_prob)
+    Err(Error::invalid("noise", "no values: the policy is deterministic", noise.len()))
 }
 
 /// An error unless the averaging rate is in [0, 1].

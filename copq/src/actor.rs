@@ -24,41 +24,49 @@ pub struct SampleGrad<'a> {
 /// Given sampled actions, fills their gradients.
 pub type ActionGrad<'a> = &'a mut dyn FnMut(Sample<'_>, SampleGrad<'_>) -> Result<()>;
 
-/// A policy. Deterministic ones need no noise and have no log-probability; stochastic ones are
-/// reparameterised: the noise comes from outside, as standard normals.
+/// A policy. Deterministic ones have a mode alone; stochastic ones are reparameterised: their noise
+/// comes from outside, as standard normals.
 pub trait Actor: Send {
     /// Length of an action.
     fn action_len(&self) -> usize;
 
     /// Standard normals that one row needs: 0 for a deterministic policy.
-    fn noise_len(&self) -> usize;
+    fn noise_len(&self) -> usize {
+        0
+    }
 
-    /// Writes actions for a batch of observations. With empty `noise` the action is the policy's
-    /// mode, and `log_prob` must be empty; otherwise `noise` is `rows x noise_len()` and `log_prob`
-    /// has one entry a row.
+    /// Writes the policy's mode for a batch of observations: of a deterministic policy its action,
+    /// of a Gaussian one the action at zero noise.
+    fn mode(&mut self, net: Net, obs: &[f32], action: &mut [f32]) -> Result<()>;
+
+    /// Writes a stochastic policy's actions (`rows x action`) and log pi(a|s) (`rows`) for a batch
+    /// of observations and the `rows x noise_len()` normals that decide them.
     fn sample(
         &mut self,
-        net: Net,
-        obs: &[f32],
-        noise: &[f32],
-        action: &mut [f32],
-        log_prob: &mut [f32],
-    ) -> Result<()>;
+        _net: Net,
+        _obs: &[f32],
+        _noise: &[f32],
+        _action: &mut [f32],
+        _log_prob: &mut [f32],
+    ) -> Result<()> {
+        Err(deterministic("sample"))
+    }
 
     /// One optimiser step that lowers L: forward, `grad` fills dL/daction and dL/dlog_prob,
-    /// backward, step.
+    /// backward, step. `noise` is `rows x noise_len()`, so a deterministic policy has none.
     fn improve(&mut self, obs: &[f32], noise: &[f32], grad: ActionGrad<'_>) -> Result<()>;
 
-    /// Writes d(grad_action . action)/dnoise of the online policy, `rows x noise_len()`: which way
-    /// of the noise moves the actions along `grad_action`. There is nothing to write for a
-    /// deterministic policy.
+    /// Writes d(grad_action . action)/dnoise of a stochastic online policy, `rows x noise_len()`:
+    /// which way of the noise moves the actions along `grad_action`.
     fn noise_grad(
         &mut self,
-        obs: &[f32],
-        noise: &[f32],
-        grad_action: &[f32],
-        out: &mut [f32],
-    ) -> Result<()>;
+        _obs: &[f32],
+        _noise: &[f32],
+        _grad_action: &[f32],
+        _out: &mut [f32],
+    ) -> Result<()> {
+        Err(deterministic("noise_grad"))
+    }
 
     /// Polyak averaging: target <- (1 - tau) target + tau online.
     fn update_target(&mut self, tau: f32) -> Result<()>;
@@ -80,4 +88,10 @@ pub trait Actor: Send {
 
     /// Restores what [`Actor::save`] wrote.
     fn load(&mut self, state: &State) -> Result<()>;
+}
+
+fn deterministic(method: &str) -> Error {
+    Error::Unsupported {
+        what: format!("this policy is deterministic: it has Actor::mode and no Actor::{method}"),
+    }
 }

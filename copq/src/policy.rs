@@ -112,7 +112,7 @@ impl Policy {
         if let Some(normaliser) = &self.normaliser {
             normaliser.normalise(&mut self.obs)?;
         }
-        self.actor.sample(Net::Online, &self.obs, &[], action, &mut [])
+        self.actor.mode(Net::Online, &self.obs, action)
     }
 
     /// Maps one action from [-1, 1] to the environment's bounds.

@@ -77,7 +77,7 @@ impl Copq {
 
     /// y = r + gamma (1 - d) (lower bound at s', a').
     fn targets(&mut self, batch: &Batch) -> Result<()> {
-        self.actor.sample(Net::Target, &batch.next_obs, &[], &mut self.next_action, &mut [])?;
+        self.actor.mode(Net::Target, &batch.next_obs, &mut self.next_action)?;
         for (action, noise) in self.next_action.iter_mut().zip(&batch.noise) {
             *action = (*action + noise).clamp(-1.0, 1.0);
         }

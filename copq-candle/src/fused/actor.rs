@@ -56,16 +56,8 @@ impl Actor for Deterministic {
         0
     }
 
-    fn sample(
-        &mut self,
-        net: Net,
-        obs: &[f32],
-        noise: &[f32],
-        action: &mut [f32],
-        log_prob: &mut [f32],
-    ) -> Result<()> {
+    fn mode(&mut self, net: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
         let rows = self.policy.rows(obs)?;
-        check::deterministic(noise, log_prob)?;
         check::batch("actions", action, rows, self.policy.action)?;
         self.policy.values(net, obs, rows, action);
         tanh(action);
@@ -74,7 +66,7 @@ impl Actor for Deterministic {
 
     fn improve(&mut self, obs: &[f32], noise: &[f32], grad: ActionGrad<'_>) -> Result<()> {
         let rows = self.policy.rows(obs)?;
-        check::deterministic(noise, &[])?;
+        check::deterministic(noise)?;
         let len = rows * self.policy.action;
         let action = room(&mut self.output, len);
         let dl = room(&mut self.grad, len);
@@ -84,16 +76,6 @@ impl Actor for Deterministic {
         tanh_backward(dl, action);
         self.policy.learn(dl);
         Ok(())
-    }
-
-    fn noise_grad(
-        &mut self,
-        _obs: &[f32],
-        noise: &[f32],
-        _grad_action: &[f32],
-        out: &mut [f32],
-    ) -> Result<()> {
-        check::deterministic(noise, out)
     }
 
     fn update_target(&mut self, tau: f32) -> Result<()> {

@@ -96,6 +96,16 @@ impl Actor for Gaussian {
         self.policy.action
     }
 
+    fn mode(&mut self, net: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
+        let rows = self.policy.rows(obs)?;
+        check::batch("actions", action, rows, self.policy.action)?;
+        self.values(net, obs, rows);
+        for (at, action) in action.iter_mut().enumerate() {
+            *action = component(&self.output, self.policy.action, at, 0.0).action;
+        }
+        Ok(())
+    }
+
     fn sample(
         &mut self,
         net: Net,
@@ -106,17 +116,10 @@ impl Actor for Gaussian {
     ) -> Result<()> {
         let rows = self.policy.rows(obs)?;
         check::batch("actions", action, rows, self.policy.action)?;
-        check::stochastic(noise, log_prob, rows, self.policy.action)?;
+        check::batch("noise", noise, rows, self.policy.action)?;
+        check::batch("log-probabilities", log_prob, rows, 1)?;
         self.values(net, obs, rows);
-        if noise.is_empty() {
-            let output = &self.output;
-            action
-                .iter_mut()
-                .enumerate()
-                .for_each(|(at, a)| *a = component(output, self.policy.action, at, 0.0).action);
-        } else {
-            squash(&self.output, noise, action, log_prob);
-        }
+        squash(&self.output, noise, action, log_prob);
         Ok(())
     }
 

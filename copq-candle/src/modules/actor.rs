@@ -63,16 +63,8 @@ impl Actor for ModuleActor {
         0
     }
 
-    fn sample(
-        &mut self,
-        net: Net,
-        obs: &[f32],
-        noise: &[f32],
-        action: &mut [f32],
-        log_prob: &mut [f32],
-    ) -> Result<()> {
+    fn mode(&mut self, net: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
         let rows = check::rows(obs, self.observation)?;
-        check::deterministic(noise, log_prob)?;
         check::batch("actions", action, rows, self.action)?;
         action.copy_from_slice(&values(&self.forward(net, obs, rows)?).map_err(failed)?);
         Ok(())
@@ -80,23 +72,13 @@ impl Actor for ModuleActor {
 
     fn improve(&mut self, obs: &[f32], noise: &[f32], grad: ActionGrad<'_>) -> Result<()> {
         let rows = check::rows(obs, self.observation)?;
-        check::deterministic(noise, &[])?;
+        check::deterministic(noise)?;
         let output = self.forward(Net::Online, obs, rows)?;
         let filled = &mut |action: &[f32], dl: &mut [f32]| {
             grad(Sample { action, log_prob: &[] }, SampleGrad { action: dl, log_prob: &mut [] })
         };
         let grads = loss_of(&output, filled)?.backward().map_err(failed)?;
         self.network.step(&grads, self.lr).map_err(failed)
-    }
-
-    fn noise_grad(
-        &mut self,
-        _obs: &[f32],
-        noise: &[f32],
-        _grad_action: &[f32],
-        out: &mut [f32],
-    ) -> Result<()> {
-        check::deterministic(noise, out)
     }
 
     fn update_target(&mut self, tau: f32) -> Result<()> {

@@ -85,6 +85,14 @@ impl Actor for Gaussian {
         self.0.action
     }
 
+    fn mode(&mut self, net: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
+        let rows = self.0.rows(obs)?;
+        check::batch("actions", action, rows, self.0.action)?;
+        let mode = self.forward(net, obs, rows).and_then(|(mean, _)| mean.tanh());
+        action.copy_from_slice(&mode.and_then(|mode| values(&mode)).map_err(failed)?);
+        Ok(())
+    }
+
     fn sample(
         &mut self,
         net: Net,
@@ -95,14 +103,10 @@ impl Actor for Gaussian {
     ) -> Result<()> {
         let rows = self.0.rows(obs)?;
         check::batch("actions", action, rows, self.0.action)?;
-        check::stochastic(noise, log_prob, rows, self.0.action)?;
-        if noise.is_empty() {
-            let mode = self.forward(net, obs, rows).and_then(|(mean, _)| mean.tanh());
-            action.copy_from_slice(&mode.and_then(|mode| values(&mode)).map_err(failed)?);
-            return Ok(());
-        }
-        let (sampled, log) =
-            self.squashed(net, obs, &self.noise_tensor(noise, rows)?).map_err(failed)?;
+        check::batch("noise", noise, rows, self.0.action)?;
+        check::batch("log-probabilities", log_prob, rows, 1)?;
+        let noise = self.noise_tensor(noise, rows)?;
+        let (sampled, log) = self.squashed(net, obs, &noise).map_err(failed)?;
         action.copy_from_slice(&values(&sampled).map_err(failed)?);
         log_prob.copy_from_slice(&values(&log).map_err(failed)?);
         Ok(())

@@ -30,7 +30,7 @@ fn warm_updates() {
         let mut q = vec![0.0; case.q_len()];
         let mut gradient = act.clone();
         let mut update = || {
-            actor.sample(Net::Target, &obs, &[], &mut next, &mut []).unwrap();
+            actor.mode(Net::Target, &obs, &mut next).unwrap();
             critic.values(Net::Target, &obs, &next, &mut q).unwrap();
             critic.fit(&obs, &act, &mut given(&dq), 0.005).unwrap();
             critic.action_grad(&obs, &next, &mut given(&dq), &mut gradient).unwrap();

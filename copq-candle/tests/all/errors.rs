@@ -70,22 +70,14 @@ fn actors_check_every_slice_and_refuse_noise() {
     let obs = case.obs(1);
     let mut action = vec![0.0; 14];
     for mut actor in case.actors(1) {
+        assert_says(actor.mode(Net::Online, &obs[1..], &mut action), &["observations", "41"]);
         assert_says(
-            actor.sample(Net::Online, &obs[1..], &[], &mut action, &mut []),
-            &["observations", "41"],
-        );
-        assert_says(
-            actor.sample(Net::Online, &obs, &[], &mut action[1..], &mut []),
+            actor.mode(Net::Online, &obs, &mut action[1..]),
             &["actions", "14 values", "13"],
         );
         assert_says(
-            actor.sample(Net::Online, &obs, &[0.5; 14], &mut action, &mut []),
-            &["noise", "deterministic", "14"],
-        );
-        let log_prob = &mut [0.0; 7];
-        assert_says(
-            actor.sample(Net::Online, &obs, &[], &mut action, log_prob),
-            &["log-prob", "deterministic", "7"],
+            actor.sample(Net::Online, &obs, &[0.5; 14], &mut action, &mut [0.0; 7]),
+            &["deterministic", "Actor::mode"],
         );
         assert_says(actor.improve(&obs[1..], &[], nothing), &["observations", "41"]);
         assert_says(actor.improve(&obs, &[0.5], nothing), &["noise", "deterministic", "1"]);

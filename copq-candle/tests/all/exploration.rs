@@ -102,7 +102,7 @@ fn a_deterministic_policy_moves_along_the_bounds_gradient() {
         let critics = ensemble(critic.as_ref(), &case);
         let mode: Vec<f64> = {
             let mut mode = vec![0.0; 3];
-            actor.sample(Net::Online, &obs, &[], &mut mode, &mut []).unwrap();
+            actor.mode(Net::Online, &obs, &mut mode).unwrap();
             mode.iter().map(|&a| a.into()).collect()
         };
         let beta = optimism.beta;
@@ -201,7 +201,7 @@ proptest! {
         let [mut actor, _] = case.actors(seed);
         let std = 0.05;
         let mut mode = vec![0.0; action];
-        actor.sample(Net::Online, &obs, &[], &mut mode, &mut []).unwrap();
+        actor.mode(Net::Online, &obs, &mut mode).unwrap();
         let mut rule = Optimistic::new(optimism.clone(), std).unwrap();
         let (moved, noise) = explore(&mut rule, (actor.as_mut(), critic.as_mut()), &obs, seed);
         prop_assume!(moved.iter().all(|a| a.abs() < 1.0));

@@ -23,7 +23,7 @@ fn values(critic: &mut dyn Critic, net: Net, case: &Case, seed: u64) -> Vec<f32>
 
 fn actions(actor: &mut dyn Actor, net: Net, case: &Case, seed: u64) -> Vec<f32> {
     let mut action = vec![0.0; case.rows * case.action];
-    actor.sample(net, &case.obs(seed), &[], &mut action, &mut []).unwrap();
+    actor.mode(net, &case.obs(seed), &mut action).unwrap();
     action
 }
 

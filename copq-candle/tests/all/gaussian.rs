@@ -135,7 +135,7 @@ fn without_noise_it_acts_by_its_mode() {
             let mut zero = vec![9.0; case.rows * case.action];
             let quiet = vec![0.0; mode.len()];
             let log_prob = &mut vec![0.0; case.rows];
-            actor.sample(Net::Online, &case.obs(1), &[], &mut mode, &mut []).unwrap();
+            actor.mode(Net::Online, &case.obs(1), &mut mode).unwrap();
             actor.sample(Net::Online, &case.obs(1), &quiet, &mut zero, log_prob).unwrap();
             assert_close("mode", &mode, &zero, 1e-7);
             assert_eq!(actor.noise_len(), case.action);
@@ -205,7 +205,7 @@ fn slices_are_checked() {
         };
         assert_eq!(sample(&noise[1..], &mut log_prob), "noise: wanted 14 values, got 13");
         assert_eq!(sample(&noise, &mut log_prob[1..]), "log-probabilities: wanted 7 values, got 6");
-        assert_eq!(sample(&[], &mut log_prob), "log-probabilities: wanted 0 values, got 7");
+        assert_eq!(sample(&[], &mut log_prob), "noise: wanted 14 values, got 0");
         let refused = actor.improve(&obs, &[], &mut |_, _| Ok(()));
         assert_eq!(refused.unwrap_err().to_string(), "noise: wanted 14 values, got 0");
         let short = actor.noise_grad(&obs, &noise, &noise, &mut [0.0; 3]).unwrap_err().to_string();

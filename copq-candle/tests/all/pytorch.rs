@@ -107,7 +107,7 @@ fn follow(
     let n = case.objectives;
     let samples = (case.critics * case.rows) as f32;
 
-    actor.sample(Net::Target, &next_obs, &[], &mut next_action, &mut []).unwrap();
+    actor.mode(Net::Target, &next_obs, &mut next_action).unwrap();
     critic.values(Net::Target, &next_obs, &next_action, &mut q).unwrap();
     let y = td_target(
         &numbers(update, "reward"),
@@ -154,7 +154,7 @@ fn follow(
     critic.values(Net::Online, &obs, &action, &mut q).unwrap();
     close("q_after", &q);
     for (net, name) in [(Net::Online, "policy_after"), (Net::Target, "target_policy_after")] {
-        actor.sample(net, &obs, &[], &mut next_action, &mut []).unwrap();
+        actor.mode(net, &obs, &mut next_action).unwrap();
         close(name, &next_action);
     }
 }

@@ -60,7 +60,7 @@ pub struct GaussianNoise {
 
 impl Explore for GaussianNoise {
     fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()> {
-        context.actor.sample(Net::Online, obs, &[], action, &mut [])?;
+        context.actor.mode(Net::Online, obs, action)?;
         for a in action {
             *a = (*a + self.std * context.rng.normal() as f32).clamp(-1.0, 1.0);
         }

@@ -101,7 +101,7 @@ impl Explore for Optimistic {
     fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()> {
         check_not_negative("optimistic.std", f64::from(self.std))?;
         self.optimism.check()?;
-        context.actor.sample(Net::Online, obs, &[], action, &mut [])?;
+        context.actor.mode(Net::Online, obs, action)?;
         let shift = self.optimism.shift_at(context.step);
         if shift > 0.0 {
             self.action_grad(context, obs, action)?;

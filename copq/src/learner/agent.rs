@@ -90,7 +90,7 @@ impl Agent for Learner {
         } = self;
         let obs = self.obs.as_slice();
         if mode == Mode::Exploit {
-            actor.sample(Net::Online, obs, &[], action, &mut [])?;
+            actor.mode(Net::Online, obs, action)?;
         } else {
             let mut context = Context {
                 step: *steps,

@@ -10,9 +10,13 @@ impl Learner {
     /// sample of the online one.
     pub(super) fn next_actions(&mut self) -> Result<()> {
         let Buffers { noise, policy_noise, next_action, log_prob, .. } = &mut self.buffers;
-        let net = if policy_noise.is_empty() { Net::Target } else { Net::Online };
-        self.streams.smoothing.fill_normal(policy_noise);
-        self.actor.sample(net, &self.batch.next_obs, policy_noise, next_action, log_prob)?;
+        let next_obs = &self.batch.next_obs;
+        if policy_noise.is_empty() {
+            self.actor.mode(Net::Target, next_obs, next_action)?;
+        } else {
+            self.streams.smoothing.fill_normal(policy_noise);
+            self.actor.sample(Net::Online, next_obs, policy_noise, next_action, log_prob)?;
+        }
         if let Some(smoothing) = self.config.smoothing {
             let std = smoothing.std as f32;
             let clip = smoothing.clip as f32;

@@ -50,7 +50,7 @@ struct Drift(f32);
 
 impl Explore for Drift {
     fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()> {
-        context.actor.sample(Net::Online, obs, &[], action, &mut [])?;
+        context.actor.mode(Net::Online, obs, action)?;
         self.0 = 0.9 * self.0 + 0.1 * context.rng.normal() as f32;
         action[0] = (action[0] + self.0).clamp(-1.0, 1.0);
         Ok(())

@@ -41,7 +41,7 @@ impl Td3 {
         if step < self.config.start_steps {
             return self.explore.uniform_in(-1.0, 1.0) as f32;
         }
-        self.actor.sample(Net::Online, obs, &[], &mut action, &mut []).unwrap();
+        self.actor.mode(Net::Online, obs, &mut action).unwrap();
         (action[0] + self.config.exploration_std as f32 * self.explore.normal() as f32)
             .clamp(-1.0, 1.0)
     }
@@ -57,7 +57,7 @@ impl Td3 {
         let mut next = vec![0.0; rows];
         let mut noise = vec![0.0; rows];
         let mut q = vec![0.0; 2 * rows];
-        actor.sample(Net::Target, &batch.next_obs, &[], &mut next, &mut []).unwrap();
+        actor.mode(Net::Target, &batch.next_obs, &mut next).unwrap();
         self.smoothing.fill_normal(&mut noise);
         next.iter_mut()
             .zip(&noise)

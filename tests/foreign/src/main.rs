@@ -1,37 +1,23 @@
-//! A projection of your own, and a learner that trains with it.
+//! What a crate outside copq can do: train with a projection, an environment and a backend of its
+//! own.
 
-use copq::projection::{Deviations, Ellipsoid, Work};
-use copq::{Learner, Method, Result, Silent, Trainer};
+mod backend;
+mod projection;
+mod thermostat;
+
+use backend::Linear;
+use copq::{Learner, Method, Result, Silent, Trainer, check_env};
 use copq_candle::Candle;
-
-/// Cautious about the first objective alone: one standard deviation for safety, none for the rest.
-#[derive(Debug)]
-struct SafetyOnly;
-
-impl Ellipsoid for SafetyOnly {
-    fn name(&self) -> &'static str {
-        "safety-only"
-    }
-
-    fn offset(&self, x: &Deviations<'_>, u: &[f64], _: &mut Work, out: &mut [f64]) {
-        out.fill(0.0);
-        out[0] = x.std(0) * u[0];
-    }
-
-    fn offset_vjp(
-        &self,
-        x: &Deviations<'_>,
-        u: &[f64],
-        _: &mut Work,
-        grad: &[f64],
-        grad_x: &mut [f64],
-    ) {
-        let scale = grad[0] * u[0] / (x.std(0).max(1e-12) * x.critics() as f64);
-        x.objective(0).iter().zip(grad_x).for_each(|(x, grad_x)| *grad_x += scale * x);
-    }
-}
+use projection::SafetyOnly;
+use thermostat::Thermostat;
 
 fn main() -> Result<()> {
+    own_projection()?;
+    own_everything()
+}
+
+/// copq's robot and networks.
+fn own_projection() -> Result<()> {
     let env = copq_envs_rapier::make("a/hopper")?;
     let mut method = Method::cop_td3().bound(SafetyOnly).warm_up(100);
     method.config.batch = 16;
@@ -39,5 +25,22 @@ fn main() -> Result<()> {
     let mut trainer = Trainer::new(env, learner)?;
     trainer.run(200, &mut Silent)?;
     println!("{}", trainer.evaluate(2)?);
-    Ok(())
+    let policy = std::env::temp_dir().join("foreign-hopper.safetensors");
+    trainer.agent().save_policy(policy)
+}
+
+/// Nothing of copq's but the algorithm.
+fn own_everything() -> Result<()> {
+    println!("{:?}", check_env(&mut Thermostat::new())?);
+    let env = Box::new(Thermostat::new());
+    let method = Method::cop_td3().bound(SafetyOnly).warm_up(500);
+    let learner = Learner::new(method, env.spec(), &Linear, 0)?;
+    let mut trainer = Trainer::new(env, learner)?;
+    let before = trainer.evaluate(20)?.mean()[0];
+    trainer.run(5_000, &mut Silent)?;
+    let after = trainer.evaluate(20)?;
+    println!("{after}");
+    assert!(after.mean()[0] > 0.5 * before, "comfort was {before}, and is {}", after.mean()[0]);
+    let policy = std::env::temp_dir().join("foreign-thermostat.safetensors");
+    trainer.agent().save_policy(policy)
 }

@@ -332,18 +332,7 @@ impl Actor for LinearActor {
         1
     }
 
-    fn noise_len(&self) -> usize {
-        0
-    }
-
-    fn sample(
-        &mut self,
-        net: Net,
-        obs: &[f32],
-        _noise: &[f32],
-        action: &mut [f32],
-        _: &mut [f32],
-    ) -> Result<()> {
+    fn mode(&mut self, net: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
         let [bias, slope] = if net == Net::Online { self.online } else { self.target };
         action.iter_mut().zip(obs).for_each(|(a, s)| *a = (bias + slope * s).clamp(-1.0, 1.0));
         Ok(())
@@ -354,7 +343,7 @@ impl Actor for LinearActor {
         let mut grad_action = std::mem::take(&mut self.grad);
         action.resize(obs.len(), 0.0);
         grad_action.resize(obs.len(), 0.0);
-        self.sample(Net::Online, obs, &[], &mut action, &mut [])?;
+        self.mode(Net::Online, obs, &mut action)?;
         grad(
             Sample { action: &action, log_prob: &[] },
             SampleGrad { action: &mut grad_action, log_prob: &mut [] },
@@ -368,16 +357,6 @@ impl Actor for LinearActor {
         }
         self.adam.step(self.lr, &mut self.online, &g);
         (self.action, self.grad) = (action, grad_action);
-        Ok(())
-    }
-
-    fn noise_grad(
-        &mut self,
-        _obs: &[f32],
-        _noise: &[f32],
-        _grad: &[f32],
-        _out: &mut [f32],
-    ) -> Result<()> {
         Ok(())
     }
 
@@ -424,6 +403,12 @@ impl Actor for GaussianActor {
         1
     }
 
+    fn mode(&mut self, _: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
+        let [bias, slope, _] = self.online;
+        action.iter_mut().zip(obs).for_each(|(a, s)| *a = (bias + slope * s).tanh());
+        Ok(())
+    }
+
     fn sample(
         &mut self,
         _: Net,
@@ -433,10 +418,6 @@ impl Actor for GaussianActor {
         log_prob: &mut [f32],
     ) -> Result<()> {
         let [bias, slope, log_std] = self.online;
-        if noise.is_empty() {
-            action.iter_mut().zip(obs).for_each(|(a, s)| *a = (bias + slope * s).tanh());
-            return Ok(());
-        }
         for (i, (s, noise)) in obs.iter().zip(noise).enumerate() {
             let x = f64::from(bias + slope * s + log_std.exp() * noise);
             action[i] = x.tanh() as f32;
