@@ -3,12 +3,15 @@
 //! [`Candle`] is what a [`copq::Learner`] gets its networks from:
 //!
 //! ```
-//! use copq::{EnvSpec, Learner, Method};
+//! use copq::{Agent, EnvSpec, Learner, Method, Mode};
 //! use copq_candle::Candle;
 //!
 //! let spec = EnvSpec::new("example", 11, 3).reward("safety", 1.0).reward("velocity", 1.0);
-//! let learner = Learner::new(Method::cop_td3(), &spec, &Candle::default(), 0)?;
-//! # let _ = learner;
+//! let mut learner = Learner::new(Method::cop_td3(), &spec, &Candle::default(), 0)?;
+//!
+//! let mut action = [0.0; 3];
+//! learner.act(&[0.1; 11], Mode::Exploit, &mut action)?;
+//! assert!(action.iter().all(|a| a.abs() <= 1.0));
 //! # Ok::<(), copq::Error>(())
 //! ```
 //!
@@ -83,13 +86,38 @@ pub fn gaussian_actor(
 /// The networks of a [`copq::Learner`], in the fast implementation.
 ///
 /// ```
-/// use copq::{EnvSpec, Learner, Method};
+/// use copq::{Agent, EnvSpec, Learner, Method};
 /// use copq_candle::Candle;
 ///
 /// let spec = EnvSpec::new("example", 11, 3).reward("safety", 1.0);
 /// // Two threads for one learner; the results are the same, bit for bit.
-/// let learner = Learner::new(Method::td3(), &spec, &Candle::threads(2), 0)?;
-/// # let _ = learner;
+/// let mut q = [[0.0], [0.0]];
+/// for (backend, q) in [Candle::threads(1), Candle::threads(2)].iter().zip(&mut q) {
+///     let mut learner = Learner::new(Method::td3(), &spec, backend, 0)?;
+///     learner.value(&[0.1; 11], &[0.5; 3], q)?;
+/// }
+/// assert_eq!(q[0], q[1]);
+/// # Ok::<(), copq::Error>(())
+/// ```
+///
+/// A policy that has learned is read back by the same backend:
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("policy.safetensors");
+/// use copq::{Agent, EnvSpec, Learner, Method, Mode, Policy};
+/// use copq_candle::Candle;
+///
+/// let spec = EnvSpec::new("example", 11, 3).reward("safety", 1.0);
+/// let mut learner = Learner::new(Method::td3(), &spec, &Candle::default(), 0)?;
+/// learner.save_policy(&path)?;
+/// let mut policy = Policy::read(&path, &Candle::default())?;
+///
+/// let mut learned = [0.0; 3];
+/// let mut read = [0.0; 3];
+/// learner.act(&[0.1; 11], Mode::Exploit, &mut learned)?;
+/// policy.act(&[0.1; 11], &mut read)?;
+/// assert_eq!(learned, read);
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug)]

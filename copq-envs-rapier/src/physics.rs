@@ -23,6 +23,30 @@ const NAME: &str = "rapier 0.36.1";
 /// A snapshot is the whole world, contact memory included, some tens of kilobytes; it replays bit
 /// for bit, in another process of the same build too. Fields are of the state after the step;
 /// contact forces those of its last timestep.
+///
+/// ```
+/// use copq::State;
+/// use copq_envs::Physics;
+/// use copq_envs_rapier::Rapier;
+///
+/// let hopper = copq_envs::task("a/hopper")?.robot;
+/// let mut physics = Rapier::new(&hopper)?;
+/// physics.reset_to(&hopper.initial_qpos, &[0.0; 6])?;
+/// physics.step(&[0.0; 3], 20)?;
+///
+/// let mut snapshot = State::default();
+/// physics.save(&mut snapshot)?;
+/// let mut first = [0.0; 6];
+/// physics.step(&[0.5, -0.5, 0.1], 20)?;
+/// physics.qpos(&mut first);
+///
+/// let mut second = [0.0; 6];
+/// physics.load(&snapshot)?;
+/// physics.step(&[0.5, -0.5, 0.1], 20)?;
+/// physics.qpos(&mut second);
+/// assert_eq!(first, second);
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub struct Rapier {
     robot: String,
     dims: Dims,

@@ -6,6 +6,16 @@ use crate::RobotSpec;
 ///
 /// "Bodies" are [`RobotSpec::bodies`] in their order, the world not among them; rows are bodies,
 /// row-major.
+///
+/// ```
+/// use copq_envs::Field;
+///
+/// let hopper = copq_envs::task("a/hopper")?.robot; // four bodies, six freedoms
+/// assert_eq!(Field::BodyPosition.len(&hopper), 4 * 3);
+/// assert_eq!(Field::ContactForce.len(&hopper), 4 * 6);
+/// assert_eq!(Field::ActuatorForce.len(&hopper), 6);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
     /// Origins of the body frames in world axes (m), bodies x 3. MuJoCo's xpos.

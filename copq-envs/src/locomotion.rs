@@ -15,6 +15,36 @@ const NOISE_STREAM: u64 = 0x0065_6e76;
 /// for `frame_skip` physics steps. The reward vector is computed from the state after the step. An
 /// episode that becomes unhealthy is terminated, on step `horizon` too; one that reaches `horizon`
 /// healthy is truncated.
+///
+/// ```
+/// # use copq::{Result, State};
+/// # use copq_envs::{Dims, Physics};
+/// # struct Frozen(Vec<f64>, Vec<f64>);
+/// # impl Physics for Frozen {
+/// #     fn name(&self) -> &str { "frozen" }
+/// #     fn dims(&self) -> Dims { Dims { nq: 6, nv: 6, nu: 3 } }
+/// #     fn reset_to(&mut self, qpos: &[f64], qvel: &[f64]) -> Result<()> {
+/// #         (self.0, self.1) = (qpos.to_vec(), qvel.to_vec()); Ok(())
+/// #     }
+/// #     fn step(&mut self, _: &[f64], _: usize) -> Result<()> { Ok(()) }
+/// #     fn qpos(&self, out: &mut [f64]) { out.copy_from_slice(&self.0); }
+/// #     fn qvel(&self, out: &mut [f64]) { out.copy_from_slice(&self.1); }
+/// #     fn save(&self, _: &mut State) -> Result<()> { Ok(()) }
+/// #     fn load(&mut self, _: &State) -> Result<()> { Ok(()) }
+/// # }
+/// # let engine = Frozen(vec![0.0; 6], vec![0.0; 6]);
+/// use copq::{Env, Outcome};
+/// use copq_envs::Locomotion;
+///
+/// // On an engine in which nothing moves; copq_envs_rapier::Rapier is one in which things do.
+/// let mut env = Locomotion::new(copq_envs::task("a/hopper")?, engine)?;
+/// let mut obs = [0.0; 11];
+/// let mut reward = [0.0; 3];
+/// env.reset(0, &mut obs)?;
+/// let outcome = env.step(&[0.5, -2.0, 0.0], &mut obs, &mut reward)?; // -2 is clamped to -1
+/// assert_eq!((outcome, reward), (Outcome::Running, [1.0, 0.0, -1.25]));
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Locomotion<P> {
     spec: EnvSpec,

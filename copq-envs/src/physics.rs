@@ -19,6 +19,56 @@ pub struct Dims {
 ///
 /// Same state, same controls, same build of the same machine: same bits. Lengths are the caller's
 /// to get right (an engine may panic); numbers are the engine's to check (it returns an error).
+///
+/// ```
+/// use copq::{Result, State, check_env};
+/// use copq_envs::{Dims, Locomotion, Physics};
+///
+/// /// Keeps a robot where it was put.
+/// struct Frozen {
+///     dims: Dims,
+///     qpos: Vec<f64>,
+///     qvel: Vec<f64>,
+/// }
+///
+/// impl Physics for Frozen {
+///     fn name(&self) -> &str {
+///         "frozen"
+///     }
+///     fn dims(&self) -> Dims {
+///         self.dims
+///     }
+///     fn reset_to(&mut self, qpos: &[f64], qvel: &[f64]) -> Result<()> {
+///         (self.qpos, self.qvel) = (qpos.to_vec(), qvel.to_vec());
+///         Ok(())
+///     }
+///     fn step(&mut self, _ctrl: &[f64], _substeps: usize) -> Result<()> {
+///         Ok(())
+///     }
+///     fn qpos(&self, out: &mut [f64]) {
+///         out.copy_from_slice(&self.qpos);
+///     }
+///     fn qvel(&self, out: &mut [f64]) {
+///         out.copy_from_slice(&self.qvel);
+///     }
+///     fn save(&self, state: &mut State) -> Result<()> {
+///         state.put("qpos", self.qpos.as_slice());
+///         state.put("qvel", self.qvel.as_slice());
+///         Ok(())
+///     }
+///     fn load(&mut self, state: &State) -> Result<()> {
+///         state.read("qpos", &mut self.qpos)?;
+///         state.read("qvel", &mut self.qvel)
+///     }
+/// }
+///
+/// let task = copq_envs::task("a/hopper")?;
+/// let dims = Dims { nq: task.robot.nq(), nv: task.robot.nv(), nu: task.robot.nu() };
+/// let engine = Frozen { dims, qpos: vec![0.0; dims.nq], qvel: vec![0.0; dims.nv] };
+/// let report = check_env(&mut Locomotion::new(task, engine)?)?;
+/// assert_eq!(report.lengths, [1_000; 5]); // it never falls
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub trait Physics: Send {
     /// The engine's name and version, as reports print it.
     fn name(&self) -> &str;

@@ -5,6 +5,16 @@ use copq::Result;
 use crate::{Field, Physics, RobotSpec};
 
 /// Values of some fields of an engine, each read once after every step.
+///
+/// ```
+/// use copq_envs::{Field, Readings};
+///
+/// let hopper = copq_envs::task("a/hopper")?.robot;
+/// let readings = Readings::new([Field::BodyCentre, Field::BodyCentre], &hopper);
+/// assert_eq!(readings.get(Field::BodyCentre), [0.0; 4 * 3]);
+/// assert!(readings.get(Field::Inertia).is_empty()); // nobody asked for it
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Readings {
     fields: Vec<(Field, Vec<f64>)>,

@@ -12,6 +12,19 @@ use crate::plan::Plan;
 const HEADING: &str = "# What made this run. `copq resume` with this folder goes on with it.\n\n";
 
 /// The content of `config.toml`: the plan, the caller's own settings, and what was at work.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("first");
+/// use copq::{Config, Method};
+/// use copq_experiments::{Plan, RunConfig, RunFolder, read_config};
+///
+/// let method = Method::cop_td3();
+/// RunFolder::create(&path, &Plan::new(&method), &method.config)?;
+/// let read: RunConfig<Config> = read_config(&path)?;
+/// assert_eq!((read.plan.method.as_str(), read.settings), ("cop-td3", method.config));
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunConfig<S> {
@@ -24,6 +37,11 @@ pub struct RunConfig<S> {
 }
 
 /// What made a run: enough to make the same again.
+///
+/// ```
+/// let made = copq_experiments::MadeWith::here();
+/// assert!(made.rustc.starts_with("rustc ") && !made.command.is_empty());
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MadeWith {

@@ -55,6 +55,24 @@ use copq::files;
 ///
 /// A crash at any moment leaves a folder that can be resumed: the CSV files only grow and lose a
 /// torn last line on resume, the others are replaced by a rename.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("first");
+/// use copq::{Method, State};
+/// use copq_experiments::{Plan, RunFolder};
+///
+/// let method = Method::cop_td3();
+/// let plan = Plan::new(&method);
+/// let folder = RunFolder::create(&path, &plan, &method.config)?;
+/// assert!(folder.file("config.toml").exists() && folder.load()?.is_none());
+/// folder.save(&State::default())?;
+/// drop(folder); // one process at a time writes to it
+///
+/// assert!(RunFolder::create(&path, &plan, &method.config).is_err()); // it is there already
+/// assert!(RunFolder::resume(&path, &plan, &method.config)?.load()?.is_some());
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct RunFolder {
     path: PathBuf,

@@ -11,6 +11,20 @@ use crate::table::Table;
 /// An observer that averages each named scalar until [`Metrics::row`] writes the averages down.
 ///
 /// Columns appear when their first number does, and keep their place from then on.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("metrics.csv");
+/// use copq::Observer;
+/// use copq_experiments::{Metrics, Sheet};
+///
+/// let mut metrics = Metrics::open(&path, |_| true)?; // all rows that are there are kept
+/// metrics.scalar(1, "q/safety", 2.0);
+/// metrics.scalar(2, "q/safety", 4.0);
+/// assert_eq!(metrics.row(2)?, [("q/safety".to_owned(), 3.0)]);
+/// assert_eq!(Sheet::read(&path)?.column("q/safety"), Some(vec![3.0]));
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Metrics {
     table: Table,

@@ -11,6 +11,22 @@ const PRESET: &str = "gym-v5";
 
 /// Names of a run's parts, and its length. The caller turns the names into an environment and an
 /// agent.
+///
+/// ```
+/// use copq::{Method, projection::Extremum};
+/// use copq_experiments::{Plan, RunSettings};
+///
+/// let method = Method::cop_td3().bound(Extremum);
+/// let plan = Plan {
+///     task: "a/walker2d".to_owned(),
+///     order: Some("vsc".to_owned()),
+///     run: RunSettings { seed: 3, ..RunSettings::default() },
+///     ..Plan::new(&method)
+/// };
+/// plan.check()?;
+/// assert_eq!(plan.folder_name(), "cop-td3-a-walker2d-vsc-extremum-s3");
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
@@ -35,6 +51,16 @@ pub struct Plan {
 }
 
 /// How long a run is and how often it does what; everything is counted in environment steps.
+///
+/// ```
+/// use copq_experiments::RunSettings;
+///
+/// let short = RunSettings { steps: 2_000, eval_every: 500, ..RunSettings::default() };
+/// short.check()?;
+/// let never = RunSettings { eval_every: 0, ..short };
+/// assert_eq!(never.check().unwrap_err().to_string(), "eval-every: wanted at least 1, got 0");
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunSettings {

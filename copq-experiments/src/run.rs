@@ -23,6 +23,59 @@ use crate::timings::{self, Timings};
 /// Rows are written at multiples of their interval, and once more at the end. A checkpoint holds
 /// everything after the rows of its step; going on from it drops later rows, so that a resumed
 /// run's files equal an uninterrupted one's.
+///
+/// ```
+/// # use copq::{Agent, Env, EnvSpec, Mode, Observer, Outcome, Result, State, Transition};
+/// # struct World(EnvSpec, u8);
+/// # impl Env for World {
+/// #     fn spec(&self) -> &EnvSpec { &self.0 }
+/// #     fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> {
+/// #         self.1 = 0; obs[0] = 0.0; Ok(())
+/// #     }
+/// #     fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+/// #         self.1 += 1; obs[0] = self.1.into(); reward[0] = 0.5;
+/// #         Ok(if self.1 < 3 { Outcome::Running } else { Outcome::Truncated })
+/// #     }
+/// #     fn save(&self, state: &mut State) -> Result<()> { state.put("step", [self.1]); Ok(()) }
+/// #     fn load(&mut self, state: &State) -> Result<()> {
+/// #         self.1 = state.get_one("step")?; Ok(())
+/// #     }
+/// # }
+/// # struct Still;
+/// # impl Agent for Still {
+/// #     fn seed(&self) -> u64 { 0 }
+/// #     fn discount(&self) -> f64 { 0.9 }
+/// #     fn act(&mut self, _: &[f32], _: Mode, action: &mut [f32]) -> Result<()> {
+/// #         action.fill(0.0); Ok(())
+/// #     }
+/// #     fn observe(&mut self, _: Transition<'_>) -> Result<()> { Ok(()) }
+/// #     fn update(&mut self, _: &mut dyn Observer) -> Result<()> { Ok(()) }
+/// #     fn value(&mut self, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
+/// #         q.fill(1.25); Ok(())
+/// #     }
+/// #     fn save(&self, _: &mut State) -> Result<()> { Ok(()) }
+/// #     fn load(&mut self, _: &State) -> Result<()> { Ok(()) }
+/// # }
+/// # let env = || World(EnvSpec::new("world", 1, 1).reward("time", 1.0).horizon(3), 0);
+/// # let agent: Box<dyn Agent> = Box::new(Still);
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("first");
+/// use copq::{Method, Trainer};
+/// use copq_experiments::{Plan, Run, RunFolder, RunSettings, Sheet};
+///
+/// // In a world whose episodes return 1.5.
+/// let method = Method::cop_td3();
+/// let mut plan = Plan::new(&method);
+/// plan.run = RunSettings { steps: 30, eval_every: 10, ..RunSettings::default() };
+/// let folder = RunFolder::create(&path, &plan, &method.config)?;
+/// let trainer = Trainer::new(env(), agent)?;
+/// Run::new(trainer, Box::new(env()), folder, plan.run)?.silent().train()?;
+///
+/// let evaluations = Sheet::read(&path.join("evaluations.csv"))?;
+/// assert_eq!(evaluations.steps(), [0, 10, 20, 30]);
+/// assert_eq!(evaluations.column("return/time/mean"), Some(vec![1.5; 4]));
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub struct Run {
     trainer: Trainer,
     eval_env: Box<dyn Env>,
@@ -38,6 +91,14 @@ pub struct Run {
 }
 
 /// How [`Run::train`] ended; prints as a sentence for the user.
+///
+/// ```
+/// use copq_experiments::Ending;
+///
+/// let ending = Ending::Interrupted { step: 12_000, folder: "runs/first".into() };
+/// let words = "stopped and saved at step 12,000; go on with copq resume runs/first";
+/// assert_eq!(ending.to_string(), words);
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Ending {
     /// All steps are done.

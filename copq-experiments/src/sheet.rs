@@ -9,6 +9,21 @@ use copq::files;
 
 /// Named columns of numbers, one row a logged step. The first column is `step`; an empty cell is a
 /// number not logged.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("metrics.csv");
+/// use copq_experiments::Sheet;
+///
+/// // A run that crashed in the middle of its third row.
+/// copq::files::replace(&path, b"step,q/safety\n1000,0.5\n2000,\n3000,0.")?;
+/// let sheet = Sheet::read(&path)?;
+/// assert_eq!(sheet.steps(), [1000, 2000]);
+/// let q = sheet.column("q/safety").unwrap_or_default();
+/// assert!(q[0] == 0.5 && q[1].is_nan());
+/// assert_eq!(sheet.column("q/velocity"), None);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sheet {
     columns: Vec<String>,

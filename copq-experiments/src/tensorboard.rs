@@ -55,6 +55,19 @@ struct SessionLog {
 }
 
 /// One event file of a run's folder; a resumed run begins another, as TensorBoard expects.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let folder = folder.path();
+/// use copq_experiments::tensorboard::{EventFile, read_scalars};
+///
+/// let mut events = EventFile::create(folder, 0)?;
+/// events.scalars(1_000, &vec![("q/safety".to_owned(), 0.5)])?;
+/// # let entry = std::fs::read_dir(folder).expect("a folder").next().expect("a file");
+/// # let path = entry.expect("a file").path();
+/// assert_eq!(read_scalars(&path)?, [(1_000, "q/safety".to_owned(), 0.5)]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct EventFile {
     path: PathBuf,

@@ -8,6 +8,18 @@ use crate::pen::Pen;
 use crate::{canvas, layout};
 
 /// A line with a band around it.
+///
+/// ```
+/// use copq_render::{Figure, Panel, Point, Series};
+///
+/// let to = |last| vec![Point::within(0.0, 0.0, 0.5), Point::within(1_000.0, last, 0.5)];
+/// let panel = Panel::new("return")
+///     .series(Series::new("cholesky", to(20.0)))
+///     .series(Series::new("extremum", to(10.0)));
+/// let svg = Figure::new("Two projections", "Band: half a unit.").panel(panel).svg()?;
+/// assert!(svg.contains("#0072b2") && svg.contains("#d55e00")); // blue and vermilion
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Series {
     pub(crate) label: String,
@@ -22,6 +34,13 @@ impl Series {
 }
 
 /// One evaluation, or the same evaluation of several seeds.
+///
+/// ```
+/// use copq_render::Point;
+///
+/// let point = Point::within(5_000.0, 20.0, 3.0);
+/// assert_eq!((point.low, point.middle, point.high), (17.0, 20.0, 23.0));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     /// Where it stands on the axis of steps.
@@ -42,6 +61,18 @@ impl Point {
 }
 
 /// One pair of axes.
+///
+/// ```
+/// use copq_render::{Figure, Panel, Point, Series};
+///
+/// let points = vec![Point::within(0.0, 10.0, 1.0), Point::within(1.0, 30.0, 1.0)];
+/// let cost = Panel::new("cost").series(Series::new("cop-cal", points));
+/// let svg = |panel| Figure::new("A cost", "Dashed: its limit.").panel(panel).svg();
+/// let plain = svg(cost.clone())?;
+/// let limited = svg(cost.limit(Some(25.0)))?;
+/// assert!(limited.len() > plain.len()); // by the dashes
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Panel {
     pub(crate) title: String,
@@ -68,6 +99,17 @@ impl Panel {
 }
 
 /// Panels that share their axes' names, their colours and one legend.
+///
+/// ```
+/// use copq_render::{Figure, Panel};
+///
+/// let empty = Figure::new("Nothing yet", "").panel(Panel::new("return"));
+/// assert!(empty.png()?.starts_with(b"\x89PNG"));
+/// let error = empty.write("curves.pdf").unwrap_err(); // curves.svg or curves.png would do
+/// let words = "figure's file: wanted a name that ends in .svg or .png, got curves.pdf";
+/// assert_eq!(error.to_string(), words);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Figure {
     pub(crate) title: String,

@@ -26,6 +26,56 @@ pub type ActionGrad<'a> = &'a mut dyn FnMut(Sample<'_>, SampleGrad<'_>) -> Resul
 
 /// A policy. Deterministic ones have a mode alone; stochastic ones are reparameterised: their noise
 /// comes from outside, as standard normals.
+///
+/// ```
+/// use copq::{ActionGrad, Actor, Net, Result, Sample, SampleGrad, State};
+///
+/// /// A deterministic policy: a = w s, for one number seen and one moved.
+/// struct Proportional {
+///     online: f32,
+///     target: f32,
+/// }
+///
+/// impl Actor for Proportional {
+///     fn action_len(&self) -> usize {
+///         1
+///     }
+///
+///     fn mode(&mut self, net: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
+///         let w = if net == Net::Online { self.online } else { self.target };
+///         action.iter_mut().zip(obs).for_each(|(a, s)| *a = (w * s).clamp(-1.0, 1.0));
+///         Ok(())
+///     }
+///
+///     fn improve(&mut self, obs: &[f32], _: &[f32], grad: ActionGrad<'_>) -> Result<()> {
+///         let mut action = vec![0.0; obs.len()];
+///         let mut grad_a = action.clone();
+///         self.mode(Net::Online, obs, &mut action)?;
+///         grad(
+///             Sample { action: &action, log_prob: &[] },
+///             SampleGrad { action: &mut grad_a, log_prob: &mut [] },
+///         )?;
+///         self.online -= 0.5 * obs.iter().zip(&grad_a).map(|(s, grad)| s * grad).sum::<f32>();
+///         Ok(())
+///     }
+/// #     fn update_target(&mut self, _: f32) -> Result<()> { Ok(()) }
+/// #     fn save(&self, _: &mut State) -> Result<()> { Ok(()) }
+/// #     fn load(&mut self, _: &State) -> Result<()> { Ok(()) }
+///
+///     // update_target, save and load are left out here.
+/// }
+///
+/// // A step towards a = 0.5 where 1 is seen, down the gradient a - 0.5.
+/// let mut actor = Proportional { online: 0.0, target: 0.0 };
+/// actor.improve(&[1.0], &[], &mut |sample, grad| {
+///     grad.action[0] = sample.action[0] - 0.5;
+///     Ok(())
+/// })?;
+/// let mut action = [0.0];
+/// actor.mode(Net::Online, &[1.0], &mut action)?;
+/// assert_eq!(action, [0.25]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub trait Actor: Send {
     /// Length of an action.
     fn action_len(&self) -> usize;

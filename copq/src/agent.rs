@@ -3,6 +3,23 @@
 use crate::{EnvSpec, Observer, Outcome, Result, State};
 
 /// How to choose an action.
+///
+/// ```
+/// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
+/// # use still::Still;
+/// # let backend = Still;
+/// use copq::{Agent, EnvSpec, Learner, Method, Mode};
+///
+/// // A learner whose policy always says 0.
+/// let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("speed", 1.0);
+/// let mut learner = Learner::new(Method::cop_td3(), &spec, &backend, 0)?;
+/// let mut action = [0.0];
+/// learner.act(&[0.1, 0.2], Mode::Explore, &mut action)?;
+/// assert_ne!(action, [0.0]);
+/// learner.act(&[0.1, 0.2], Mode::Exploit, &mut action)?;
+/// assert_eq!(action, [0.0]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// With the agent's exploration, for collecting data.
@@ -12,6 +29,22 @@ pub enum Mode {
 }
 
 /// One step of experience; actions in [-1, 1].
+///
+/// ```
+/// use copq::{Outcome, Replay, Transition};
+///
+/// let fall = Transition {
+///     obs: &[0.3, 1.0],
+///     action: &[0.5],
+///     reward: &[0.0, 0.2], // one number for each of two objectives
+///     next_obs: &[0.9, 1.5],
+///     outcome: Outcome::Terminated,
+/// };
+/// let mut replay = Replay::new(1_000, 2, 1, 2)?;
+/// replay.push(fall)?;
+/// assert_eq!(replay.len(), 1);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Transition<'a> {
     /// s
@@ -27,6 +60,49 @@ pub struct Transition<'a> {
 }
 
 /// A learner that acts.
+///
+/// A rule written by hand is an agent too, and is evaluated like one that learns:
+///
+/// ```
+/// # use copq::{Env, EnvSpec, Outcome};
+/// # struct World(EnvSpec, u8);
+/// # impl Env for World {
+/// #     fn spec(&self) -> &EnvSpec { &self.0 }
+/// #     fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> {
+/// #         self.1 = 0; obs[0] = 0.0; Ok(())
+/// #     }
+/// #     fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+/// #         self.1 += 1; obs[0] = self.1.into(); reward[0] = 0.5;
+/// #         Ok(if self.1 < 3 { Outcome::Running } else { Outcome::Truncated })
+/// #     }
+/// # }
+/// # let mut env = World(EnvSpec::new("world", 1, 1).reward("time", 1.0).horizon(3), 0);
+/// use copq::{Agent, Mode, Observer, Result, State, Transition, evaluate};
+///
+/// /// Steers against what it sees, with half the force.
+/// struct Against;
+///
+/// impl Agent for Against {
+///     fn seed(&self) -> u64 { 0 }
+///     fn discount(&self) -> f64 { 0.99 }
+///     fn act(&mut self, obs: &[f32], _: Mode, action: &mut [f32]) -> Result<()> {
+///         action[0] = (-0.5 * obs[0]).clamp(-1.0, 1.0);
+///         Ok(())
+///     }
+///     fn observe(&mut self, _: Transition<'_>) -> Result<()> { Ok(()) }
+///     fn update(&mut self, _: &mut dyn Observer) -> Result<()> { Ok(()) }
+///     fn value(&mut self, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
+///         q.fill(f32::NAN); // it has no opinion
+///         Ok(())
+///     }
+///     fn save(&self, _: &mut State) -> Result<()> { Ok(()) }
+///     fn load(&mut self, _: &State) -> Result<()> { Ok(()) }
+/// }
+///
+/// let evaluation = evaluate(&mut Against, env, 10)?;
+/// assert_eq!(evaluation.mean(), [1.5]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub trait Agent: Send {
     /// The seed that all its random numbers come from, and with them a
     /// [`Trainer`](crate::Trainer)'s episodes.

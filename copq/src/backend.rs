@@ -7,6 +7,45 @@ use crate::{Actor, Critic, EnvSpec, Networks, Result, Rng};
 /// A backend knows shapes, activations and step sizes ([`Networks`]) and no algorithm: how many
 /// critics there are and what becomes of their values is the [`Method`](crate::Method)'s. Weights
 /// come from `rng` alone, so that a seed gives the same networks every time.
+///
+/// Another backend with one thing changed is a backend:
+///
+/// ```
+/// use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Networks, Result, Rng};
+/// # use copq::{ActionGrad, Net, QGrad, State, Stream};
+///
+/// /// Another backend's networks, with a smaller policy.
+/// struct SmallActor<B>(B);
+///
+/// impl<B: Backend> Backend for SmallActor<B> {
+///     fn critics(
+///         &self,
+///         spec: &EnvSpec,
+///         networks: &Networks,
+///         count: usize,
+///         rng: &mut Rng,
+///     ) -> Result<Box<dyn Critic>> {
+///         self.0.critics(spec, networks, count, rng)
+///     }
+///
+///     fn actor(
+///         &self,
+///         spec: &EnvSpec,
+///         networks: &Networks,
+///         kind: ActorKind,
+///         rng: &mut Rng,
+///     ) -> Result<Box<dyn Actor>> {
+///         let small = Networks { hidden: vec![64, 64], ..networks.clone() };
+///         self.0.actor(spec, &small, kind, rng)
+///     }
+/// }
+/// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
+/// # use still::Still;
+/// # let spec = EnvSpec::new("world", 1, 1).reward("time", 1.0);
+/// # let mut rng = Rng::new(0, Stream::Init);
+/// # let kind = ActorKind::Deterministic;
+/// # assert!(SmallActor(Still).actor(&spec, &Networks::default(), kind, &mut rng).is_ok());
+/// ```
 pub trait Backend {
     /// `count` critics, each of which maps an observation and an action to one value per objective
     /// of the task.
@@ -29,6 +68,13 @@ pub trait Backend {
 }
 
 /// Which kind of policy a method learns.
+///
+/// ```
+/// use copq::{ActorKind, Method};
+///
+/// assert_eq!(Method::td3().actor(), ActorKind::Deterministic);
+/// assert_eq!(Method::sac().actor(), ActorKind::Gaussian);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ActorKind {
     /// One action for each observation (TD3).

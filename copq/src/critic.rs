@@ -21,6 +21,62 @@ pub type QGrad<'a> = &'a mut dyn FnMut(QView<'_>, &mut [f32]) -> Result<()>;
 /// Batches are row-major: observations `rows x observation`, actions `rows x action` in [-1, 1],
 /// values `critics x rows x objectives`. The number of rows is free, and may change from call to
 /// call.
+///
+/// ```
+/// use copq::{Critic, Net, QGrad, QView, Result, State};
+///
+/// /// Two critics of one objective: Q(s, a) = w a, for an action of one number.
+/// struct Linear {
+///     online: [f32; 2],
+///     target: [f32; 2],
+/// }
+///
+/// impl Critic for Linear {
+///     fn critics(&self) -> usize { 2 }
+///     fn objectives(&self) -> usize { 1 }
+///
+///     fn values(&mut self, net: Net, _obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
+///         let weights = if net == Net::Online { self.online } else { self.target };
+///         for (q, w) in q.chunks_exact_mut(act.len()).zip(weights) {
+///             q.iter_mut().zip(act).for_each(|(q, a)| *q = w * a);
+///         }
+///         Ok(())
+///     }
+///
+///     fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, tau: f32) -> Result<()> {
+///         let mut q = vec![0.0; 2 * act.len()];
+///         let mut grad_q = q.clone();
+///         self.values(Net::Online, obs, act, &mut q)?;
+///         grad(QView::new(&q, 2, 1)?, &mut grad_q)?;
+///         for (k, grad_q) in grad_q.chunks_exact(act.len()).enumerate() {
+///             let grad_w: f32 = grad_q.iter().zip(act).map(|(dq, a)| dq * a).sum();
+///             self.online[k] -= 0.5 * grad_w;
+///             self.target[k] += tau * (self.online[k] - self.target[k]);
+///         }
+///         Ok(())
+///     }
+/// #     fn action_grad(
+/// #         &mut self, _: &[f32], _: &[f32], _: QGrad<'_>, _: &mut [f32],
+/// #     ) -> Result<()> { Ok(()) }
+/// #     fn save(&self, _: &mut State) -> Result<()> { Ok(()) }
+/// #     fn load(&mut self, _: &State) -> Result<()> { Ok(()) }
+///
+///     // action_grad, save and load are left out here.
+/// }
+///
+/// // A step towards Q = 2, down the gradient q - 2; the targets follow at once.
+/// let mut critic = Linear { online: [1.0, 4.0], target: [1.0, 4.0] };
+/// let towards_2 = &mut |q: QView<'_>, grad: &mut [f32]| {
+///     grad.iter_mut().zip(q.values()).for_each(|(grad, q)| *grad = q - 2.0);
+///     Ok(())
+/// };
+/// critic.fit(&[0.0], &[1.0], towards_2, 1.0)?;
+///
+/// let mut q = [0.0; 2];
+/// critic.values(Net::Target, &[0.0], &[1.0], &mut q)?;
+/// assert_eq!(q, [1.5, 3.0]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub trait Critic: Send {
     /// K, the number of critics.
     fn critics(&self) -> usize;

@@ -4,6 +4,21 @@ use crate::{Error, Result, State};
 
 /// How a step left the episode. Only [`Outcome::Terminated`] stops the bootstrap (`d = 1` in the TD
 /// target).
+///
+/// ```
+/// use copq::Outcome;
+///
+/// /// A robot that falls on the last step has fallen all the same.
+/// fn outcome(fallen: bool, step: usize, horizon: usize) -> Outcome {
+///     match fallen {
+///         true => Outcome::Terminated,
+///         false if step == horizon => Outcome::Truncated,
+///         false => Outcome::Running,
+///     }
+/// }
+/// assert_eq!(outcome(true, 1_000, 1_000), Outcome::Terminated);
+/// assert_eq!(outcome(false, 1_000, 1_000), Outcome::Truncated);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// The episode goes on.
@@ -15,6 +30,17 @@ pub enum Outcome {
 }
 
 /// One component of the reward vector.
+///
+/// ```
+/// use copq::{EnvSpec, Objective};
+///
+/// // No multiplier weighs this cost: it has a weight of its own.
+/// let heat = Objective::cost("heat", 50.0).weight(-0.1);
+/// let spec = EnvSpec::new("arm", 4, 2).objective(heat).reward("progress", 1.0);
+/// spec.check()?;
+/// assert_eq!((spec.weights(), spec.limit(0)), (vec![-0.1, 1.0], Some(50.0)));
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Objective {

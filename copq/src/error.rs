@@ -8,6 +8,17 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 /// Everything that can go wrong in copq, worded for the person who has to mend it.
 ///
 /// `{:?}` gives the same words as `{}`, so that a `main` that returns [`Result`] ends readably.
+///
+/// ```
+/// use copq::{EnvSpec, Error};
+///
+/// let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("safety", 2.0);
+/// let error = spec.check().unwrap_err();
+/// assert!(matches!(error, Error::Invalid { .. }));
+/// let words = "cart: objectives: wanted names that differ, got 'safety' twice";
+/// assert_eq!(error.to_string(), words);
+/// assert_eq!(format!("{error:?}"), words);
+/// ```
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

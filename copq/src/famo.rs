@@ -8,6 +8,15 @@ use crate::error::check_not_negative;
 use crate::{Result, State};
 
 /// FAMO's constants.
+///
+/// ```
+/// use copq::{FamoConfig, FamoDecay, Method};
+///
+/// let famo = FamoConfig { decay: FamoDecay::L2, ..FamoConfig::default() };
+/// let method = Method::cop_td3().balance(famo);
+/// assert_eq!(method.config.famo, Some(famo));
+/// assert_eq!(famo.lr, 0.025);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FamoConfig {
@@ -49,6 +58,19 @@ const LOSS_EPS: f64 = 1e-8;
 
 /// Fast adaptive multitask optimisation (Liu et al., NeurIPS 2023): one logit per objective,
 /// stepped by how much each objective's loss improved in the last update.
+///
+/// ```
+/// use copq::{Famo, FamoConfig};
+///
+/// let mut famo = Famo::new(FamoConfig::default(), 2)?;
+/// let mut weights = [0.0; 2];
+/// famo.weigh(&[1.0, 4.0], &mut weights); // a loss four times as large has a quarter of the weight
+/// assert!((weights[0] - 0.8).abs() < 1e-6 && (weights[1] - 0.2).abs() < 1e-6);
+///
+/// famo.step(&[1.0, 4.0], &[0.5, 4.0]); // the first loss has halved: it can wait
+/// assert!(famo.logits()[0] < famo.logits()[1]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Famo {
     logits: Vec<f64>,

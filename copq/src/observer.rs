@@ -1,6 +1,15 @@
 //! Where a run's numbers go: metrics files, TensorBoard, a progress bar, a test.
 
 /// Receives the scalars that learners, trainers and evaluations report.
+///
+/// ```
+/// use copq::Observer;
+///
+/// let mut seen = Vec::new();
+/// let mut log = |step: u64, name: &str, value: f64| seen.push(format!("{step} {name} {value}"));
+/// log.scalar(1_000, "q/safety", 0.5); // as Trainer::step(&mut log) would
+/// assert_eq!(seen, ["1000 q/safety 0.5"]);
+/// ```
 pub trait Observer {
     /// One number at one environment step; `name` is a path such as `q/safety`.
     fn scalar(&mut self, step: u64, name: &str, value: f64);

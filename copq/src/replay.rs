@@ -13,6 +13,26 @@ const CHUNK: usize = 1 << 16;
 /// A transition's next observation is its successor's observation, found by index. Only where an
 /// episode ends, or where the caller breaks off and starts elsewhere, the last observation is kept
 /// apart. All numbers are f32.
+///
+/// ```
+/// use copq::{Batch, Outcome, Replay, Rng, Stream, Transition};
+///
+/// // Room for 1,000 transitions: 2 numbers seen, 1 action, 1 objective.
+/// let mut replay = Replay::new(1_000, 2, 1, 1)?;
+/// replay.push(Transition {
+///     obs: &[0.3, 1.0],
+///     action: &[0.5],
+///     reward: &[2.0],
+///     next_obs: &[0.9, 1.5],
+///     outcome: Outcome::Terminated,
+/// })?;
+///
+/// let mut batch = Batch::default();
+/// replay.sample(4, &mut Rng::new(0, Stream::Batch), &mut batch)?;
+/// assert_eq!(batch.next_obs, [0.9, 1.5].repeat(4));
+/// assert_eq!(batch.alive, [0.0; 4]); // nothing is to be had after a fall
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Replay {
     capacity: usize,
@@ -43,6 +63,21 @@ enum End {
 }
 
 /// A batch of transitions in flat, reusable arrays.
+///
+/// ```
+/// use copq::{Batch, Outcome, Replay, Rng, Stream, Transition};
+///
+/// let mut replay = Replay::new(10, 2, 1, 1)?;
+/// let obs = [0.3, 1.0];
+/// let outcome = Outcome::Truncated; // time ran out: the next state is as good as any
+/// replay.push(Transition { obs: &obs, action: &[0.5], reward: &[2.0], next_obs: &obs, outcome })?;
+///
+/// let mut batch = Batch::default();
+/// replay.sample(3, &mut Rng::new(0, Stream::Batch), &mut batch)?;
+/// assert_eq!((batch.obs.len(), batch.reward.len()), (3 * 2, 3));
+/// assert_eq!(batch.alive, [1.0; 3]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Batch {
     /// s, `rows x observation`

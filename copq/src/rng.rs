@@ -7,6 +7,15 @@ use rand_core::{Rng as _, SeedableRng};
 use crate::{Error, Result, State};
 
 /// What a stream of random numbers is for; streams of one seed never overlap.
+///
+/// ```
+/// use copq::{Rng, Stream};
+///
+/// let mut explore = Rng::new(7, Stream::Explore);
+/// let mut batch = Rng::new(7, Stream::Batch);
+/// assert_ne!(explore.next_u64(), batch.next_u64());
+/// assert_eq!(Rng::new(7, Stream::Batch).next_u64(), Rng::new(7, Stream::Batch).next_u64());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Stream {
@@ -28,6 +37,19 @@ pub enum Stream {
 
 /// A seeded, saveable generator; the distributions are copq's own, so that no crate's update
 /// changes a run.
+///
+/// ```
+/// use copq::{Rng, State};
+///
+/// let mut wind = Rng::with_stream(7, 100); // 100 to 999 are an environment's own
+/// let mut state = State::default();
+/// wind.save("wind", &mut state);
+/// let gust = wind.normal();
+///
+/// wind.load("wind", &state)?; // back to where it was
+/// assert_eq!(wind.normal(), gust);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Rng(ChaCha8Rng);
 

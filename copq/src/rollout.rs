@@ -4,6 +4,31 @@ use crate::error::check_len;
 use crate::{Env, Error, Outcome, Result, State};
 
 /// A finished or running episode.
+///
+/// ```
+/// # use copq::{Env, EnvSpec, Outcome, Result};
+/// # struct World(EnvSpec, u8);
+/// # impl Env for World {
+/// #     fn spec(&self) -> &EnvSpec { &self.0 }
+/// #     fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> {
+/// #         self.1 = 0; obs[0] = 0.0; Ok(())
+/// #     }
+/// #     fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+/// #         self.1 += 1; obs[0] = self.1.into(); reward[0] = 0.5;
+/// #         Ok(if self.1 < 3 { Outcome::Running } else { Outcome::Truncated })
+/// #     }
+/// # }
+/// # let mut env = World(EnvSpec::new("world", 1, 1).reward("time", 1.0).horizon(3), 0);
+/// use copq::{Episode, Rollout};
+///
+/// // A world that gives a reward of 0.5 for each of 3 steps.
+/// let mut rollout = Rollout::new(env)?;
+/// rollout.reset(0)?;
+/// while rollout.step(&[0.0])? == Outcome::Running {}
+/// let wanted = Episode { returns: vec![1.5], length: 3, outcome: Outcome::Truncated };
+/// assert_eq!(*rollout.episode(), wanted);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Episode {
     /// Undiscounted return of each objective.

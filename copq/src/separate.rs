@@ -18,6 +18,35 @@ use crate::{Critic, Error, Net, QGrad, QView, Result, State};
 /// [`FamoConfig::separate`](crate::FamoConfig::separate) is set. Adam undoes the scale of a loss,
 /// so weights of losses that share no network balance nothing: under a decoupled decay they drift,
 /// until an objective's gradients are as small as Adam's epsilon and its networks hardly move.
+///
+/// [`Ensemble::Separate`](crate::Ensemble::Separate) makes one:
+///
+/// ```
+/// # use copq::{QGrad, Result, State};
+/// # struct Scalars;
+/// # impl Critic for Scalars {
+/// #     fn critics(&self) -> usize { 3 }
+/// #     fn objectives(&self) -> usize { 1 }
+/// #     fn values(&mut self, _: Net, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
+/// #         q.copy_from_slice(&[1.0, 2.0, 3.0]); Ok(())
+/// #     }
+/// #     fn fit(&mut self, _: &[f32], _: &[f32], _: QGrad<'_>, _: f32) -> Result<()> { Ok(()) }
+/// #     fn action_grad(
+/// #         &mut self, _: &[f32], _: &[f32], _: QGrad<'_>, _: &mut [f32],
+/// #     ) -> Result<()> { Ok(()) }
+/// #     fn save(&self, _: &mut State) -> Result<()> { Ok(()) }
+/// #     fn load(&mut self, _: &State) -> Result<()> { Ok(()) }
+/// # }
+/// # let networks = Box::new(Scalars);
+/// use copq::{Critic, Net, SeparateCritics};
+///
+/// // Three networks that say 1, 2 and 3: one for a cost, two for a reward.
+/// let mut critics = SeparateCritics::new(networks, &[1, 2])?;
+/// let mut q = [0.0; 4]; // 2 critics of 2 objectives
+/// critics.values(Net::Online, &[0.0], &[0.0], &mut q)?;
+/// assert_eq!(q, [1.0, 2.0, 1.0, 3.0]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub struct SeparateCritics {
     networks: Box<dyn Critic>,
     /// Networks of each objective, which lie one objective after another.

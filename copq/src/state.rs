@@ -6,6 +6,15 @@ use std::path::Path;
 use crate::{Error, Result, checkpoint};
 
 /// One saved array. Only plain numbers, so that any file format can hold it.
+///
+/// ```
+/// use copq::{State, Value};
+///
+/// let mut state = State::default();
+/// state.put("steps", [120_u64]);
+/// let all: Vec<_> = state.values().collect();
+/// assert_eq!(all, [("steps", &Value::U64(vec![120]))]);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// Network parameters, observations, rewards.
@@ -19,6 +28,22 @@ pub enum Value {
 }
 
 /// Named arrays and named subtrees, in a fixed order.
+///
+/// ```
+/// use copq::State;
+///
+/// let mut state = State::default();
+/// state.put("steps", [120_u64]);
+/// state.child_mut("actor").put("weight", [0.5_f32, -1.0]);
+///
+/// let mut weight = [0.0_f32; 2];
+/// state.child("actor")?.read("weight", &mut weight)?;
+/// assert_eq!((state.get_one::<u64>("steps")?, weight), (120, [0.5, -1.0]));
+///
+/// let error = state.get_one::<f32>("steps").unwrap_err();
+/// assert_eq!(error.to_string(), "saved array 'steps': wanted f32, got another type");
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State {
     values: BTreeMap<String, Value>,

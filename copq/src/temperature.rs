@@ -8,6 +8,17 @@ use crate::error::check_not_negative;
 use crate::{EnvSpec, Error, Result, State};
 
 /// The entropy bonus of a stochastic policy.
+///
+/// ```
+/// use copq::{Entropy, Method};
+///
+/// let mut method = Method::sac();
+/// assert_eq!(method.config.entropy, Some(Entropy::default()));
+/// // A temperature that stays.
+/// method.config.entropy = Some(Entropy { temperature: 0.2, lr: 0.0, ..Entropy::default() });
+/// method.config.check()?;
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Entropy {

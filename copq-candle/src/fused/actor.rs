@@ -11,6 +11,27 @@ use crate::shape::Shape;
 
 /// TD3's policy: observation -> hidden layers with ReLU -> tanh. It needs no noise and has no
 /// log-probability.
+///
+/// ```
+/// use copq::{Actor, EnvSpec, Net, Networks, Rng, Stream};
+/// use copq_candle::fused::Deterministic;
+///
+/// let spec = EnvSpec::new("example", 2, 1).reward("safety", 1.0);
+/// let networks = Networks { hidden: vec![16, 16], actor_lr: 0.01, ..Networks::default() };
+/// let mut actor = Deterministic::new(&spec, &networks, &mut Rng::new(0, Stream::Init))?;
+///
+/// // It is to do 0.5 where it sees this: the gradient of (a - 0.5)^2 / 2.
+/// for _ in 0..300 {
+///     actor.improve(&[0.1, 0.2], &[], &mut |sample, grad| {
+///         grad.action[0] = sample.action[0] - 0.5;
+///         Ok(())
+///     })?;
+/// }
+/// let mut action = [0.0];
+/// actor.mode(Net::Online, &[0.1, 0.2], &mut action)?;
+/// assert!((action[0] - 0.5).abs() < 0.02);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Deterministic {
     policy: Policy,

@@ -15,6 +15,28 @@ use crate::{check, weights};
 
 /// An ensemble of separately initialised multilayer perceptrons (observation and action in, N
 /// values out).
+///
+/// ```
+/// use copq::{Critic, EnvSpec, Net, Networks, QView, Rng, Stream};
+/// use copq_candle::fused::Critics;
+///
+/// let spec = EnvSpec::new("example", 2, 1).reward("safety", 1.0);
+/// let networks = Networks { hidden: vec![16, 16], critic_lr: 0.01, ..Networks::default() };
+/// let mut critics = Critics::new(&spec, 3, &networks, &mut Rng::new(0, Stream::Init))?;
+///
+/// // All three are to say 5 of this observation and action: the gradient of (q - 5)^2 / 2.
+/// for _ in 0..300 {
+///     let towards_5 = &mut |q: QView<'_>, grad: &mut [f32]| {
+///         grad.iter_mut().zip(q.values()).for_each(|(grad, q)| *grad = q - 5.0);
+///         Ok(())
+///     };
+///     critics.fit(&[0.1, 0.2], &[0.5], towards_5, 1.0)?;
+/// }
+/// let mut q = [0.0; 3];
+/// critics.values(Net::Target, &[0.1, 0.2], &[0.5], &mut q)?;
+/// assert!(q.iter().all(|q| (q - 5.0).abs() < 0.1));
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Critics {
     networks: Vec<Network>,

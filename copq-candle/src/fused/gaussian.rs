@@ -13,6 +13,24 @@ use crate::squash::Component;
 /// SAC's policy: observation -> hidden layers with ReLU -> mean and log std, clamped to [-20, 2],
 /// of a Gaussian that a tanh squashes. It needs one standard normal an action component; without
 /// noise its action is the squashed mean.
+///
+/// ```
+/// use copq::{Actor, EnvSpec, Net, Networks, Rng, Stream};
+/// use copq_candle::fused::Gaussian;
+///
+/// let spec = EnvSpec::new("example", 2, 1).reward("safety", 1.0);
+/// let networks = Networks::default();
+/// let mut actor = Gaussian::new(&spec, &networks, &mut Rng::new(0, Stream::Init))?;
+///
+/// let mut mode = [0.0];
+/// actor.mode(Net::Online, &[0.1, 0.2], &mut mode)?;
+/// let mut sample = [0.0];
+/// let mut log_prob = [0.0];
+/// actor.sample(Net::Online, &[0.1, 0.2], &[1.5], &mut sample, &mut log_prob)?;
+/// assert!(mode[0] < sample[0] && sample[0] < 1.0); // 1.5 standard deviations further on
+/// assert!(log_prob[0].is_finite());
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Gaussian {
     policy: Policy,

@@ -32,7 +32,7 @@ pub type Make = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<
 /// ```
 /// use candle_core::Module;
 /// use candle_nn::{VarBuilder, layer_norm_no_bias, linear};
-/// use copq::{EnvSpec, Learner, Method};
+/// use copq::{Agent, EnvSpec, Learner, Method};
 /// use copq_candle::Modules;
 ///
 /// let backend = Modules::critics(|vars: VarBuilder<'_>, input, output| {
@@ -42,8 +42,11 @@ pub type Make = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<
 ///     Ok(Box::new(move |x: &_| last.forward(&norm.forward(&hidden.forward(x)?)?.relu()?)))
 /// });
 /// let spec = EnvSpec::new("example", 11, 3).reward("safety", 1.0).reward("velocity", 1.0);
-/// let learner = Learner::new(Method::cop_td3(), &spec, &backend, 0)?;
-/// # let _ = learner;
+/// let mut learner = Learner::new(Method::cop_td3(), &spec, &backend, 0)?;
+///
+/// let mut q = [0.0; 2]; // the mean critic's values of safety and velocity
+/// learner.value(&[0.1; 11], &[0.5; 3], &mut q)?;
+/// assert!(q[0] != q[1] && q.iter().all(|q| q.is_finite()));
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone)]

@@ -14,6 +14,23 @@ use crate::{check, weights};
 
 /// An ensemble of separately initialised multilayer perceptrons (observation and action in, N
 /// values out).
+///
+/// ```
+/// use copq::{Critic, EnvSpec, Net, Networks, Rng, Stream};
+/// use copq_candle::{Device, fused, plain};
+///
+/// let spec = EnvSpec::new("example", 2, 1).reward("safety", 1.0);
+/// let networks = Networks::default();
+/// let rng = || Rng::new(0, Stream::Init);
+/// let mut readable = plain::Critics::new(&spec, 2, &networks, &mut rng(), &Device::Cpu)?;
+/// let mut fast = fused::Critics::new(&spec, 2, &networks, &mut rng())?;
+///
+/// let mut q = [[0.0; 2]; 2];
+/// readable.values(Net::Online, &[0.1, 0.2], &[0.5], &mut q[0])?;
+/// fast.values(Net::Online, &[0.1, 0.2], &[0.5], &mut q[1])?;
+/// assert!(q[0].iter().zip(q[1]).all(|(readable, fast)| (readable - fast).abs() < 1e-6));
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Critics {
     networks: Vec<Network>,

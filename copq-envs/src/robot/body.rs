@@ -1,6 +1,15 @@
 //! A rigid body: where it hangs and how its mass is distributed.
 
 /// One rigid body of a robot.
+///
+/// ```
+/// use copq_envs::robot::{Body, Capsule};
+///
+/// // A shin below a knee that is 0.4 m below the hip.
+/// let shin = Capsule::between([0.0; 3], [0.0, 0.0, -0.4], 0.04).solid(1000.0);
+/// let body = Body::new("shin", Some(0), [0.0, 0.0, -0.4], shin);
+/// assert_eq!(body.inertial.com, [0.0, 0.0, -0.2]);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// A name for messages.

@@ -6,6 +6,15 @@ use std::f64::consts::PI;
 use super::{Inertial, Shape};
 
 /// A capsule in a body's frame.
+///
+/// ```
+/// use copq_envs::robot::Capsule;
+///
+/// // A rod of 1 m between the centres of its caps, as heavy as water.
+/// let rod = Capsule::between([0.0; 3], [1.0, 0.0, 0.0], 0.05);
+/// assert_eq!((rod.half_length, rod.centre), (0.5, [0.5, 0.0, 0.0]));
+/// assert!((rod.solid(1000.0).mass - 8.377580).abs() < 1e-6);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capsule {
     /// Radius (m).

@@ -22,6 +22,15 @@ pub enum Shape {
 }
 
 /// One colliding shape, fixed to a body or to the world.
+///
+/// ```
+/// use copq_envs::robot::{Geom, Shape};
+///
+/// // A slippery floor.
+/// let floor = Geom::new("floor", None, Shape::Plane);
+/// let floor = Geom { friction: [0.2, 0.005, 0.0001], ..floor };
+/// assert_eq!((floor.body, floor.condim), (None, 3));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geom {
     /// A name for messages.

@@ -1,6 +1,15 @@
 //! When a robot counts as healthy; an episode terminates on the step where it stops to.
 
 /// The test, on the state after a step.
+///
+/// ```
+/// use copq_envs::robot::{Preset, hopper};
+///
+/// // The hopper is healthy above 0.7 m and up to a pitch of 0.2.
+/// let health = hopper(Preset::GymV5).health;
+/// assert!(health.test(&[0.0, 1.25, 0.1, 0.0, 0.0, 0.0], &[0.0; 6]));
+/// assert!(!health.test(&[0.0, 1.25, 0.3, 0.0, 0.0, 0.0], &[0.0; 6]));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Health {
     /// Never terminates.

@@ -27,6 +27,16 @@ impl JointKind {
 }
 
 /// One joint of a robot.
+///
+/// ```
+/// use copq_envs::robot::Joint;
+///
+/// let knee = Joint::hinge("knee", 1, [0.0, 1.0, 0.0]);
+/// let knee = Joint { range: Some([-2.0, 0.0]), damping: 0.1, ..knee };
+/// assert_eq!((knee.kind.nq(), knee.kind.nv()), (1, 1));
+/// let root = Joint::free("root", 0);
+/// assert_eq!((root.kind.nq(), root.kind.nv()), (7, 6));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// A name for messages.

@@ -5,6 +5,17 @@ use super::{Geom, Joint, JointKind, Pose, RobotSpec, Shape};
 
 /// A capsule in the world: all points within `radius` of the line between its ends, a ball if they
 /// coincide.
+///
+/// ```
+/// use copq_envs::robot::{Preset, hopper};
+///
+/// // The hopper at its start, as it is drawn: torso, thigh, leg and foot of one limb.
+/// let hopper = hopper(Preset::GymV5);
+/// let segments = hopper.segments(&hopper.body_poses(&hopper.initial_qpos));
+/// assert!(segments.len() == 4 && segments.iter().all(|segment| segment.limb == 0));
+/// let [top, _] = segments[0].ends;
+/// assert!((top[2] - 1.45).abs() < 1e-12 && segments[0].radius == 0.05);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     /// Which limb it is part of: bodies from one branching to the next count as one, in the order

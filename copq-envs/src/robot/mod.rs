@@ -53,6 +53,41 @@ pub use walker2d::walker2d;
 /// Conventions are MuJoCo's: SI units and radians, z up, quaternions as (w, x, y, z), body frames
 /// relative to the parent, the world as parent of everything that has none. Bodies come depth first
 /// (a body, then all below it, then the next), joints in the order of qpos.
+///
+/// ```
+/// use copq_envs::RobotSpec;
+/// use copq_envs::robot::{
+///     Actuator, Body, Capsule, Geom, Health, Integrator, Joint, Noise, Observation, Solver,
+///     VelocityPoint,
+/// };
+///
+/// // A rod of 1 m that hangs from a motor, 2 m above the ground.
+/// let rod = Capsule::between([0.0; 3], [0.0, 0.0, -1.0], 0.05);
+/// let pendulum = RobotSpec {
+///     name: "pendulum".into(),
+///     bodies: vec![Body::new("rod", None, [0.0, 0.0, 2.0], rod.solid(1000.0))],
+///     joints: vec![Joint { damping: 0.1, ..Joint::hinge("pivot", 0, [0.0, 1.0, 0.0]) }],
+///     geoms: vec![Geom::capsule("rod", 0, rod)],
+///     actuators: vec![Actuator { joint: 0, gear: 10.0, range: [-1.0, 1.0] }],
+///     gravity: [0.0, 0.0, -9.81],
+///     timestep: 0.002,
+///     integrator: Integrator::Rk4,
+///     solver: Solver::MUJOCO,
+///     frame_skip: 4,
+///     initial_qpos: vec![0.0],
+///     reset_noise: [Noise::Uniform(0.1); 2],
+///     health: Health::Always,
+///     velocity_point: VelocityPoint::X,
+///     observation: Observation { skip: 0, ..Observation::planar() },
+/// };
+/// pendulum.check()?;
+/// assert_eq!((pendulum.nq(), pendulum.nu(), pendulum.dt()), (1, 1, 0.008));
+/// assert_eq!(pendulum.observation.len(&pendulum), 2); // angle and velocity
+///
+/// let error = RobotSpec { frame_skip: 0, ..pendulum }.check().unwrap_err();
+/// assert_eq!(error.to_string(), "robot pendulum: frame_skip: wanted at least 1, got 0");
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotSpec {
     /// A short name such as `hopper`.

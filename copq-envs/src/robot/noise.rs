@@ -3,6 +3,15 @@
 use copq::Rng;
 
 /// A distribution around zero.
+///
+/// ```
+/// use copq::Rng;
+/// use copq_envs::robot::Noise;
+///
+/// let mut rng = Rng::with_stream(0, 100);
+/// assert!(Noise::Uniform(0.005).draw(&mut rng).abs() <= 0.005);
+/// assert_eq!(Noise::Gaussian(0.0).draw(&mut rng), 0.0);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Noise {
     /// Uniform on [-scale, scale).

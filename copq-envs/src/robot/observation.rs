@@ -7,6 +7,18 @@ use super::part::Part;
 
 /// Part of qpos, all of qvel, then what else the robot's observation has; neither scaled nor
 /// normalised.
+///
+/// ```
+/// use copq_envs::Readings;
+/// use copq_envs::robot::{Observation, Preset, hopper};
+///
+/// // Everything but x: 5 positions and 6 velocities, these clipped to 10.
+/// let hopper = hopper(Preset::GymV5);
+/// let observation = Observation { clip: 10.0, ..Observation::planar() };
+/// let mut obs = [0.0; 11];
+/// observation.write(&hopper, &hopper.initial_qpos, &[50.0; 6], &Readings::default(), &mut obs);
+/// assert_eq!((obs[0], obs[5]), (1.25, 10.0));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
     /// How many leading entries of qpos are left out (those of the robot's place).
@@ -22,6 +34,14 @@ pub struct Observation {
 }
 
 /// How much of a robot's observation the agent gets.
+///
+/// ```
+/// use copq_envs::robot::{Preset, Senses, ant};
+///
+/// let ant = ant(Preset::GymV5);
+/// let seen = |senses| ant.observation.clone().with(senses).len(&ant);
+/// assert_eq!([Senses::Joints, Senses::Standard, Senses::Gymnasium].map(seen), [27, 27, 105]);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Senses {
     /// What benchmarks A and B use: positions and velocities (ant: 27), and for the humanoid

@@ -1,6 +1,17 @@
 //! A place and an orientation, and the quaternions they take.
 
 /// A frame in world axes.
+///
+/// ```
+/// use std::f64::consts::FRAC_1_SQRT_2;
+///
+/// use copq_envs::robot::Pose;
+///
+/// // A frame 1 m along x, turned to the left by a right angle.
+/// let frame = Pose::WORLD.at([1.0, 0.0, 0.0], [FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2]);
+/// let [x, y, z] = frame.point([2.0, 0.0, 0.0]);
+/// assert!((x - 1.0).abs() < 1e-12 && (y - 2.0).abs() < 1e-12 && z == 0.0);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Origin (m).

@@ -3,6 +3,13 @@
 use super::{Integrator, RobotSpec, Solver};
 
 /// Whose robot it is.
+///
+/// ```
+/// use copq_envs::robot::{Preset, hopper};
+///
+/// assert_eq!(hopper(Preset::GymV5).initial_qpos[1], 1.25); // z from the floor
+/// assert_eq!(hopper(Preset::Paper).initial_qpos[1], 0.0); // z from the reference pose
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Preset {
     /// Gymnasium's v5 robots: their MuJoCo models, observations and resets.

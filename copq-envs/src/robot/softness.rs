@@ -4,6 +4,13 @@
 /// constraint.
 ///
 /// Source: MuJoCo documentation, "Solver parameters".
+///
+/// ```
+/// use copq_envs::robot::Softness;
+///
+/// let softness = Softness::MUJOCO;
+/// assert_eq!((softness.impedance(0.0), softness.impedance(0.001)), (0.9, 0.95));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Softness {
     /// solref: time constant (s) and damping ratio.

@@ -5,6 +5,15 @@ use crate::{Field, Readings};
 use super::RobotSpec;
 
 /// The point whose x and y are tracked.
+///
+/// ```
+/// use copq_envs::Field;
+/// use copq_envs::robot::VelocityPoint;
+///
+/// // What an engine must tell for it, beside qpos.
+/// assert_eq!(VelocityPoint::X.field(), None);
+/// assert_eq!(VelocityPoint::Centre.field(), Some(Field::BodyCentre));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VelocityPoint {
     /// A planar robot's root: x is qpos\[0\], y is always 0.

@@ -18,6 +18,20 @@ use copq::EnvSpec;
 use crate::{Field, RobotSpec};
 
 /// Everything about an environment but the engine.
+///
+/// ```
+/// use copq_envs::robot::VelocityPoint;
+///
+/// let mut task = copq_envs::task("a/humanoid")?;
+/// task.horizon = 500;
+/// task.objectives[1].weight = 2.0;
+/// task.robot.velocity_point = VelocityPoint::Body(0); // the torso's velocity, not the centre's
+///
+/// let spec = task.env_spec();
+/// assert_eq!(spec.names(), ["safety", "velocity", "control"]);
+/// assert_eq!((spec.weights(), spec.horizon), (vec![1.0, 2.0, 1.0], 500));
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Task {
     /// A short name such as `a/hopper`: the benchmark and the robot.

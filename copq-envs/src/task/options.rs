@@ -12,6 +12,16 @@ use crate::robot::{Preset, Senses};
 /// A [`Task`](super::Task) is plain data, so what is not here can be changed there:
 /// `robot.velocity_point` (the humanoid's velocity is its centre of mass's;
 /// `VelocityPoint::Body(0)` makes it the torso's), `robot.reset_noise`, `robot.health`, `horizon`.
+///
+/// ```
+/// use copq_envs::{Options, task_with};
+///
+/// let options = Options { preset: "paper".parse()?, limit: Some(1414.9), ..Options::default() };
+/// let task = task_with("b/humanoid", &options)?;
+/// assert_eq!(task.objectives[0].limit, Some(1414.9));
+/// assert_eq!(task.robot.observation.len(&task.robot), 244);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Whose robots.
@@ -33,6 +43,15 @@ pub struct Options {
 }
 
 /// The pose at the start of an episode, before noise.
+///
+/// ```
+/// use copq_envs::task::{Options, Start, task_with};
+///
+/// // Gymnasium's ant, but on ankles that are within their limits.
+/// let ant = |start| task_with("a/ant", &Options { start, ..Options::default() });
+/// assert_ne!(ant(Start::Preset)?.robot.initial_qpos, ant(Start::Paper)?.robot.initial_qpos);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Start {
     /// The preset's own.
@@ -44,6 +63,14 @@ pub enum Start {
 }
 
 /// What the step that ends unhealthy earns for safety.
+///
+/// ```
+/// use copq_envs::task::{FailingStep, Options, Signal, task_with};
+///
+/// let options = Options { failing_step: FailingStep::Bonus, ..Options::default() };
+/// assert_eq!(task_with("a/hopper", &options)?.objectives[0].terms, [(1.0, Signal::Alive)]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FailingStep {
     /// Nothing (the paper, Gymnasium v5).
@@ -55,6 +82,15 @@ pub enum FailingStep {
 
 /// What the control cost sums the squares of. They differ for the humanoid only, whose controls are
 /// 0.4 times its actions.
+///
+/// ```
+/// use copq_envs::task::{ControlCost, Options, Signal, task_with};
+///
+/// let options = Options { control: ControlCost::Motors, ..Options::default() };
+/// let task = task_with("a/humanoid", &options)?;
+/// assert_eq!(task.objectives[2].terms, [(-1.0, Signal::MotorControl)]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ControlCost {
     /// Actions in benchmark A (paper equation C.1), controls in benchmark B and in Gymnasium's own
@@ -68,6 +104,14 @@ pub enum ControlCost {
 }
 
 /// Benchmark B's cost of a step.
+///
+/// ```
+/// use copq_envs::task::{Cost, Options, Signal, task_with};
+///
+/// let options = Options { cost: Cost::ForwardSpeed, ..Options::default() };
+/// assert_eq!(task_with("b/ant", &options)?.objectives[0].terms, [(1.0, Signal::ForwardSpeed)]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Cost {
     /// The speed in the x-y plane, of a planar robot the size of its forward velocity (CAL).

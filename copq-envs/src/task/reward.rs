@@ -3,6 +3,19 @@
 use crate::{Field, Readings};
 
 /// A quantity of one environment step.
+///
+/// ```
+/// use copq_envs::Readings;
+/// use copq_envs::task::{Motion, Objective, Signal};
+///
+/// // A step backwards and to the side.
+/// let readings = &Readings::default();
+/// let velocity = [-3.0, 4.0];
+/// let motion = Motion { healthy: true, velocity, control: 0.2, motor_control: 0.1, readings };
+/// let value = |signal| Objective::new("one", 1.0, &[(1.0, signal)]).reward(&motion);
+/// let signals = [Signal::Velocity, Signal::ForwardSpeed, Signal::Speed];
+/// assert_eq!(signals.map(value), [-3.0, 3.0, 5.0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Signal {
     /// 1 if the robot is healthy after the step, else 0.
@@ -37,6 +50,18 @@ impl Signal {
 }
 
 /// One component of the reward vector.
+///
+/// ```
+/// use copq_envs::task::{Objective, Signal};
+///
+/// // A cost of a task of your own, which comes first.
+/// let mut task = copq_envs::task("gym/hopper")?;
+/// let cost = Objective::new("energy", 0.0, &[(1.0, Signal::Control)]);
+/// task.objectives.insert(0, Objective { limit: Some(200.0), ..cost });
+/// assert_eq!(task.env_spec().names(), ["energy", "reward"]);
+/// assert_eq!(task.env_spec().limit(0), Some(200.0));
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Objective {
     /// Its name, such as `safety`.

@@ -15,6 +15,24 @@ use crate::plan::Plan;
 use crate::statistics::{max, mean, median, min};
 
 /// A run and what it is called in the legend; runs of one label are seeds of one method.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// use copq_experiments::{Labelled, comparison_table};
+///
+/// // Two seeds of one method; compare() draws what comparison_table() tells.
+/// let runs = ["s0", "s1"].map(|seed| {
+///     Labelled { label: "cholesky".to_owned(), folder: folder.path().join(seed) }
+/// });
+/// # for (run, total) in runs.iter().zip(["10", "30"]) {
+/// #     std::fs::create_dir(&run.folder).expect("a new folder");
+/// #     let text = format!("step,weighted_total/mean\n5000,{total}\n");
+/// #     copq::files::replace(&run.folder.join("evaluations.csv"), text.as_bytes())?;
+/// # }
+/// let table = comparison_table(&runs)?;
+/// assert!(table.ends_with("| cholesky | 2 | 5,000 | 20.0 (10.0 to 30.0) |\n"));
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Labelled {
     /// The name in the legend.

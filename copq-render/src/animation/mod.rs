@@ -55,6 +55,27 @@ pub struct Scene {
 }
 
 /// Moments in order, each with the time at which it is seen.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("ball.gif");
+/// use copq_render::animation::{Animation, Capsule, Scene, SideView};
+///
+/// // A ball that rises, with its height above it.
+/// let ball = |z| Capsule { ends: [[0.0, 0.0, z]; 2], radius: 0.1, colour: [0, 114, 178] };
+/// let mut animation = Animation::default();
+/// for step in 0..8 {
+///     let z = 0.1 + 0.05 * f64::from(step);
+///     let readings = vec![("height".to_owned(), format!("{z:.2} m"))];
+///     animation.push(Scene { position: vec![z], readings }, 0.01);
+/// }
+/// assert_eq!(animation.frames(), 4); // of eight in 0.08 s: at most 50 a second
+///
+/// let mut view = SideView::new(&[ball(0.1)])?;
+/// animation.write_gif(&path, &mut |position| Ok(view.draw(&[ball(position[0])], [0.0; 3])))?;
+/// # assert!(std::fs::read(&path).is_ok_and(|bytes| bytes.starts_with(b"GIF89a")));
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Animation {
     frames: Vec<Frame>,

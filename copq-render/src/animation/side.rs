@@ -21,6 +21,18 @@ const MARKS: f64 = 0.45;
 
 /// Draws capsules above a floor, always from the same distance: in plain Rust, without a window or
 /// a graphics card.
+///
+/// ```
+/// use copq_render::animation::{Capsule, HEIGHT, SideView, WIDTH, limb_colour};
+///
+/// let ends = [[0.0, 0.0, 0.1], [0.0, 0.0, 1.0]];
+/// let post = Capsule { ends, radius: 0.1, colour: limb_colour(0) };
+/// let mut view = SideView::new(&[post])?;
+/// let picture = view.draw(&[post], [0.0; 3]);
+/// assert_eq!(picture.len(), (3 * WIDTH * HEIGHT) as usize);
+/// assert!(picture.as_chunks().0.contains(&limb_colour(0)));
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub struct SideView {
     camera: Camera,
     pen: Pen,

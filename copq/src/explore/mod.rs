@@ -36,6 +36,46 @@ impl Debug for Context<'_> {
 }
 
 /// Chooses the action of a step that gathers data.
+///
+/// ```
+/// use copq::{Context, Explore, GaussianNoise, Result};
+/// # use copq::projection::{Cholesky, Scratch};
+/// # use copq::{Rng, Stream};
+///
+/// /// Noise of 0.5 at the start, of 0.1 from step 100,000 on.
+/// #[derive(Debug)]
+/// struct Fading;
+///
+/// impl Explore for Fading {
+///     fn act(&mut self, at: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()> {
+///         let std = (0.5 - 4e-6 * at.step as f32).max(0.1);
+///         GaussianNoise { std }.act(at, obs, action)
+///     }
+/// }
+///
+/// // A learner takes it by Learner::explore(Fading). By hand, around a policy that always says 0:
+/// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
+/// # use still::Still;
+/// # let mut rng = Rng::new(0, Stream::Explore);
+/// # let mut same_rng = rng.clone();
+/// # let mut context = Context {
+/// #     step: 0,
+/// #     actor: &mut Still,
+/// #     critic: &mut Still,
+/// #     projection: &Cholesky,
+/// #     weights: &[1.0, 1.0],
+/// #     rng: &mut rng,
+/// #     scratch: &mut Scratch::default(),
+/// # };
+/// let mut early = [0.0];
+/// let mut late = [0.0];
+/// Fading.act(&mut context, &[0.3], &mut early)?;
+/// context.step = 200_000;
+/// context.rng = &mut same_rng; // the same random number again
+/// Fading.act(&mut context, &[0.3], &mut late)?;
+/// assert!((early[0] - 5.0 * late[0]).abs() < 1e-6);
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub trait Explore: Debug + Send {
     /// Writes an action in [-1, 1] for one observation, normalised if the learner's networks see
     /// normalised ones.

@@ -20,6 +20,19 @@ use crate::{Net, Optimism, QView, Result};
 /// For a deterministic policy g is taken in the action and Sigma_T is `std^2 I`. For a squashed
 /// Gaussian g is taken in its mean before the tanh. Both are one rule in units of the noise,
 /// `noise + shift * h / |h|`, where h is the gradient in the noise.
+///
+/// ```
+/// use copq::projection::Extremum;
+/// use copq::{Optimism, Optimistic};
+///
+/// // Extremum-OAC with the paper's constants, by name or by value; Learner::explore takes either.
+/// let explore = Optimistic::new(Optimism::by("extremum"), 0.1)?;
+/// assert_eq!((explore.optimism.beta, explore.std), (4.66, 0.1));
+/// let explore = Optimistic::default().projection(Extremum);
+/// assert_eq!((explore.optimism.beta, explore.std), (4.66, 0.1));
+/// assert!(Optimistic::new(Optimism::by("extremun"), 0.1).is_err());
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Optimistic {
     /// How optimistic.

@@ -22,6 +22,30 @@ mod targets;
 
 /// Learns a policy and a vector of values from replayed experience: sample, next actions, targets,
 /// fit the critics, every so often improve the actor; targets follow.
+///
+/// [`Trainer`](crate::Trainer) drives it; by hand it goes like this:
+///
+/// ```
+/// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
+/// # use still::Still;
+/// # let backend = Still;
+/// use copq::{Agent, EnvSpec, Learner, Method, Mode, Outcome, Silent, Transition};
+///
+/// let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("speed", 1.0);
+/// let method = Method::cop_td3().warm_up(10);
+/// let mut learner = Learner::new(method, &spec, &backend, 0)?; // `copq_candle::Candle::default()`
+///
+/// let obs = [0.1, 0.2];
+/// let mut action = [0.0];
+/// for _ in 0..12 {
+///     learner.act(&obs, Mode::Explore, &mut action)?;
+///     let (action, reward, outcome) = (&action, &[1.0, 0.5], Outcome::Running);
+///     learner.observe(Transition { obs: &obs, action, reward, next_obs: &obs, outcome })?;
+///     learner.update(&mut Silent)?; // nothing before the tenth step
+/// }
+/// assert_eq!((learner.replay().len(), learner.updates()), (12, 3));
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub struct Learner {
     config: Config,
     seed: u64,

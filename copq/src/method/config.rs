@@ -6,6 +6,24 @@ use crate::error::check_not_negative;
 use crate::{ActorKind, Constraint, Entropy, Error, FamoConfig, Result};
 
 /// Network shapes and step sizes, for the backend that builds the networks.
+///
+/// ```
+/// use copq::{Activation, Init, Method, Networks};
+///
+/// let mut method = Method::cop_td3();
+/// method.config.networks = Networks {
+///     hidden: vec![400, 300],
+///     init: Init::Lecun,
+///     activation: Activation::Silu,
+///     ..Networks::default()
+/// };
+/// method.config.check()?;
+///
+/// method.config.networks.hidden.clear();
+/// let error = method.config.check().unwrap_err();
+/// assert_eq!(error.to_string(), "networks.hidden: wanted one or more positive widths, got []");
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Networks {
@@ -83,6 +101,15 @@ impl Networks {
 }
 
 /// Whose actions fill the replay before the first update.
+///
+/// ```
+/// use copq::{Method, WarmUp};
+///
+/// let paper = Method::cop_td3_paper();
+/// assert_eq!((paper.config.start_steps, paper.config.warm_up), (16_384, WarmUp::Policy));
+/// let shorter = paper.warm_up(1_000);
+/// assert_eq!((shorter.config.start_steps, shorter.config.warm_up), (1_000, WarmUp::Uniform));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WarmUp {
@@ -95,6 +122,15 @@ pub enum WarmUp {
 }
 
 /// Clipped Gaussian noise on the target policy's actions (TD3).
+///
+/// ```
+/// use copq::{Method, Smoothing};
+///
+/// let mut method = Method::td3();
+/// assert_eq!(method.config.smoothing, Some(Smoothing { std: 0.2, clip: 0.5 }));
+/// method.config.smoothing = None; // targets from the bare policy, as in DDPG
+/// assert!(method.config.check().is_ok());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Smoothing {
@@ -106,6 +142,22 @@ pub struct Smoothing {
 
 /// Exploration towards what the critics may promise: the policy's mean moves up the gradient of
 /// their upper bound (OAC, paper eq. 15 and App. D.1).
+///
+/// ```
+/// use copq::projection::step_length;
+/// use copq::{Method, Optimism};
+///
+/// // The upper bound that holds 99 % of a normal law of three objectives, less and less of it.
+/// let beta = step_length(0.99, 3)?;
+/// let optimism = Optimism { beta, until: Some(50_000), ..Optimism::by("extremum") };
+/// let method = Method::cop_td3().explore(optimism);
+/// method.config.check()?;
+/// assert!((beta - 3.3682).abs() < 1e-4);
+///
+/// // A KL bound of 23.53 lets the mean move by its double's root.
+/// assert!((Optimism::default().shift - (2.0_f64 * 23.53).sqrt()).abs() < 1e-3);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Optimism {

@@ -5,6 +5,15 @@ use crate::projection::Directions;
 use crate::{Error, Result};
 
 /// Constant weights; the actor maximises along their unit direction (paper eq. 14).
+///
+/// ```
+/// use copq::{FixedWeights, Multiplier};
+///
+/// let fixed = FixedWeights::new(&[3.0, 4.0])?;
+/// assert_eq!(fixed.weights(), [3.0, 4.0]);
+/// assert_eq!(fixed.actor_weights(), [0.6, 0.8]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct FixedWeights {
     weights: Vec<f32>,

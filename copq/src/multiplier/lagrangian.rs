@@ -9,6 +9,16 @@ use crate::error::check_not_negative;
 use crate::{EnvSpec, Error, Observer, Result, State};
 
 /// Constants of [`Lagrangian`].
+///
+/// ```
+/// use copq::{Constraint, LagrangianConfig, Method};
+///
+/// // The plain Lagrangian, without CAL's quadratic term.
+/// let plain = LagrangianConfig { augmentation: 0.0, ..LagrangianConfig::default() };
+/// let method = Method::cop_cal().constrain(Constraint::Lagrangian(plain));
+/// assert_eq!((plain.multiplier, plain.lr), (1.0, 5e-4));
+/// assert_eq!(method.config.constraint, Some(Constraint::Lagrangian(plain)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LagrangianConfig {
@@ -43,6 +53,21 @@ impl Default for LagrangianConfig {
 /// its standard deviation times `lambda / sqrt(1 + lambda^2)`, a tenth of it for lambda = 0.1. With
 /// c so large that the estimate's noise outweighs lambda, the augmented term holds the limit by
 /// itself and lambda falls to nothing; DESIGN.md has a measured case.
+///
+/// ```
+/// use copq::{EnvSpec, Lagrangian, LagrangianConfig, Multiplier};
+///
+/// // The discount is 1, so that limits are compared as they are.
+/// let spec = EnvSpec::new("cart", 2, 1).cost("speed", 100.0).reward("progress", 1.0);
+/// let mut lagrangian = Lagrangian::new(LagrangianConfig::default(), &spec, 1.0)?;
+/// lagrangian.observe(&[103.0, 7.0]); // the cost is 3 above its limit
+/// assert_eq!(lagrangian.weights(), [-1.0, 1.0]); // lambda is 1
+/// assert_eq!(lagrangian.actor_weights(), [-31.0, 1.0]); // 1 + c 3
+///
+/// lagrangian.update();
+/// assert!(lagrangian.weights()[0] < -1.0); // lambda has grown
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Lagrangian {
     augmentation: f64,

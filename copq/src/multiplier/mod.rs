@@ -22,6 +22,34 @@ use crate::{EnvSpec, Observer, Result, State};
 /// At every update of the actor the learner first shows the costs ([`Multiplier::observe`]), then
 /// improves the actor with [`Multiplier::actor_weights`], then lets the multiplier learn
 /// ([`Multiplier::update`]).
+///
+/// ```
+/// use copq::Multiplier;
+///
+/// /// Doubles the multiplier of a cost while its limit is broken, and halves it otherwise. The
+/// /// objectives are the cost and a reward.
+/// #[derive(Debug)]
+/// struct Doubling {
+///     limit: f32,
+///     weights: [f32; 2],
+///     actor_weights: [f64; 2],
+/// }
+///
+/// impl Multiplier for Doubling {
+///     fn weights(&self) -> &[f32] { &self.weights }
+///     fn actor_weights(&self) -> &[f64] { &self.actor_weights }
+///
+///     fn observe(&mut self, bound: &[f32]) {
+///         self.weights[0] *= if bound[0] > self.limit { 2.0 } else { 0.5 };
+///         self.actor_weights[0] = self.weights[0].into();
+///     }
+/// }
+///
+/// // A cost's weight is negative. Learner::multiplier takes such a value.
+/// let mut doubling = Doubling { limit: 10.0, weights: [-1.0, 1.0], actor_weights: [-1.0, 1.0] };
+/// doubling.observe(&[12.0, 5.0]);
+/// assert_eq!(doubling.weights(), [-2.0, 1.0]);
+/// ```
 pub trait Multiplier: Debug + Send {
     /// The scalarisation weights w, one per objective, not normalised: their direction u is every
     /// projection's.
@@ -55,6 +83,18 @@ pub trait Multiplier: Debug + Send {
 }
 
 /// How the limits of a task's costs are held.
+///
+/// ```
+/// use copq::{Constraint, EnvSpec, LagrangianConfig, Method};
+///
+/// let constraint = Constraint::Lagrangian(LagrangianConfig::default());
+/// let method = Method::sac().constrain(constraint);
+/// assert_eq!(method.config.constraint, Some(constraint));
+///
+/// // A task without costs has nothing to hold.
+/// let spec = EnvSpec::new("cart", 2, 1).reward("progress", 1.0);
+/// assert!(constraint.multiplier(&spec, 0.99).is_err());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Constraint {

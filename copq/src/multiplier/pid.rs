@@ -13,6 +13,15 @@ use crate::{EnvSpec, Error, Observer, Result, State};
 const SMOOTHING: f64 = 0.95;
 
 /// Constants of [`Pid`]; gains are per unit of an episode's cost.
+///
+/// ```
+/// use copq::{Constraint, Method, PidConfig};
+///
+/// let firm = PidConfig { integral: 1e-6, cap: 10.0, ..PidConfig::default() };
+/// let method = Method::sac_pid().constrain(Constraint::Pid(firm));
+/// assert_eq!(method.config.constraint, Some(Constraint::Pid(firm)));
+/// assert_eq!(firm.delay, 10);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PidConfig {
@@ -47,6 +56,22 @@ impl Default for PidConfig {
 /// `lambda = max(0, Kp e + I + Kd max(0, rise))` for each cost (Stooke et al. 2020), with e the
 /// smoothed violation of the pessimistic cost estimate, I its running sum, never negative, and the
 /// rise of the smoothed cost over `delay` updates; all in units of an episode's cost.
+///
+/// ```
+/// use copq::{EnvSpec, Multiplier, Pid, PidConfig};
+///
+/// // The integral alone. The discount is 1, so that limits are compared as they are.
+/// let spec = EnvSpec::new("cart", 2, 1).cost("speed", 100.0).reward("progress", 1.0);
+/// let mut config = PidConfig { proportional: 0.0, derivative: 0.0, ..PidConfig::default() };
+/// (config.integral, config.multiplier) = (0.5, 0.0);
+/// let mut pid = Pid::new(config, &spec, 1.0)?;
+/// pid.observe(&[103.0, 7.0]); // the cost is 3 above its limit
+/// pid.update();
+/// assert_eq!(pid.weights(), [-1.5, 1.0]);
+/// pid.update();
+/// assert_eq!(pid.weights(), [-3.0, 1.0]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Pid {
     config: PidConfig,

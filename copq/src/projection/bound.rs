@@ -5,6 +5,20 @@ use crate::error::check_len;
 use crate::{Error, Result};
 
 /// The bound that is asked for: `critics' mean + step * offset(u)`, row by row.
+///
+/// ```
+/// use copq::projection::{Bound, Cholesky, Projection, QView, Scratch};
+///
+/// // Two critics of one objective say 2 and 5: the mean is 3.5, the standard deviation 1.5.
+/// let q = QView::new(&[2.0, 5.0], 2, 1)?;
+/// for (step, wanted) in [(-1.0, 2.0), (0.0, 3.5), (2.0, 6.5)] {
+///     let mut out = [0.0];
+///     let bound = Bound { q, weights: &[1.0], step };
+///     Cholesky.project(bound, &mut Scratch::default(), &mut out)?;
+///     assert_eq!(out, [wanted]);
+/// }
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Bound<'a> {
     /// The critics' values, `critics x rows x objectives`.

@@ -12,6 +12,23 @@ pub const ROUNDING: f64 = 1e-12;
 
 /// The centred values x_ki = Q_ki - mean_i of one row. The covariance is Sigma = X'X / K (biased,
 /// paper sec. 4.3).
+///
+/// ```
+/// use copq::projection::Deviations;
+///
+/// // Two critics, two objectives about which they disagree in opposite ways.
+/// let x = Deviations::new(&[-1.0, 1.0, 2.0, -2.0], 2)?;
+/// assert_eq!((x.std(0), x.std(1)), (1.0, 2.0));
+///
+/// let mut covariance = [0.0; 2]; // of each objective with the first
+/// x.covariance(x.objective(0), &mut covariance);
+/// assert_eq!(covariance, [1.0, -2.0]);
+///
+/// let mut total = [0.0; 2]; // of the value 2 q_1 + q_2 all say the same
+/// x.scalarised(&[2.0, 1.0], &mut total);
+/// assert_eq!(total, [0.0, 0.0]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Deviations<'a> {
     values: &'a [f64],

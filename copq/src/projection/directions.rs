@@ -4,6 +4,18 @@ use super::vector::normalise;
 use crate::{Error, Result};
 
 /// Checked scalarisation weights: one set for the whole batch, or one set per row.
+///
+/// ```
+/// use copq::projection::Directions;
+///
+/// // One set of two weights, for a batch of four rows.
+/// let directions = Directions::new(&[3.0, 4.0], 4, 2)?;
+/// let mut u = [0.0; 2];
+/// directions.unit(3, &mut u);
+/// assert_eq!(u, [0.6, 0.8]);
+/// assert!(Directions::new(&[0.0, 0.0], 4, 2).is_err()); // no direction
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Directions<'a> {
     weights: &'a [f32],

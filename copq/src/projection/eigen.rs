@@ -12,6 +12,23 @@ use super::{Deviations, Ellipsoid, Work};
 /// a kink like |x| at zero; that eigenvalue passes no gradient on.
 ///
 /// With more than eight objectives the last bits depend on the width of the processor's vectors.
+///
+/// ```
+/// use copq::projection::{Bound, Eigen, Projection, QView, Scratch};
+///
+/// let bound = |q: &[f32]| -> copq::Result<[f32; 2]> {
+///     let mut low = [0.0; 2];
+///     let bound = Bound { q: QView::new(q, 3, 2)?, weights: &[1.0, 1.0], step: -1.0 };
+///     Eigen.project(bound, &mut Scratch::default(), &mut low)?;
+///     Ok(low)
+/// };
+/// // Three critics of two objectives, in one order and in the other: the bound is the same.
+/// let [first, second] = bound(&[10.0, 5.0, 12.0, -4.0, 11.0, 2.0])?;
+/// assert!((first - 11.312164).abs() < 1e-5 && (second + 1.058125).abs() < 1e-5);
+/// let swapped = bound(&[5.0, 10.0, -4.0, 12.0, 2.0, 11.0])?;
+/// assert!((swapped[0] - second).abs() < 1e-5 && (swapped[1] - first).abs() < 1e-5);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Eigen;
 

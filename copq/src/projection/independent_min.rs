@@ -10,6 +10,22 @@ use crate::{Ensemble, Result};
 /// The bound is `mean + |step| (Q_k - mean)`, objective by objective, so that steps -1 and 1 give
 /// exactly the extreme values, and step 0 the mean. The first of equal critics gets the gradient. A
 /// NaN in any critic makes its objective's bound NaN.
+///
+/// ```
+/// use copq::projection::{Bound, IndependentMin, Projection, QView, Scratch};
+///
+/// let q = QView::new(&[10.0, 5.0, 12.0, -4.0, 11.0, 2.0], 3, 2)?; // three critics
+/// let mut low = [0.0; 2];
+/// let rewards = Bound { q, weights: &[1.0, 1.0], step: -1.0 };
+/// IndependentMin.project(rewards, &mut Scratch::default(), &mut low)?;
+/// assert_eq!(low, [10.0, -4.0]); // the first critic's and the second's
+///
+/// // If the first is a cost, pessimism takes its largest value.
+/// let cost_first = Bound { weights: &[-1.0, 1.0], ..rewards };
+/// IndependentMin.project(cost_first, &mut Scratch::default(), &mut low)?;
+/// assert_eq!(low, [12.0, -4.0]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default)]
 pub struct IndependentMin;
 

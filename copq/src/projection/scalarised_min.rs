@@ -12,6 +12,18 @@ use crate::{Ensemble, Result};
 /// values, and step 0 the mean. The first of equal critics is taken; where two are equal the bound
 /// jumps from one's values to the other's. A NaN in any critic makes its objective's bound NaN,
 /// whichever is taken.
+///
+/// ```
+/// use copq::projection::{Bound, Projection, QView, ScalarisedMin, Scratch};
+///
+/// // Three critics, whose totals are 15, 8 and 13: all that the second says.
+/// let q = QView::new(&[10.0, 5.0, 12.0, -4.0, 11.0, 2.0], 3, 2)?;
+/// let mut low = [0.0; 2];
+/// let bound = Bound { q, weights: &[1.0, 1.0], step: -1.0 };
+/// ScalarisedMin.project(bound, &mut Scratch::default(), &mut low)?;
+/// assert_eq!(low, [12.0, -4.0]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ScalarisedMin;
 

@@ -10,6 +10,19 @@ use super::row::Row;
 ///
 /// One for each place that calls a projection. Once it has seen a shape, that shape costs no
 /// allocation.
+///
+/// ```
+/// use copq::projection::{Bound, Cholesky, Projection, QView, Scratch};
+///
+/// let mut scratch = Scratch::default();
+/// let mut low = [0.0; 4];
+/// // Two rows: in the first the critics disagree in opposite ways about the two objectives, in the
+/// // second in the same way.
+/// let q = QView::new(&[1.0, -1.0, 1.0, 1.0, -1.0, 4.0, -1.0, -1.0], 2, 2)?;
+/// Cholesky.project(Bound { q, weights: &[1.0, 1.0], step: -1.0 }, &mut scratch, &mut low)?;
+/// assert_eq!(scratch.clip_rate(), 0.5);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     row: Row,

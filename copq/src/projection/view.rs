@@ -5,6 +5,16 @@ use std::ops::Range;
 use crate::{Error, Result};
 
 /// A batch of critics' values: `critics x rows x objectives`, row-major.
+///
+/// ```
+/// use copq::QView;
+///
+/// // Two critics, two rows, two objectives.
+/// let q = QView::new(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], 2, 2)?;
+/// assert_eq!(q.rows(), 2);
+/// assert_eq!(q.get(1, 0), [5.0, 6.0]); // the second critic in the first row
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct QView<'a> {
     values: &'a [f32],

@@ -1,0 +1,81 @@
+// Hidden in this crate's examples, which have no tensor crate: a backend whose critics say 0 and
+// whose policy stands still.
+
+use copq::*;
+
+pub struct Still;
+
+impl Critic for Still {
+    fn critics(&self) -> usize {
+        3
+    }
+
+    fn objectives(&self) -> usize {
+        2
+    }
+
+    fn values(&mut self, _: Net, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
+        q.fill(0.0);
+        Ok(())
+    }
+
+    fn fit(&mut self, _: &[f32], _: &[f32], _: QGrad<'_>, _: f32) -> Result<()> {
+        Ok(())
+    }
+
+    fn action_grad(&mut self, _: &[f32], _: &[f32], _: QGrad<'_>, out: &mut [f32]) -> Result<()> {
+        out.fill(0.0);
+        Ok(())
+    }
+
+    fn save(&self, _: &mut State) -> Result<()> {
+        Ok(())
+    }
+
+    fn load(&mut self, _: &State) -> Result<()> {
+        Ok(())
+    }
+}
+
+impl Actor for Still {
+    fn action_len(&self) -> usize {
+        1
+    }
+
+    fn mode(&mut self, _: Net, _: &[f32], action: &mut [f32]) -> Result<()> {
+        action.fill(0.0);
+        Ok(())
+    }
+
+    fn improve(&mut self, _: &[f32], _: &[f32], _: ActionGrad<'_>) -> Result<()> {
+        Ok(())
+    }
+
+    fn update_target(&mut self, _: f32) -> Result<()> {
+        Ok(())
+    }
+
+    fn save(&self, _: &mut State) -> Result<()> {
+        Ok(())
+    }
+
+    fn load(&mut self, _: &State) -> Result<()> {
+        Ok(())
+    }
+}
+
+impl Backend for Still {
+    fn critics(&self, _: &EnvSpec, _: &Networks, _: usize, _: &mut Rng) -> Result<Box<dyn Critic>> {
+        Ok(Box::new(Still))
+    }
+
+    fn actor(
+        &self,
+        _: &EnvSpec,
+        _: &Networks,
+        _: ActorKind,
+        _: &mut Rng,
+    ) -> Result<Box<dyn Actor>> {
+        Ok(Box::new(Still))
+    }
+}
