@@ -100,6 +100,7 @@ pub struct Run {
 /// assert_eq!(ending.to_string(), words);
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Ending {
     /// All steps are done.
     Finished {

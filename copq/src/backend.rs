@@ -12,7 +12,7 @@ use crate::{Actor, Critic, EnvSpec, Networks, Result, Rng};
 ///
 /// ```
 /// use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Networks, Result, Rng};
-/// # use copq::{ActionGrad, Net, QGrad, State, Stream};
+/// # use copq::Stream;
 ///
 /// /// Another backend's networks, with a smaller policy.
 /// struct SmallActor<B>(B);

@@ -30,6 +30,7 @@ const SEEDS: u64 = 5;
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct EnvReport {
     /// Steps of each episode.
     pub lengths: Vec<usize>,

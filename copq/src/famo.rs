@@ -36,6 +36,7 @@ pub struct FamoConfig {
 /// says Adam with L2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum FamoDecay {
     /// Beside Adam's step (AdamW, paper sec. 5). A step of 0.025 then meets a decay of 2.5e-5 of
     /// the logit: in long runs the logits can drift until one objective hardly learns.

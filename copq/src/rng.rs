@@ -18,6 +18,7 @@ use crate::{Error, Result, State};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
+#[non_exhaustive]
 pub enum Stream {
     /// Initial network weights.
     Init = 0,

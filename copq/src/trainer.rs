@@ -10,6 +10,7 @@ use crate::{
 
 /// Wall-clock time spent since the trainer was made (not saved: it is no part of the result).
 #[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
 pub struct Timing {
     /// Choosing actions.
     pub act: Duration,

@@ -112,6 +112,7 @@ impl Networks {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum WarmUp {
     /// Uniform actions (TD3's and SAC's authors' code).
     #[default]
