@@ -25,6 +25,7 @@ pub(crate) fn parameters(shape: &Shape, initial: Init, rng: &mut Rng) -> Vec<f32
 
 #[cfg(test)]
 mod tests {
+    use approx::abs_diff_eq;
     use copq::{EnvSpec, Networks, Stream};
 
     use super::*;
@@ -46,10 +47,8 @@ mod tests {
             let variance =
                 weights.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>() / weights.len() as f64;
             assert!((0.99 * bound..=bound).contains(&largest(layer.weight())), "{initial:?}");
-            assert!(
-                (variance / (bound * bound / 3.0) - 1.0).abs() < 0.03,
-                "{initial:?}: {variance}"
-            );
+            let share = variance / (bound * bound / 3.0);
+            assert!(abs_diff_eq!(share, 1.0, epsilon = 0.03), "{initial:?}: {share}");
             assert!((0.9 * bias..=bias).contains(&largest(layer.bias())), "{initial:?}");
         }
     }

@@ -64,7 +64,7 @@ fn softplus(y: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use approx::assert_abs_diff_eq;
+    use approx::{abs_diff_eq, assert_abs_diff_eq};
 
     use super::*;
 
@@ -83,7 +83,7 @@ mod tests {
                     sample.log_prob().exp() * slope * 16.0 / f64::from(steps)
                 })
                 .sum();
-            assert!((sum - 1.0).abs() < 1e-5, "{mean}, {log_std}: {sum}");
+            assert!(abs_diff_eq!(sum, 1.0, epsilon = 1e-5), "{mean}, {log_std}: {sum}");
         }
     }
 

@@ -180,7 +180,7 @@ fn contact_forces_are_zero_after_a_reset_and_hold_the_robot_up() {
         physics.read(Field::ContactForce, &mut forces).unwrap();
         let up: f64 = forces.chunks(6).map(|body| body[5]).sum();
         let weight = 9.81 * robot.total_mass();
-        assert!((up - weight).abs() < 1e-3 * weight, "{up} N for {weight} N");
+        assert_abs_diff_eq!(up, weight, epsilon = 1e-3 * weight);
     });
 }
 
@@ -190,8 +190,12 @@ fn mass_and_centre_are_those_of_the_current_position() {
     each(&robot, |mut physics| {
         let matrix = physics.mass_matrix().unwrap();
         // Pushing the free joint along an axis pushes all the mass.
-        assert!((0..3).all(|i| (matrix[i * 23 + i] - robot.total_mass()).abs() < 1e-9));
-        assert!((0..23 * 23).all(|i| (matrix[i] - matrix[i % 23 * 23 + i / 23]).abs() < 1e-12));
+        for i in 0..3 {
+            assert_abs_diff_eq!(matrix[i * 23 + i], robot.total_mass(), epsilon = 1e-9);
+        }
+        for i in 0..23 * 23 {
+            assert_abs_diff_eq!(matrix[i], matrix[i % 23 * 23 + i / 23], epsilon = 1e-12);
+        }
         let mut qpos = robot.initial_qpos.clone();
         let [_, _, z] = physics.centre_of_mass().unwrap();
         qpos[2] += 0.5;

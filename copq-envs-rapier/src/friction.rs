@@ -54,7 +54,7 @@ pub(crate) fn gain(
 
 #[cfg(test)]
 mod tests {
-    use approx::assert_abs_diff_eq;
+    use approx::{abs_diff_eq, assert_abs_diff_eq};
 
     use super::*;
 
@@ -62,7 +62,8 @@ mod tests {
     fn feet_are_soft_and_smooth_contacts_are_not() {
         let soft = |friction| stuck_share(0.8, friction) / (1.0 - stuck_share(0.8, friction));
         assert_abs_diff_eq!(soft(1.0) / soft(2.0), 10.0, epsilon = 1e-9);
-        assert!((soft(1.0) - soft(0.0)).abs() < 1e-9 && (soft(1.0) - 6.0).abs() < 1e-9);
+        assert_abs_diff_eq!(soft(1.0), soft(0.0), epsilon = 1e-9);
+        assert_abs_diff_eq!(soft(1.0), 6.0, epsilon = 1e-9);
     }
 
     /// Stiff contacts, given the time: they stick at rest, or slide and part with
@@ -76,7 +77,7 @@ mod tests {
             [(-1.0, 0.5, 0.0), (-1.0, 3.0, 1.0), (-1.0, 1.0, 0.0), (0.0, 2.0, 1.0)]
         {
             let after = apart + change([apart, across]) / time;
-            assert!((after - wanted).abs() < 1e-3, "{apart} {across}: {after}");
+            assert!(abs_diff_eq!(after, wanted, epsilon = 1e-3), "{apart} {across}: {after}");
         }
     }
 }

@@ -62,14 +62,16 @@ fn safe(softness: &Softness, dt: f64) -> Softness {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
 
     #[test]
     fn the_spring_takes_its_share_and_corrects_in_one_step() {
         for (share, dt) in [(0.05, 0.002), (0.5, 0.01), (0.95, 0.003)] {
             let spring = spring(share, dt);
-            assert!((spring.cfm_factor(dt) - share).abs() < 1e-12, "{spring:?}");
-            assert!((spring.erp_inv_dt(dt) * dt - 1.0).abs() < 1e-12, "{spring:?}");
+            assert_abs_diff_eq!(spring.cfm_factor(dt), share, epsilon = 1e-12);
+            assert_abs_diff_eq!(spring.erp_inv_dt(dt) * dt, 1.0, epsilon = 1e-12);
         }
     }
 
@@ -88,7 +90,7 @@ mod tests {
                 v += dt / 1e4 * share * (-damping * v - stiffness * d * x);
                 x += dt / 1e4 * v;
             }
-            assert!((exact - v).abs() < 1e-3, "{exact} {v}");
+            assert_abs_diff_eq!(exact, v, epsilon = 1e-3);
         }
     }
 }

@@ -156,14 +156,9 @@ impl Famo {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use approx::{abs_diff_eq, assert_abs_diff_eq};
 
-    fn close(got: &[f64], want: &[f64]) {
-        assert!(
-            got.iter().zip(want).all(|(g, w)| (g - w).abs() < 1e-9),
-            "got {got:?}, want {want:?}"
-        );
-    }
+    use super::*;
 
     /// The numbers were computed independently from the method's equations.
     #[test]
@@ -172,10 +167,12 @@ mod tests {
         let mut weights = [0.0; 2];
         famo.weigh(&[2.0, 0.5], &mut weights);
         // The fixture leaves out the 1e-8 that guards the logarithm; it moves the weights by 2e-9.
-        assert!((weights[0] - 0.2).abs() < 1e-8 && (weights[1] - 0.8).abs() < 1e-8, "{weights:?}");
+        assert_abs_diff_eq!(weights[..], [0.2, 0.8][..], epsilon = 1e-8);
         famo.step(&[2.0, 0.5], &[1.6, 0.49]);
-        close(&famo.improvement, &[0.2231435501, 0.0202027069]);
-        close(famo.logits(), &[-0.0249999951, 0.0249999951]);
+        let improvement = [0.2231435501, 0.0202027069];
+        assert_abs_diff_eq!(famo.improvement[..], improvement[..], epsilon = 1e-9);
+        let logits = [-0.0249999951, 0.0249999951];
+        assert_abs_diff_eq!(*famo.logits(), logits[..], epsilon = 1e-9);
     }
 
     /// Each of the two decays, against AdamW and Adam written out for three steps.
@@ -207,13 +204,8 @@ mod tests {
                     logits[i] -= 0.1 * (direction + beside);
                 }
             }
-            let error = famo
-                .logits()
-                .iter()
-                .zip(logits)
-                .map(|(got, want)| (got - want).abs())
-                .fold(0.0, f64::max);
-            assert!(error < 1e-6, "{decay:?}: {:?}, not {logits:?}", famo.logits());
+            let close = abs_diff_eq!(*famo.logits(), logits[..], epsilon = 1e-6);
+            assert!(close, "{decay:?}: {:?}, not {logits:?}", famo.logits());
         }
     }
 

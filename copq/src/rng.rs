@@ -143,6 +143,8 @@ impl Rng {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
 
     #[test]
@@ -167,7 +169,9 @@ mod tests {
         let mean = draws.iter().map(|&x| f64::from(x)).sum::<f64>() / n;
         let variance = draws.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>() / n;
         let fourth = draws.iter().map(|&x| f64::from(x).powi(4)).sum::<f64>() / n;
-        assert!(mean.abs() < 0.01 && (variance - 1.0).abs() < 0.02 && (fourth - 3.0).abs() < 0.1);
+        assert_abs_diff_eq!(mean, 0.0, epsilon = 0.01);
+        assert_abs_diff_eq!(variance, 1.0, epsilon = 0.02);
+        assert_abs_diff_eq!(fourth, 3.0, epsilon = 0.1);
         let mut counts = [0; 7];
         (0..70_000).for_each(|_| counts[rng.below(7)] += 1);
         assert!(counts.iter().all(|&c| (9_500..10_500).contains(&c)), "{counts:?}");

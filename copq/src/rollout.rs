@@ -30,7 +30,6 @@ use crate::{Env, Error, Outcome, Result, State};
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct Episode {
     /// Undiscounted return of each objective.
     pub returns: Vec<f64>,

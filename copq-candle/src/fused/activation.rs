@@ -86,6 +86,8 @@ fn silu_and_slope(x: f32) -> (f32, f32) {
 
 #[cfg(test)]
 mod tests {
+    use approx::abs_diff_eq;
+
     use super::*;
 
     /// Values of every size and sign, and the special ones.
@@ -116,27 +118,17 @@ mod tests {
         let [silu, silu_slope] = run(Activation::Silu, &inputs);
         for (i, &x) in inputs.iter().enumerate().filter(|(_, x)| x.is_finite()) {
             let x = f64::from(x);
+            let check = |what: &str, got: f32, wanted: f64, tolerance: f64| {
+                let close = abs_diff_eq!(f64::from(got), wanted, epsilon = tolerance);
+                assert!(close, "{what}({x}) = {got}, not {wanted}");
+            };
             let wanted = libm::tanh(x);
-            assert!(
-                (f64::from(tanh[i]) - wanted).abs() <= 3e-7 * wanted.abs() + 1e-37,
-                "tanh({x}) = {}",
-                tanh[i]
-            );
-            assert!(
-                (f64::from(tanh_slope[i]) - (1.0 - wanted * wanted)).abs() < 7e-7,
-                "tanh'({x})"
-            );
+            check("tanh", tanh[i], wanted, 3e-7 * wanted.abs() + 1e-37);
+            check("tanh'", tanh_slope[i], 1.0 - wanted * wanted, 7e-7);
             let s = 1.0 / (1.0 + libm::exp(-x));
-            assert!(
-                (f64::from(silu[i]) - x * s).abs() <= 3e-7 * x.abs(),
-                "silu({x}) = {}",
-                silu[i]
-            );
+            check("silu", silu[i], x * s, 3e-7 * x.abs());
             let slope = s + x * s * (1.0 - s);
-            assert!(
-                (f64::from(silu_slope[i]) - slope).abs() <= 1e-6 * (1.0 + x.abs().min(10.0)),
-                "silu'({x})"
-            );
+            check("silu'", silu_slope[i], slope, 1e-6 * (1.0 + x.abs().min(10.0)));
         }
     }
 

@@ -4,6 +4,7 @@
 
 use crate::common;
 
+use approx::assert_abs_diff_eq;
 use common::reference::{Reference, slope};
 use common::{Case, assert_close, saved};
 use copq::projection::{Cholesky, Extremum, ScalarisedMin};
@@ -208,12 +209,7 @@ proptest! {
         let mut shifts =
             (0..action).map(|i| (f64::from(moved[i] - mode[i] - std * noise[i]), f64::from(std)));
         let got = divergence(&mut shifts);
-        prop_assert!(
-            (got - delta).abs() < 1e-3 * (delta + 0.01),
-            "deterministic: {} instead of {}",
-            got,
-            delta
-        );
+        assert_abs_diff_eq!(got, delta, epsilon = 1e-3 * (delta + 0.01));
 
         let [mut actor, _] = case.gaussians(seed);
         let policy = Reference::read(
@@ -231,12 +227,7 @@ proptest! {
             (f64::from(moved[i]).atanh() - output[i] - std * f64::from(noise[i]), std)
         });
         let got = divergence(&mut shifts);
-        prop_assert!(
-            (got - delta).abs() < 1e-3 * (delta + 0.01),
-            "Gaussian: {} instead of {}",
-            got,
-            delta
-        );
+        assert_abs_diff_eq!(got, delta, epsilon = 1e-3 * (delta + 0.01));
     }
 }
 

@@ -4,6 +4,7 @@
 
 use std::path::PathBuf;
 
+use approx::abs_diff_eq;
 use copq::projection::{Cholesky, ScalarisedMin};
 use copq::{
     Agent, Config, Constraint, Ensemble, Entropy, EnvSpec, FamoConfig, FamoDecay, LagrangianConfig,
@@ -191,12 +192,11 @@ fn place(parameters: &Value, network: &mut State) {
 fn assert_parameters(what: &str, network: &State, part: &str, wanted: &Value) {
     for (name, wanted) in wanted.as_object().unwrap() {
         let got = network.child(part).unwrap().get::<f32>(name).unwrap();
-        for (i, (got, wanted)) in got.iter().zip(numbers(wanted)).enumerate() {
-            assert!(
-                (got - wanted).abs() < 2e-5,
-                "{what}: {part} {name}[{i}] is {got}, not {wanted}"
-            );
-        }
+        let wanted = numbers(wanted);
+        assert!(
+            abs_diff_eq!(got, &wanted[..], epsilon = 2e-5),
+            "{what}: {part} {name} is {got:?}, not {wanted:?}"
+        );
     }
 }
 
@@ -225,9 +225,10 @@ fn updates_of_every_method_agree() {
 
         let state = saved(&learner);
         let end = &method["end"];
-        let close = |what: &str, got: f64, wanted: &Value| {
+        let check = |what: &str, got: f64, wanted: &Value| {
             let wanted = wanted.as_f64().unwrap();
-            assert!((got - wanted).abs() < 1e-5, "{name}: {what} is {got}, not {wanted}");
+            let close = abs_diff_eq!(got, wanted, epsilon = 1e-5);
+            assert!(close, "{name}: {what} is {got}, not {wanted}");
         };
         for part in ["online", "target"] {
             let list = if part == "online" { "critics" } else { "targets" };
@@ -246,27 +247,27 @@ fn updates_of_every_method_agree() {
         assert_eq!(state.child("famo").is_ok(), end["famo"].is_array(), "{name}");
         for (i, wanted) in end["famo"].as_array().into_iter().flatten().enumerate() {
             let logits = state.child("famo").unwrap().get::<f64>("logits").unwrap();
-            close("a logit of FAMO", logits[i], wanted);
+            check("a logit of FAMO", logits[i], wanted);
         }
         if name != "redq" && !name.starts_with("cop-q on td3") {
-            close(
+            check(
                 "log alpha",
                 state.child("temperature").unwrap().get_one("log_alpha").unwrap(),
                 &end["log_alpha"],
             );
         }
         if ["saclag-ucb", "cal", "cop-q on cal"].contains(&name) {
-            close(
+            check(
                 "log lambda",
                 state.child("multiplier").unwrap().get_one("log_lambda").unwrap(),
                 &end["log_lambda"],
             );
-            close(
+            check(
                 "the effective multiplier",
                 logged["multiplier_effective/cost"],
                 &end["effective"],
             );
-            close("the cost's estimate", logged["cost_estimate/cost"], &end["estimate"]);
+            check("the cost's estimate", logged["cost_estimate/cost"], &end["estimate"]);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Networks of a user's own architecture: the same as the plain ones where the architecture is, and
 //! whole runs where not.
 
+use approx::assert_abs_diff_eq;
 use candle_core::{Module, Tensor};
 use candle_nn::{VarBuilder, layer_norm_no_bias, linear};
 use copq::projection::Cholesky;
@@ -65,13 +66,13 @@ fn a_module_of_the_same_layers_learns_as_the_plain_networks_do() {
         let mut b = [0.0; 12];
         plain.values(net, &obs, &act, &mut a).unwrap();
         module.values(net, &obs, &act, &mut b).unwrap();
-        assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-6), "{a:?}, {b:?}");
+        assert_abs_diff_eq!(a[..], b[..], epsilon = 1e-6);
     }
     let mut a = [0.0; 4];
     let mut b = [0.0; 4];
     plain.action_grad(&obs, &act, &mut to_target, &mut a).unwrap();
     module.action_grad(&obs, &act, &mut to_target, &mut b).unwrap();
-    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-6), "{a:?}, {b:?}");
+    assert_abs_diff_eq!(a[..], b[..], epsilon = 1e-6);
 }
 
 fn learner(seed: u64) -> Learner {

@@ -10,6 +10,7 @@ mod start;
 
 use std::path::PathBuf;
 
+use approx::abs_diff_eq;
 use copq::{Env, Outcome, State};
 use copq_envs::robot::{Preset, Senses};
 use copq_envs::{Field, Locomotion, Options, Physics, RobotSpec, Task, task_with};
@@ -210,7 +211,7 @@ pub fn close<T: Copy + Into<f64>>(got: &[f32], wanted: &[T], tolerance: f64, wha
         let got = f64::from(*got);
         let wanted = (*wanted).into();
         assert!(
-            (got - wanted).abs() <= tolerance * (1.0 + wanted.abs()),
+            abs_diff_eq!(got, wanted, epsilon = tolerance * (1.0 + wanted.abs())),
             "{what}, number {i}: {got} against {wanted}"
         );
     }

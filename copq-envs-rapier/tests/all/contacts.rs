@@ -2,6 +2,7 @@
 
 use crate::support;
 
+use approx::assert_abs_diff_eq;
 use copq_envs::robot::Preset;
 use copq_envs::{Field, Physics};
 use copq_envs_rapier::Rapier;
@@ -73,13 +74,13 @@ fn the_ant_stands_and_jumps_as_high_as_in_mujoco() {
     pose[2] = 0.75;
     physics.reset_to(&pose, &[0.0; 14]).unwrap();
     physics.step(&[0.0; 8], 800).unwrap();
-    assert!((qpos(&physics)[2] - 0.574).abs() < 0.005, "{:?}", qpos(&physics));
+    assert_abs_diff_eq!(qpos(&physics)[2], 0.574, epsilon = 0.005);
     physics.step(&[0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, -1.0], 200).unwrap();
     let highest = (0..300).fold(qpos(&physics)[2], |highest, _| {
         physics.step(&[0.0; 8], 1).unwrap();
         highest.max(qpos(&physics)[2])
     });
-    assert!((highest - 0.72).abs() < 0.015, "{highest}");
+    assert_abs_diff_eq!(highest, 0.72, epsilon = 0.015);
 }
 
 /// Forces are told as they act: with gravity, their sum over a fall onto the floor is the change of

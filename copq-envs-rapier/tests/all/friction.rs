@@ -3,6 +3,7 @@
 
 use crate::support;
 
+use approx::assert_abs_diff_eq;
 use copq::Rng;
 use copq_envs::robot::{Geom, Joint, Preset};
 use copq_envs::{Field, Physics, RobotSpec, robot};
@@ -27,7 +28,7 @@ fn speed_after_sliding(spec: &RobotSpec) -> f64 {
 fn the_floor_slows_a_sliding_hopper_as_in_mujoco() {
     let speed = speed_after_sliding(&robot::hopper(Preset::GymV5));
     println!("{speed}");
-    assert!((speed - 0.440).abs() < 0.03, "{speed}");
+    assert_abs_diff_eq!(speed, 0.440, epsilon = 0.03);
 }
 
 #[test]
@@ -35,7 +36,7 @@ fn without_friction_it_slides_on() {
     let mut spec = robot::hopper(Preset::GymV5);
     spec.geoms.iter_mut().for_each(|geom| geom.friction = [0.0; 3]);
     let speed = speed_after_sliding(&spec);
-    assert!((speed - 1.0).abs() < 1e-3, "{speed}");
+    assert_abs_diff_eq!(speed, 1.0, epsilon = 1e-3);
 }
 
 /// Not a rounding error leads out of the plane, contacts included.
@@ -87,7 +88,7 @@ fn the_rougher_of_two_decides() {
         [[0.5, 0.5], [0.5, 0.1], [0.1, 0.5], [0.1, 0.1]].map(speed_of_a_sled);
     assert!(both == one && both == other && both < neither - 0.5, "{both} {one} {other} {neither}");
     // Coulomb's friction: mu g t.
-    assert!((2.0 - neither - 0.1 * 9.81 * 0.2).abs() < 0.02, "{neither}");
+    assert_abs_diff_eq!(neither, 2.0 - 0.1 * 9.81 * 0.2, epsilon = 0.02);
 }
 
 /// Joint rates after the torso and the foot are pressed together in the air (rad/s).

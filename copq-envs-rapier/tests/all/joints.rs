@@ -46,11 +46,8 @@ fn motors_may_come_in_another_order_than_joints() {
     let mut physics = Rapier::new(&spec).unwrap();
     physics.reset_to(&[0.0; 2], &[0.0; 2]).unwrap();
     physics.step(&[1.0, 0.5], 1).unwrap();
-    let velocity = qvel(&physics);
-    assert!(
-        (velocity[0] * 0.2 - 0.001).abs() < 1e-9 && (velocity[1] * 0.2 - 0.004).abs() < 1e-9,
-        "{velocity:?}"
-    );
+    let momenta: Vec<f64> = qvel(&physics).iter().map(|velocity| velocity * 0.2).collect();
+    assert_abs_diff_eq!(momenta[..], [0.001, 0.004][..], epsilon = 1e-9);
 }
 
 /// rapier damps every angular freedom by 0.1 N m s/rad unless told otherwise: the wheel would stop
@@ -79,8 +76,8 @@ fn damping_is_implicit_and_springs_are_not() {
         physics.step(&[], 1).unwrap();
         qvel(&physics)[0]
     });
-    assert!((rates[0] - 3.0 / (1.0 + 0.002 * 0.5 / 0.2)).abs() < 1e-9, "{rates:?}");
-    assert!((rates[1] + 0.002 * 50.0 * 0.2 / 0.2).abs() < 1e-6, "{rates:?}");
+    assert_abs_diff_eq!(rates[0], 3.0 / (1.0 + 0.002 * 0.5 / 0.2), epsilon = 1e-9);
+    assert_abs_diff_eq!(rates[1], -0.002 * 50.0 * 0.2 / 0.2, epsilon = 1e-6);
 }
 
 /// MuJoCo's default limit is critically damped with a time constant tc of 0.02 s, and pushes only:
@@ -95,11 +92,7 @@ fn a_violated_limit_gives_way_as_told() {
             let t = f64::from(step) * 0.002 / 0.02;
             let exact =
                 0.3 * if t < 1.0 { (1.0 + t) * (-t).exp() } else { (3.0 - t) * (-1.0_f64).exp() };
-            assert!(
-                (qpos(&wheel)[0] * -sign - exact).abs() < 0.01,
-                "{step}: {} {exact}",
-                qpos(&wheel)[0]
-            );
+            assert_abs_diff_eq!(qpos(&wheel)[0] * -sign, exact, epsilon = 0.01);
         }
     }
 }
@@ -114,7 +107,7 @@ fn what_hits_a_limit_is_caught_softly() {
         deepest.min(qpos(&wheel)[0])
     });
     let exact = -5.0 * 0.02 * (-1.0_f64).exp();
-    assert!((deepest / exact - 1.0).abs() < 0.12, "{deepest} {exact}");
+    assert_abs_diff_eq!(deepest / exact, 1.0, epsilon = 0.12);
 }
 
 /// A limit takes the share d of what pushes into it: a0 (1 - d) = d k d r at rest.
@@ -127,11 +120,8 @@ fn a_limit_bears_a_motor() {
     let d = 0.95;
     let tc = 0.02;
     let depth = (1.0 - d) * (40.0 / 0.2) / (d * d / (d * tc * d * tc));
-    assert!(
-        qvel(&wheel)[0].abs() < 1e-6 && (qpos(&wheel)[0] / -depth - 1.0).abs() < 0.15,
-        "{:?} {depth}",
-        qpos(&wheel)
-    );
+    assert_abs_diff_eq!(qvel(&wheel)[0], 0.0, epsilon = 1e-6);
+    assert_abs_diff_eq!(qpos(&wheel)[0] / -depth, 1.0, epsilon = 0.15);
     // It lets go as if it had never been there.
     let before = qpos(&wheel)[0];
     wheel.step(&[1.0], 1).unwrap();

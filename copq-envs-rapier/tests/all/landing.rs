@@ -3,6 +3,7 @@
 
 use crate::support;
 
+use approx::assert_abs_diff_eq;
 use copq_envs::robot::{Joint, Preset};
 use copq_envs::{Physics, RobotSpec};
 use copq_envs_rapier::Rapier;
@@ -35,10 +36,8 @@ fn a_ball_goes_in_and_comes_out_as_in_mujoco() {
                 (deepest.max(0.1 - qpos(&physics)[0]), fastest.max(qvel(&physics)[0]));
         }
         println!("{timestep}: {deepest} m, {fastest} m/s");
-        assert!(
-            (deepest / depth - 1.0).abs() < 0.15 && (fastest / speed - 1.0).abs() < 0.05,
-            "{timestep}"
-        );
+        assert_abs_diff_eq!(deepest / depth, 1.0, epsilon = 0.15);
+        assert_abs_diff_eq!(fastest / speed, 1.0, epsilon = 0.05);
     }
 }
 
@@ -53,5 +52,5 @@ fn an_idle_ant_is_not_thrown_into_the_air() {
         physics.step(&[0.0; 8], 1).unwrap();
         highest.max(qpos(&physics)[2])
     });
-    assert!((highest - 0.774).abs() < 0.01, "{highest}");
+    assert_abs_diff_eq!(highest, 0.774, epsilon = 0.01);
 }

@@ -2,6 +2,7 @@
 
 use crate::support;
 
+use approx::assert_abs_diff_eq;
 use copq_envs::robot::{Body, Geom, Joint, Preset};
 use copq_envs::{Field, Physics, RobotSpec};
 use copq_envs_rapier::Rapier;
@@ -93,7 +94,8 @@ fn several_roots_and_the_world_carry_geoms() {
     physics.reset_to(&start, &[0.0; 12]).unwrap();
     physics.step(&[], 1000).unwrap();
     let pose = qpos(&physics);
-    assert!((pose[2] - 0.1).abs() < 1e-3 && (pose[9] - 1.6).abs() < 1e-3, "{pose:?}");
+    assert_abs_diff_eq!(pose[2], 0.1, epsilon = 1e-3);
+    assert_abs_diff_eq!(pose[9], 1.6, epsilon = 1e-3);
 }
 
 /// A margin on both sides adds up, and contacts begin there.
@@ -106,7 +108,7 @@ fn margins_hold_a_distance() {
     let mut physics = Rapier::new(&spec).unwrap();
     physics.reset_to(&[0.2], &[0.0]).unwrap();
     physics.step(&[], 1000).unwrap();
-    assert!((qpos(&physics)[0] - 0.13).abs() < 1e-3, "{:?}", qpos(&physics));
+    assert_abs_diff_eq!(qpos(&physics)[0], 0.13, epsilon = 1e-3);
 }
 
 /// Nothing is held back on the way to the floor, however fast: continuous collision detection
@@ -119,11 +121,8 @@ fn what_falls_fast_falls_freely() {
     let mut physics = Rapier::new(&spec).unwrap();
     physics.reset_to(&[0.1001], &[-40.0]).unwrap();
     physics.step(&[], 1).unwrap();
-    assert!(
-        (qpos(&physics)[0] - (0.1001 - 0.002 * (40.0 + 0.002 * 9.81))).abs() < 1e-12,
-        "{:?}",
-        qpos(&physics)
-    );
+    let wanted = 0.1001 - 0.002 * (40.0 + 0.002 * 9.81);
+    assert_abs_diff_eq!(qpos(&physics)[0], wanted, epsilon = 1e-12);
 }
 
 /// After ten seconds at rest a motor moves it at once.
@@ -139,5 +138,5 @@ fn nothing_sleeps() {
     let rest = qpos(&physics)[0];
     physics.step(&[1.0], 50).unwrap();
     let height = qpos(&physics)[0] - rest;
-    assert!((height / (0.5 * (50.0 - 9.81) * 0.01) - 1.0).abs() < 0.05, "{height}");
+    assert_abs_diff_eq!(height / (0.5 * (50.0 - 9.81) * 0.01), 1.0, epsilon = 0.05);
 }

@@ -97,9 +97,8 @@ mod tests {
             .solid(1000.0);
         assert_abs_diff_eq!(ball.mass, 4.0 / 3.0 * PI, epsilon = 1e-12);
         assert_abs_diff_eq!(capsule.mass, ball.mass, epsilon = 1e-12);
-        assert!(
-            capsule.moments.iter().all(|moment| (moment - 0.4 * ball.mass * 1e-2).abs() < 1e-15)
-        );
+        let moments = [0.4 * ball.mass * 1e-2; 3];
+        assert_abs_diff_eq!(capsule.moments[..], moments[..], epsilon = 1e-15);
     }
 
     #[test]
@@ -110,10 +109,7 @@ mod tests {
             ([3.0, 0.0, 0.0], [0.5_f64.sqrt(), 0.0, 0.5_f64.sqrt(), 0.0]),
         ] {
             let quat = Capsule::between(from, [0.0; 3], 0.1).quat;
-            assert!(
-                quat.iter().zip(wanted).all(|(got, wanted)| (got - wanted).abs() < 1e-15),
-                "{quat:?}"
-            );
+            assert_abs_diff_eq!(quat[..], wanted[..], epsilon = 1e-15);
         }
     }
 }

@@ -56,6 +56,8 @@ impl Softness {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
 
     #[test]
@@ -70,7 +72,7 @@ mod tests {
             (1.0, 0.95),
         ];
         for (depth, impedance) in wanted {
-            assert!((softness.impedance(-depth) - impedance).abs() < 1e-12, "{depth}");
+            assert_abs_diff_eq!(softness.impedance(-depth), impedance, epsilon = 1e-12);
         }
     }
 
@@ -79,6 +81,7 @@ mod tests {
         // With the constraint's share d of the acceleration: x'' = -2 x' / tc - x / tc^2.
         let [damping, stiffness] = Softness::MUJOCO.reference();
         let d = 0.95;
-        assert!((d * damping - 100.0).abs() < 1e-9 && (d * stiffness * d - 2500.0).abs() < 1e-9);
+        assert_abs_diff_eq!(d * damping, 100.0, epsilon = 1e-9);
+        assert_abs_diff_eq!(d * stiffness * d, 2500.0, epsilon = 1e-9);
     }
 }

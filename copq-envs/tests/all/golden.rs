@@ -2,6 +2,7 @@
 
 use crate::support;
 
+use approx::abs_diff_eq;
 use copq::{Env, Outcome};
 use copq_envs::robot::{Preset, Senses};
 use copq_envs::{Locomotion, Options, Task, task_with};
@@ -47,9 +48,9 @@ fn replay(benchmark: &str, robot: &str, preset: Preset, rewards: &[&str]) {
 
 fn close(got: &[f32], wanted: &[f64], what: &str) {
     assert_eq!(got.len(), wanted.len(), "{what}");
-    for (i, (got, wanted)) in got.iter().zip(wanted).enumerate() {
-        let error = (f64::from(*got) - wanted).abs();
-        assert!(error <= 1e-6 * (1.0 + wanted.abs()), "{what}, number {i}: {got} against {wanted}");
+    for (i, (&got, &wanted)) in got.iter().zip(wanted).enumerate() {
+        let close = abs_diff_eq!(f64::from(got), wanted, epsilon = 1e-6 * (1.0 + wanted.abs()));
+        assert!(close, "{what}, number {i}: {got} against {wanted}");
     }
 }
 

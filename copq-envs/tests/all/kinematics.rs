@@ -1,7 +1,7 @@
 //! Forward kinematics against MuJoCo 3.17.0.
 
 use crate::support;
-use approx::assert_abs_diff_eq;
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 
 use copq_envs::RobotSpec;
 use copq_envs::robot::{self, Body, Geom, Inertial, Joint, JointKind, Pose, Preset, Shape};
@@ -77,10 +77,8 @@ fn rows(csv: &str) -> impl Iterator<Item = Vec<f64>> {
 /// Two poses are one if their quaternions are equal or opposite.
 fn check_pose(got: &Pose, wanted: &[f64]) {
     let sign = got.quat.iter().zip(&wanted[3..]).map(|(a, b)| a * b).sum::<f64>().signum();
-    let got = got.pos.into_iter().chain(got.quat.map(|x| sign * x));
-    for (got, wanted) in got.zip(wanted) {
-        assert!((got - wanted).abs() < 1e-14, "{got} against {wanted}");
-    }
+    let got = [&got.pos[..], &got.quat.map(|x| sign * x)].concat();
+    assert_abs_diff_eq!(got[..], *wanted, epsilon = 1e-14);
 }
 
 #[test]
@@ -109,7 +107,9 @@ fn segments_end_on_their_geoms_axes() {
     for (segment, geom) in segments.iter().zip(&robot.geoms[1..]) {
         let Pose { pos, .. } = robot.geom_pose(geom, &bodies);
         let [a, b] = segment.ends;
-        assert!((0..3).all(|i| (a[i] + b[i] - 2.0 * pos[i]).abs() < 1e-14));
+        for i in 0..3 {
+            assert_abs_diff_eq!(a[i] + b[i], 2.0 * pos[i], epsilon = 1e-14);
+        }
         let length = (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
         let Shape::Capsule { half_length, .. } = geom.shape else { continue };
         assert_abs_diff_eq!(length, 2.0 * half_length, epsilon = 1e-14);
@@ -157,9 +157,8 @@ fn check_flight(robot: fn(Preset) -> RobotSpec, flight: &str) {
     assert_eq!(flight.len(), 6);
     for row in 0..flight.len() {
         let centre = robot.centre_of_mass(&robot.body_poses(&flight.vector(row, "qpos")));
-        for (got, name) in centre.iter().zip(["comx", "comy", "comz"]) {
-            let wanted = flight.get(row, name).unwrap();
-            assert!((got - wanted).abs() < 1e-12, "{}: {got} against {wanted}", robot.name);
-        }
+        let wanted = ["comx", "comy", "comz"].map(|name| flight.get(row, name).unwrap());
+        let close = abs_diff_eq!(centre[..], wanted[..], epsilon = 1e-12);
+        assert!(close, "{}: {centre:?} against {wanted:?}", robot.name);
     }
 }

@@ -1,6 +1,7 @@
 //! The robots' constants against those that MuJoCo 3.17.0 compiles from Gymnasium's and Brax's own
 //! models.
 
+use approx::abs_diff_eq;
 use copq_envs::RobotSpec;
 use copq_envs::robot::{self, Geom, Integrator, Joint, JointKind, Preset, Shape, Solver};
 use serde_json::Value;
@@ -33,9 +34,9 @@ fn same(got: &[f64], wanted: &Value, what: &str) {
         value => vec![value.as_f64().unwrap()],
     };
     assert_eq!(got.len(), wanted.len(), "{what}");
-    for (got, wanted) in got.iter().zip(wanted) {
+    for (&got, wanted) in got.iter().zip(wanted) {
         assert!(
-            (got - wanted).abs() <= 1e-15 * (1.0 + wanted.abs()),
+            abs_diff_eq!(got, wanted, epsilon = 1e-15 * (1.0 + wanted.abs())),
             "{what}: {got} against {wanted}"
         );
     }

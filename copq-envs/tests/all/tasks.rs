@@ -2,6 +2,7 @@
 
 use crate::support;
 
+use approx::assert_abs_diff_eq;
 use copq::Env;
 use copq_envs::robot::{Noise, Preset, Senses};
 use copq_envs::task::{ControlCost, Cost, FailingStep, Motion, Objective, Start};
@@ -114,7 +115,8 @@ fn quaternions_are_normalised_after_noise() {
     for seed in 0..20 {
         env.reset(seed, &mut obs).unwrap();
         let norm: f64 = obs[1..5].iter().map(|&x| f64::from(x) * f64::from(x)).sum();
-        assert!((norm - 1.0).abs() < 1e-6 && obs[1] != 1.0, "{obs:?}");
+        assert_abs_diff_eq!(norm, 1.0, epsilon = 1e-6);
+        assert_ne!(obs[1], 1.0);
     }
 }
 

@@ -158,6 +158,8 @@ fn add_shift(noise: &mut [f32], h: &[f32], length: f64) {
 
 #[cfg(test)]
 mod tests {
+    use approx::{abs_diff_eq, assert_abs_diff_eq};
+
     use super::*;
 
     /// mu = (0.1, 0.2), g = (0.3, -0.4), sigma 0.1: worked out by hand from the method's equations.
@@ -166,10 +168,7 @@ mod tests {
         let mut noise = [0.0; 2];
         add_shift(&mut noise, &[0.3, -0.4], 6.86);
         let shifted = [0.1 + 0.1 * noise[0], 0.2 + 0.1 * noise[1]];
-        assert!(
-            (shifted[0] - 0.5116).abs() < 1e-6 && (shifted[1] + 0.3488).abs() < 1e-6,
-            "{shifted:?}"
-        );
+        assert_abs_diff_eq!(shifted[..], [0.5116, -0.3488][..], epsilon = 1e-6);
     }
 
     #[test]
@@ -178,7 +177,7 @@ mod tests {
             let mut noise = [0.0; 3];
             add_shift(&mut noise, &[scale, -2.0 * scale, 3.0 * scale], 6.86);
             let length = noise.iter().map(|x| x * x).sum::<f32>().sqrt();
-            assert!((length - 6.86).abs() < 1e-5, "{scale}: {length}");
+            assert!(abs_diff_eq!(length, 6.86, epsilon = 1e-5), "{scale}: {length}");
         }
         let mut noise = [0.5, 0.25];
         add_shift(&mut noise, &[0.0, -0.0], 6.86);

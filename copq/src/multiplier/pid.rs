@@ -194,6 +194,8 @@ impl Multiplier for Pid {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
 
     /// Worked out by hand from OmniSafe's published update, gains 0.1, 0.01 and 0.01, limit 10.
@@ -204,10 +206,10 @@ mod tests {
         let mut controller = Controller::new(&config);
         controller.update(&config, 30.0, 20.0);
         // I = 0.201, e = 1, C = 1.5, rise 1.5: 0.1 + 0.201 + 0.015.
-        assert!((controller.lambda - 0.316).abs() < 1e-12, "{}", controller.lambda);
+        assert_abs_diff_eq!(controller.lambda, 0.316, epsilon = 1e-12);
         controller.update(&config, 0.0, -10.0);
         // I = 0.101, e = 0.45, C = 1.425, rise over the first entry 1.425: 0.045 + 0.101 + 0.01425.
-        assert!((controller.lambda - 0.16025).abs() < 1e-12, "{}", controller.lambda);
+        assert_abs_diff_eq!(controller.lambda, 0.16025, epsilon = 1e-12);
         (0..20).for_each(|_| controller.update(&config, 0.0, -10.0));
         assert_eq!((controller.lambda, controller.past.len()), (0.0, 10));
         // A shorter delay, after loading, forgets what is older.

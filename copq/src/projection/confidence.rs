@@ -85,7 +85,7 @@ mod tests {
             for level in [0.0, 1e-6, 0.05, 0.5, 0.95, 0.999_999] {
                 let step = step_length(level, objectives).unwrap();
                 let back = confidence(step, objectives).unwrap();
-                assert!((back - level).abs() <= 1e-9 * level, "{level} for {objectives}: {back}");
+                assert_abs_diff_eq!(back, level, epsilon = 1e-9 * level);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::toy;
 
+use approx::assert_abs_diff_eq;
 use copq::*;
 use toy::{GaussianActor, LinearActor, LinearCritics};
 
@@ -28,38 +29,32 @@ fn actions(rule: &mut dyn Explore, actor: &mut dyn Actor) -> Vec<f32> {
     (0..DRAWS).map(draw).collect()
 }
 
-fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+fn moments(values: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
     let mean = values.clone().sum::<f64>() / DRAWS as f64;
-    (mean, (values.map(|x| (x - mean).powi(2)).sum::<f64>() / DRAWS as f64).sqrt())
+    [mean, (values.map(|x| (x - mean).powi(2)).sum::<f64>() / DRAWS as f64).sqrt()]
 }
 
-fn assert_moments(what: &str, got: (f64, f64), wanted: (f64, f64)) {
-    let error = 4.0 * wanted.1 / (DRAWS as f64).sqrt();
-    assert!(
-        (got.0 - wanted.0).abs() < error && (got.1 - wanted.1).abs() < error,
-        "{what}: {got:?}, not {wanted:?}"
-    );
+/// Within four standard errors of the mean.
+fn assert_moments(got: [f64; 2], wanted: [f64; 2]) {
+    let error = 4.0 * wanted[1] / (DRAWS as f64).sqrt();
+    assert_abs_diff_eq!(got[..], wanted[..], epsilon = error);
 }
 
 #[test]
 fn gaussian_noise_has_its_width_around_the_policy_and_stays_in_range() {
     let noisy = |std| actions(&mut GaussianNoise { std }, &mut LinearActor::new(0.0));
-    assert_moments("0.1", moments(noisy(0.1).iter().map(|&a| a.into())), (0.1, 0.1));
+    assert_moments(moments(noisy(0.1).iter().map(|&a| a.into())), [0.1, 0.1]);
     let wide = noisy(2.0);
     assert!(wide.iter().all(|a| a.abs() <= 1.0));
     // Beyond 0.9 above and 1.1 below the mean, noise of width 2 is cut off: 0.326 and 0.291 of it.
     let share = |end: f32| wide.iter().filter(|&&a| a == end).count() as f64 / DRAWS as f64;
-    assert!((share(1.0) - 0.3264).abs() < 0.01 && (share(-1.0) - 0.2912).abs() < 0.01);
+    assert_abs_diff_eq!([share(1.0), share(-1.0)][..], [0.3264, 0.2912][..], epsilon = 0.01);
 }
 
 #[test]
 fn uniform_actions_fill_the_range() {
     let uniform = actions(&mut UniformActions, &mut LinearActor::new(0.0));
-    assert_moments(
-        "uniform",
-        moments(uniform.iter().map(|&a| a.into())),
-        (0.0, (1.0f64 / 3.0).sqrt()),
-    );
+    assert_moments(moments(uniform.iter().map(|&a| a.into())), [0.0, (1.0f64 / 3.0).sqrt()]);
     for tenth in 0..10 {
         let from = -1.0 + 0.2 * tenth as f32;
         let count = uniform.iter().filter(|&&a| (from..from + 0.2).contains(&a)).count();
@@ -71,9 +66,5 @@ fn uniform_actions_fill_the_range() {
 fn a_stochastic_policy_explores_by_its_own_samples() {
     let sampled = actions(&mut PolicySamples::default(), &mut GaussianActor::new(0.0, 0.2f32.ln()));
     // s = 0.4: 0.3 - 0.5 * 0.4 before the tanh.
-    assert_moments(
-        "before the tanh",
-        moments(sampled.iter().map(|&a| f64::from(a).atanh())),
-        (0.1, 0.2),
-    );
+    assert_moments(moments(sampled.iter().map(|&a| f64::from(a).atanh())), [0.1, 0.2]);
 }

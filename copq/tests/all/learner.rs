@@ -1,22 +1,10 @@
 //! The learner on a world whose optimum is known, with hand-written linear networks.
 
 use crate::toy;
-use approx::assert_abs_diff_eq;
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 
 use copq::*;
 use toy::{SLOPE, Toy};
-
-/// The learned policy a = bias + slope s, read off by asking it.
-fn policy(agent: &mut dyn Agent) -> (f32, f32) {
-    let mut at = |s: f32| {
-        let mut action = [0.0];
-        agent.act(&[s], Mode::Exploit, &mut action).unwrap();
-        action[0]
-    };
-    let low = at(-1.0);
-    let high = at(1.0);
-    ((low + high) / 2.0, (high - low) / 2.0)
-}
 
 #[test]
 fn td3_learns_the_optimum_with_every_projection() {
@@ -28,11 +16,9 @@ fn td3_learns_the_optimum_with_every_projection() {
         for _ in 0..3_000 {
             trainer.step(&mut Silent).unwrap();
         }
-        let (bias, slope) = policy(trainer.agent_mut());
-        assert!(
-            bias.abs() < 0.05 && (slope - SLOPE).abs() < 0.05,
-            "{name}: a = {bias} + {slope} s, wanted {SLOPE} s"
-        );
+        let policy = toy::policy(trainer.agent_mut());
+        let close = abs_diff_eq!(policy[..], [0.0, SLOPE][..], epsilon = 0.05);
+        assert!(close, "{name}: bias and slope {policy:?}, wanted 0 and {SLOPE}");
     }
 }
 
@@ -46,18 +32,13 @@ fn values_converge_to_the_discounted_returns() {
     (0..6_000).for_each(|_| drop(trainer.step(&mut Silent).unwrap()));
     let evaluation = evaluate(trainer.agent_mut(), Toy::new(), 200).unwrap();
     let Evaluation { q_start, discounted, .. } = evaluation;
-    for (q_start, observed) in q_start.iter().zip(&discounted) {
-        assert!((q_start - observed).abs() < 0.01, "q_start {q_start}, observed {observed}");
-    }
-    assert!((discounted[0] + 1.0 / 24.0).abs() < 0.01, "{discounted:?}");
+    assert_abs_diff_eq!(q_start[..], discounted[..], epsilon = 0.01);
+    assert_abs_diff_eq!(discounted[0], -1.0 / 24.0, epsilon = 0.01);
 }
 
 fn run(seed: u64, steps: u64) -> State {
     let mut trainer = toy::trainer(toy::learner(toy::method(toy::config()), 3, seed));
-    (0..steps).for_each(|_| drop(trainer.step(&mut Silent).unwrap()));
-    let mut state = State::default();
-    trainer.save(&mut state).unwrap();
-    state
+    toy::run(&mut trainer, steps)
 }
 
 #[test]
@@ -74,34 +55,18 @@ fn a_resumed_run_is_the_same_bit_for_bit() {
         let mut resumed = toy::trainer(toy::learner(toy::method(toy::config()), 3, 3));
         resumed.run(77, &mut Silent).unwrap();
         resumed.load(&run(3, first)).unwrap();
-        (first..total).for_each(|_| drop(resumed.step(&mut Silent).unwrap()));
-        let mut state = State::default();
-        resumed.save(&mut state).unwrap();
+        let state = toy::run(&mut resumed, total);
         assert!(state == run(3, total), "{first} + {} steps", total - first);
     }
 }
 
 #[test]
 fn optimistic_exploration_resumes_bit_for_bit() {
-    let trained = |first: u64, steps: u64| {
-        let fresh = || {
-            toy::trainer(toy::learner(toy::method(toy::small(Method::cop_td3_oac().config)), 3, 77))
-        };
-        let mut trainer = fresh();
-        let mut state = State::default();
-        for step in 0..steps {
-            if step == first {
-                trainer.save(&mut state).unwrap();
-                trainer = fresh();
-                trainer.load(&state).unwrap();
-            }
-            trainer.step(&mut Silent).unwrap();
-        }
-        let mut end = State::default();
-        trainer.save(&mut end).unwrap();
-        end
-    };
-    assert!(trained(413, 600) == trained(601, 600));
+    let fresh =
+        || toy::trainer(toy::learner(toy::method(toy::small(Method::cop_td3_oac().config)), 3, 77));
+    let mut resumed = fresh();
+    resumed.load(&toy::run(&mut fresh(), 413)).unwrap();
+    assert!(toy::run(&mut resumed, 600) == toy::run(&mut fresh(), 600));
 }
 
 #[test]
@@ -251,8 +216,8 @@ fn pessimism_is_reported_where_it_acts() {
         actor_delay: 1,
         ..toy::config()
     });
-    assert!((half - 0.5 * whole).abs() < 1e-6 * whole, "{half} is half of {whole}");
-    assert!(none.abs() < 1e-6 * whole, "{none}");
+    assert_abs_diff_eq!(half, 0.5 * whole, epsilon = 1e-6 * whole);
+    assert_abs_diff_eq!(none, 0.0, epsilon = 1e-6 * whole);
 }
 
 #[test]

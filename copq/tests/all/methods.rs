@@ -1,11 +1,11 @@
 //! REDQ, optimistic exploration, SAC and the constrained methods on worlds whose optimum is known.
 
 use crate::toy;
-use approx::assert_abs_diff_eq;
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 
 use copq::projection::{Cholesky, Extremum};
 use copq::*;
-use toy::{LinearActor, LinearCritics, SLOPE, Toy};
+use toy::{LinearActor, LinearCritics, SLOPE, Toy, act, policy, run};
 
 fn critics(count: usize, seed: u64) -> LinearCritics {
     LinearCritics::new(count, 2, 0.02, seed)
@@ -17,31 +17,10 @@ fn separate(counts: &[usize], seed: u64) -> SeparateCritics {
     SeparateCritics::new(Box::new(networks), counts).unwrap()
 }
 
-fn run(trainer: &mut Trainer<Learner>, steps: u64) -> State {
-    while trainer.steps() < steps {
-        trainer.step(&mut Silent).unwrap();
-    }
-    let mut state = State::default();
-    trainer.save(&mut state).unwrap();
-    state
-}
-
 fn train(env: Toy, learner: Learner, steps: u64) -> (Trainer<Learner>, State) {
     let mut trainer = Trainer::new(env, learner).unwrap();
     let state = run(&mut trainer, steps);
     (trainer, state)
-}
-
-fn act(agent: &mut dyn Agent, s: f32, mode: Mode) -> f32 {
-    let mut action = [0.0];
-    agent.act(&[s], mode, &mut action).unwrap();
-    action[0]
-}
-
-fn policy(agent: &mut dyn Agent) -> (f32, f32) {
-    let low = act(agent, -1.0, Mode::Exploit);
-    let high = act(agent, 1.0, Mode::Exploit);
-    ((low + high) / 2.0, (high - low) / 2.0)
 }
 
 /// Noise that remembers: what Ornstein and Uhlenbeck would explore with.
@@ -146,8 +125,7 @@ fn redq_learns_the_optimum() {
     let learner =
         toy::learner(toy::method(toy::small(Method::cop_td3_paper().redq().config)), 10, 1);
     let (mut trainer, _) = train(Toy::new(), learner, 700);
-    let (bias, slope) = policy(trainer.agent_mut());
-    assert!(bias.abs() < 0.08 && (slope - SLOPE).abs() < 0.08, "a = {bias} + {slope} s");
+    assert_abs_diff_eq!(policy(trainer.agent_mut())[..], [0.0, SLOPE][..], epsilon = 0.08);
 }
 
 #[test]
@@ -190,9 +168,8 @@ fn sac_learns_the_optimum_and_holds_its_entropy() {
         _ => {}
     };
     (0..5_000).for_each(|_| drop(trainer.step(&mut log).unwrap()));
-    let (bias, slope) = policy(trainer.agent_mut());
-    assert!(bias.abs() < 0.05 && (slope - SLOPE).abs() < 0.05, "a = {bias} + {slope} s");
-    assert!((entropy + 1.0).abs() < 0.1, "entropy {entropy}");
+    assert_abs_diff_eq!(policy(trainer.agent_mut())[..], [0.0, SLOPE][..], epsilon = 0.05);
+    assert_abs_diff_eq!(entropy, -1.0, epsilon = 0.1);
     assert!(temperature < 0.2, "temperature {temperature}");
 }
 
@@ -227,7 +204,8 @@ fn the_entropy_bonus_is_weighed_like_its_objective() {
         (0..5_000).for_each(|_| drop(trainer.step(&mut log).unwrap()));
         // 0.5 ln(2 pi e var), less what the tanh takes.
         let wanted = 0.5 * (std::f64::consts::TAU * std::f64::consts::E * variance).ln() - variance;
-        assert!((entropy - wanted).abs() < 0.08, "{objective}: entropy {entropy}, wanted {wanted}");
+        let close = abs_diff_eq!(entropy, wanted, epsilon = 0.08);
+        assert!(close, "{objective}: entropy {entropy}, wanted {wanted}");
     }
 }
 
@@ -277,10 +255,9 @@ fn constrained_optimum(constraint: Constraint) {
         _ => {}
     };
     (0..8_000).for_each(|_| drop(trainer.step(&mut log).unwrap()));
-    let (bias, slope) = policy(trainer.agent_mut());
-    assert!((multiplier - 1.0).abs() < 0.1, "lambda {multiplier}");
-    assert!(violation.abs() < 0.05, "violation {violation}");
-    assert!(bias.abs() < 0.1 && slope.abs() < 0.1, "a = {bias} + {slope} s");
+    assert_abs_diff_eq!(multiplier, 1.0, epsilon = 0.1);
+    assert_abs_diff_eq!(violation, 0.0, epsilon = 0.05);
+    assert_abs_diff_eq!(policy(trainer.agent_mut())[..], [0.0, 0.0][..], epsilon = 0.1);
 }
 
 /// The multipliers of a cost that is told as a reward of the opposite sign.
@@ -401,7 +378,8 @@ fn the_limit_is_compared_in_the_units_of_q() {
     lagrangian.log(0, &mut |_: u64, name: &str, value: f64| {
         seen.insert(name.to_owned(), value);
     });
-    assert!((seen["cost_violation/cost"] - 0.5).abs() < 1e-5 && seen["cost_estimate/cost"] == 2.5);
+    assert_abs_diff_eq!(seen["cost_violation/cost"], 0.5, epsilon = 1e-5);
+    assert_eq!(seen["cost_estimate/cost"], 2.5);
     // lambda + c (Q - d) = 1 + 3 * 0.5; the projection still sees lambda itself.
     assert_abs_diff_eq!(seen["multiplier_effective/cost"], 2.5, epsilon = 1e-4);
     assert_eq!((lagrangian.weights(), seen["multiplier/cost"]), (&[-1.0, 1.0][..], 1.0));
@@ -422,7 +400,7 @@ fn a_multiplier_has_a_cap() {
     let mut lagrangian = Lagrangian::new(config, &Toy::constrained().spec, 0.5).unwrap();
     lagrangian.observe(&[9.0, 0.0]);
     (0..100).for_each(|_| lagrangian.update());
-    assert!((lagrangian.weights()[0] + 50.0).abs() < 1e-4, "{:?}", lagrangian.weights());
+    assert_abs_diff_eq!(lagrangian.weights()[0], -50.0, epsilon = 1e-4);
     lagrangian.observe(&[-9.0, 0.0]);
     (0..20).for_each(|_| lagrangian.update());
     assert!(lagrangian.weights()[0] > -50.0, "{:?}", lagrangian.weights());
@@ -560,7 +538,7 @@ fn the_shifted_policy_is_as_far_away_as_the_kl_bound_allows() {
     };
     for shift in [shift(deterministic, 0.02, false), shift(gaussian, 0.02, true)] {
         // KL(N(m + D, S) || N(m, S)) = D' S^-1 D / 2
-        assert!((0.5 * shift * shift - 23.53).abs() < 0.01, "{shift}");
+        assert_abs_diff_eq!(0.5 * shift * shift, 23.53, epsilon = 0.01);
     }
 }
 
@@ -581,10 +559,8 @@ fn the_shift_shrinks_to_nothing_where_it_should() {
         .abs()
     };
     let [whole, half, none] = [None, Some(400), Some(200)].map(length);
-    assert!(
-        (whole - 6.86).abs() < 1e-3 && (half - 3.43).abs() < 1e-3 && none == 0.0,
-        "{whole}, {half}, {none}"
-    );
+    assert_abs_diff_eq!([whole, half][..], [6.86, 3.43][..], epsilon = 1e-3);
+    assert_eq!(none, 0.0);
 }
 
 #[test]
@@ -722,8 +698,9 @@ fn the_order_matters_to_cholesky_alone() {
         out
     };
     for (method, same) in [(&Cholesky as &dyn Projection, false), (&Extremum, true)] {
-        let [a, b] = bound(method, &q);
-        let [c, d] = bound(method, &turned);
-        assert_eq!((a - d).abs() < 1e-6 && (b - c).abs() < 1e-6, same, "{}", method.name());
+        let mut back = bound(method, &turned);
+        back.reverse();
+        let close = abs_diff_eq!(bound(method, &q)[..], back[..], epsilon = 1e-6);
+        assert_eq!(close, same, "{}", method.name());
     }
 }

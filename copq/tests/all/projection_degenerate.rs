@@ -5,12 +5,14 @@ use std::sync::Arc;
 
 use crate::bounds;
 
-use bounds::{Ensemble, assert_close, ellipsoids, largest, offset, projections, widen};
+use approx::{abs_diff_eq, assert_abs_diff_eq};
+use bounds::{Ensemble, ellipsoids, projections};
 use copq::projection::{
     Bound, Cholesky, Deviations, Eigen, Ellipsoid, IndependentMin, Projection, QView,
     ScalarisedMin, Scratch, Work, by_name,
 };
 use copq::{Error, Result};
+use nalgebra::{DMatrix, dvector};
 use proptest::prelude::*;
 
 proptest! {
@@ -50,13 +52,13 @@ fn collinear_objectives_move_as_one() {
     // The second objective is -3 times the first; of its own it has no disagreement.
     let ensemble = Ensemble::new(&[&[1.0, -3.0], &[2.0, -6.0], &[7.0, -21.0]], &[2.0, -1.0]);
     let low = ensemble.factor(&Cholesky);
-    assert_eq!(low[1][1], 0.0);
-    assert!((low[1][0] + 3.0 * low[0][0]).abs() < 1e-12 * low[0][0]);
+    assert_eq!(low[(1, 1)], 0.0);
+    assert_abs_diff_eq!(low[(1, 0)], -3.0 * low[(0, 0)], epsilon = 1e-12 * low[(0, 0)]);
     for method in ellipsoids() {
         let offset = ensemble.offset(method);
         let ratio = if method.name() == "diagonal" { -1.5 } else { -3.0 };
         assert!(
-            (offset[1] - ratio * offset[0]).abs() < 1e-9 * offset[0].abs(),
+            abs_diff_eq!(offset[1], ratio * offset[0], epsilon = 1e-9 * offset[0].abs()),
             "{}: {offset:?}",
             method.name()
         );
@@ -71,11 +73,11 @@ fn collinear_objectives_keep_the_gradient_of_what_they_share() {
     let x = ensemble.deviations();
     for method in ellipsoids() {
         let offset = ensemble.offset(method);
-        let gradient = bounds::offset_vjp(method, &x, 3, &ensemble.unit(), &[1.0, 0.5]);
-        let along = bounds::dot(&gradient, &x);
+        let gradient = bounds::offset_vjp(method, &x, &ensemble.unit(), &dvector![1.0, 0.5]);
+        let along = gradient.dot(&x);
         let value = offset[0] + 0.5 * offset[1];
         assert!(
-            (along - value).abs() < 1e-9 * value,
+            abs_diff_eq!(along, value, epsilon = 1e-9 * value),
             "{}: {along} instead of {value}",
             method.name()
         );
@@ -89,23 +91,16 @@ fn what_is_only_rounding_passes_no_gradient_on() {
             Ensemble::new(&[&[1.0, ratio], &[2.0, 2.0 * ratio], &[7.0, 7.0 * ratio]], &[2.0, 1.0]);
         let x = ensemble.deviations();
         // A centred direction across the first objective's deviations, in the space of critics.
-        let across = [x[1] - x[2], x[2] - x[0], x[0] - x[1]];
+        let across = dvector![x[1] - x[2], x[2] - x[0], x[0] - x[1]];
         let slope = |method, first: f64, second: f64| {
-            let gradient = bounds::offset_vjp(method, &x, 3, &ensemble.unit(), &[1.0, 0.5]);
-            first * bounds::dot(&gradient[..3], &across)
-                + second * bounds::dot(&gradient[3..], &across)
+            let gradient = bounds::offset_vjp(method, &x, &ensemble.unit(), &dvector![1.0, 0.5]);
+            gradient.tr_mul(&across).dot(&dvector![first, second])
         };
         // Moves that make a zero pivot, or a zero eigenvalue, positive on both sides: a kink, whose
         // middle is zero.
-        assert!(
-            slope(&Cholesky, 0.0, 1.0).abs() < 1e-9,
-            "ratio {ratio}: {}",
-            slope(&Cholesky, 0.0, 1.0)
-        );
-        assert!(
-            slope(&Eigen, f64::from(ratio), -1.0).abs() < 1e-9 * f64::from(ratio),
-            "ratio {ratio}"
-        );
+        let ratio = f64::from(ratio);
+        assert_abs_diff_eq!(slope(&Cholesky, 0.0, 1.0), 0.0, epsilon = 1e-9);
+        assert_abs_diff_eq!(slope(&Eigen, ratio, -1.0), 0.0, epsilon = 1e-9 * ratio);
     }
 }
 
@@ -131,8 +126,8 @@ fn a_certain_first_objective_leaves_a_smaller_cholesky() {
     let rest = Ensemble::new(&[&[1.0, 2.0], &[2.0, -4.0], &[4.0, 1.0], &[3.0, 9.0]], &[2.0, 1.0]);
     // The direction keeps the length that the certain objective takes of it.
     let share = (5.0_f64 / 6.0).sqrt();
-    let wanted: Vec<f64> = rest.offset(&Cholesky).iter().map(|d| share * d).collect();
-    assert_close(&both.offset(&Cholesky)[1..], &wanted, 1e-12);
+    let got = both.offset(&Cholesky).remove_row(0);
+    assert_abs_diff_eq!(got, share * rest.offset(&Cholesky), epsilon = 1e-12);
     let gradient = both.gradient(&Cholesky, -1.0);
     assert!(gradient.iter().step_by(3).all(|&g| g == 0.25), "the mean's share only: {gradient:?}");
 }
@@ -144,11 +139,11 @@ fn scalarised_agreement_is_no_disagreement() {
     for method in ellipsoids() {
         let offset = ensemble.offset(method);
         let std = ensemble.largest_std();
-        assert!(largest(&offset) <= std, "{}: {offset:?}", method.name());
+        assert!(offset.amax() <= std, "{}: {offset:?}", method.name());
         let gradient = ensemble.gradient(&by_name(method.name()).unwrap(), -1.0);
         assert!(gradient.iter().all(|g| g.abs() < 10.0), "{}: {gradient:?}", method.name());
     }
-    assert_eq!(ensemble.offset(&copq::projection::Extremum), [0.0, 0.0]);
+    assert_eq!(ensemble.offset(&copq::projection::Extremum), dvector![0.0, 0.0]);
 }
 
 #[test]
@@ -160,7 +155,7 @@ fn the_clip_does_not_fire_on_rounding() {
             &[weight, 1.0],
         );
         let wanted = ensemble.stds()[0] * ensemble.unit()[0];
-        assert!((ensemble.offset(&Cholesky)[0] - wanted).abs() < 1e-9 * wanted, "weight {weight}");
+        assert_abs_diff_eq!(ensemble.offset(&Cholesky)[0], wanted, epsilon = 1e-9 * wanted);
     }
 }
 
@@ -173,20 +168,13 @@ fn a_clip_next_to_parallel_turns_all_the_way() {
         Ensemble::new(&[&[0.0, 0.5], &[1.0, -steep], &[2.0, -2.0 * steep]], &[1.0, weight]);
     let low = ensemble.factor(&Cholesky);
     let u = ensemble.unit();
-    let p = bounds::transposed_times(&low, &u);
+    let p = low.tr_mul(&u);
     assert!(p[0] < -0.5 && p[1] > 0.0 && p[1] < 1e-6, "{p:?}");
-    let rho = p[0].hypot(p[1]);
     // Two objectives: R u = (p_2, -p_1) / rho.
-    let wanted = bounds::times(&low, &[p[1] / rho, -p[0] / rho]);
+    let wanted = low * dvector![p[1], -p[0]].normalize();
     let offset = ensemble.offset(&Cholesky);
-    assert!(
-        (offset[0] - wanted[0]).abs() < 1e-9 * wanted[0].abs(),
-        "{offset:?} instead of {wanted:?}"
-    );
-    assert!(
-        (offset[1] - wanted[1]).abs() < 1e-9 * wanted[1].abs(),
-        "{offset:?} instead of {wanted:?}"
-    );
+    assert_abs_diff_eq!(offset[0], wanted[0], epsilon = 1e-9 * wanted[0].abs());
+    assert_abs_diff_eq!(offset[1], wanted[1], epsilon = 1e-9 * wanted[1].abs());
 }
 
 #[test]
@@ -215,11 +203,9 @@ fn tiny_and_huge_values_keep_their_relative_accuracy() {
         let low = ensemble.factor(&Cholesky);
         let wanted =
             Ensemble::new(&[&plain[0], &plain[1], &plain[2]], &[1.0, 1.0]).factor(&Cholesky);
-        let units = [f64::from(first), f64::from(second)];
-        for (row, (wanted, unit)) in low.iter().zip(wanted.iter().zip(units)) {
-            let plain: Vec<f64> = row.iter().map(|l| l / unit).collect();
-            assert_close(&plain, wanted, 1e-6);
-        }
+        let units = dvector![f64::from(first), f64::from(second)];
+        let rescaled = DMatrix::from_diagonal(&units.map(f64::recip)) * low;
+        assert_abs_diff_eq!(rescaled, wanted, epsilon = 1e-6);
     }
 }
 
@@ -234,12 +220,8 @@ fn a_large_mean_does_not_drown_a_small_spread() {
         // 2^21 leaves two binary places to an f32.
         let near = ensemble(0.0);
         let far = ensemble(2_097_152.0);
-        assert_close(&offset_of(method, &far), &offset_of(method, &near), 1e-12);
+        assert_abs_diff_eq!(far.offset(method), near.offset(method), epsilon = 1e-12);
     }
-}
-
-fn offset_of(method: &dyn copq::projection::Ellipsoid, ensemble: &Ensemble) -> Vec<f64> {
-    offset(method, &ensemble.deviations(), ensemble.critics, &ensemble.unit())
 }
 
 #[test]
@@ -248,10 +230,12 @@ fn more_objectives_than_critics() {
         Ensemble::new(&[&[1.0, 2.0, 3.0, 4.0], &[2.0, 4.0, 1.0, 0.0]], &[1.0, 1.0, 1.0, 1.0]);
     let low = ensemble.factor(&Cholesky);
     assert!(
-        low.iter().all(|row| row[1..].iter().all(|&l| l == 0.0)),
+        low.columns(1, 3).iter().all(|&l| l == 0.0),
         "one difference spans one dimension: {low:?}"
     );
-    assert_close(&ensemble.factor(&Eigen).concat(), &outer(&[0.5, 1.0, -1.0, -2.0]), 1e-12);
+    // The root of v v'.
+    let v = dvector![0.5, 1.0, -1.0, -2.0];
+    assert_abs_diff_eq!(ensemble.factor(&Eigen), &v * v.transpose() / v.norm(), epsilon = 1e-12);
 }
 
 #[test]
@@ -262,14 +246,8 @@ fn as_many_pivots_as_critics_less_one() {
         let critics = [[0.3, 0.3, shift], [shift, near * shift, -0.4], [-1.1, -1.1, 0.2]];
         let low = Ensemble::new(&[&critics[0], &critics[1], &critics[2]], &[1.0, 1.0, 1.0])
             .factor(&Cholesky);
-        assert!(low[0][0] > 0.0 && low[1][1] > 0.0 && low[2][2] == 0.0, "{low:?}");
+        assert!(low[(0, 0)] > 0.0 && low[(1, 1)] > 0.0 && low[(2, 2)] == 0.0, "{low:?}");
     }
-}
-
-/// v v' / |v|, the root of v v'.
-fn outer(v: &[f64]) -> Vec<f64> {
-    let norm = bounds::dot(v, v).sqrt();
-    v.iter().flat_map(|a| v.iter().map(move |b| a * b / norm)).collect()
 }
 
 #[test]
@@ -281,7 +259,7 @@ fn fifty_objectives_on_the_verge_of_dependence() {
     let rows: Vec<&[f32]> = q.iter().map(Vec::as_slice).collect();
     let ensemble = Ensemble::new(&rows, &[1.0; 50]);
     for method in ellipsoids() {
-        let margin = bounds::dot(&ensemble.unit(), &ensemble.offset(method));
+        let margin = ensemble.unit().dot(&ensemble.offset(method));
         assert!(margin > 0.0, "{}", method.name());
         assert!(
             ensemble.gradient(&by_name(method.name()).unwrap(), -1.0).iter().all(|g| g.is_finite())
@@ -454,7 +432,7 @@ fn a_foreign_ellipsoid_is_centred_and_counted() {
     TowardsFirst.project(bound, &mut scratch, &mut out).unwrap();
     assert_eq!((out, scratch.clip_rate()), ([1.0, 2.0], 1.0));
     let gradient = bounds::vjp(&TowardsFirst, &q, 3, &[2.0], 1.0, &[1.0, 3.0]);
-    assert_close(&widen(&gradient), &[1.0, 3.0, 0.0, 0.0, 0.0, 0.0], 1e-7);
+    assert_abs_diff_eq!(gradient[..], [1.0, 3.0, 0.0, 0.0, 0.0, 0.0][..], epsilon = 1e-7);
 }
 
 /// A projection written outside the crate, without an ellipsoid.
@@ -507,8 +485,5 @@ fn an_unknown_name_lists_the_known_nearest_first() {
 #[test]
 fn values_far_apart_are_widened_exactly() {
     // The f64 mean of these two cannot hold both; their minimum must come out all the same.
-    assert_eq!(
-        widen(&bounds::project(&Cholesky, &[1e-30, 1e10], 2, &[1.0], -1.0)),
-        [f64::from(1e-30_f32)]
-    );
+    assert_eq!(bounds::project(&Cholesky, &[1e-30, 1e10], 2, &[1.0], -1.0), [1e-30]);
 }

@@ -6,21 +6,17 @@ use approx::assert_abs_diff_eq;
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use bounds::{Ensemble, assert_close, dot, times, widen};
+use bounds::{Ensemble, widen};
 use copq::projection::{Cholesky, Diagonal, Eigen, Extremum, Projection};
+use nalgebra::{DVector, dmatrix, dvector};
 
-fn low(ensemble: &Ensemble, method: &dyn Projection) -> Vec<f64> {
+fn low(ensemble: &Ensemble, method: &dyn Projection) -> DVector<f64> {
     widen(&ensemble.bound(method, -1.0))
 }
 
 /// The scalarised upper bound with the paper's beta.
 fn ucb(ensemble: &Ensemble, method: &dyn Projection) -> f64 {
-    dot(&ensemble.unit(), &widen(&ensemble.bound(method, 4.66)))
-}
-
-/// u . L u.
-fn margin(ensemble: &Ensemble) -> f64 {
-    dot(&ensemble.unit(), &times(&ensemble.factor(&Cholesky), &ensemble.unit()))
+    ensemble.unit().dot(&widen(&ensemble.bound(method, 4.66)))
 }
 
 fn a() -> Ensemble {
@@ -34,16 +30,17 @@ fn b() -> Ensemble {
 #[test]
 fn a_all_four_methods() {
     let a = a();
-    assert_close(
-        &a.factor(&Cholesky).concat(),
-        &[0.816_496_580_9, 0.0, -0.408_248_290_5, 2.121_320_343_6],
-        1e-9,
-    );
-    assert_abs_diff_eq!(margin(&a), 1.264_784_317_0, epsilon = 1e-9);
-    assert_close(&low(&a, &Cholesky), &[10.422_649_730_8, 4.788_675_134_6], 1e-6);
-    assert_close(&low(&a, &Eigen), &[10.507_611_605_6, 4.554_010_026_9], 1e-6);
-    assert_close(&low(&a, &Extremum), &[10.845_696_650_0, 3.994_056_450_5], 1e-6);
-    assert_close(&low(&a, &Diagonal), &[10.422_649_730_8, 4.472_474_768_3], 1e-6);
+    let wanted = dmatrix![0.816_496_580_9, 0.0; -0.408_248_290_5, 2.121_320_343_6];
+    assert_abs_diff_eq!(a.factor(&Cholesky), wanted, epsilon = 1e-9);
+    assert_abs_diff_eq!(a.margin(), 1.264_784_317_0, epsilon = 1e-9);
+    for (method, wanted) in [
+        (&Cholesky as &dyn Projection, dvector![10.422_649_730_8, 4.788_675_134_6]),
+        (&Eigen, dvector![10.507_611_605_6, 4.554_010_026_9]),
+        (&Extremum, dvector![10.845_696_650_0, 3.994_056_450_5]),
+        (&Diagonal, dvector![10.422_649_730_8, 4.472_474_768_3]),
+    ] {
+        assert_abs_diff_eq!(low(&a, method), wanted, epsilon = 1e-6);
+    }
     assert_abs_diff_eq!(ucb(&a, &Cholesky), 17.914_710_197_4, epsilon = 2e-6);
     assert_abs_diff_eq!(ucb(&a, &Extremum), 19.139_082_859_7, epsilon = 2e-6);
 }
@@ -51,24 +48,23 @@ fn a_all_four_methods() {
 #[test]
 fn b_the_clip_fires() {
     let b = b();
-    assert_close(
-        &b.factor(&Cholesky).concat(),
-        &[0.816_496_580_9, 0.0, -3.674_234_614_2, FRAC_1_SQRT_2],
-        1e-9,
-    );
-    assert!((margin(&b) + 1.075_315_626_0).abs() < 1e-9);
-    let turned = [0.240_192_230_7, 0.970_725_343_4];
-    assert_close(&b.offset(&Cholesky), &times(&b.factor(&Cholesky), &turned), 1e-9);
-    assert_close(&low(&b, &Cholesky), &[10.803_883_864_9, 1.196_116_135_1], 1e-6);
+    let wanted = dmatrix![0.816_496_580_9, 0.0; -3.674_234_614_2, FRAC_1_SQRT_2];
+    assert_abs_diff_eq!(b.factor(&Cholesky), wanted, epsilon = 1e-9);
+    assert_abs_diff_eq!(b.margin(), -1.075_315_626_0, epsilon = 1e-9);
+    let turned = dvector![0.240_192_230_7, 0.970_725_343_4];
+    assert_abs_diff_eq!(b.offset(&Cholesky), b.factor(&Cholesky) * turned, epsilon = 1e-9);
+    let wanted = dvector![10.803_883_864_9, 1.196_116_135_1];
+    assert_abs_diff_eq!(low(&b, &Cholesky), wanted, epsilon = 1e-6);
     assert_abs_diff_eq!(ucb(&b, &Cholesky), 8.485_281_374_2, epsilon = 2e-6);
 }
 
 #[test]
 fn c_a_cost_comes_first() {
     let c = Ensemble::new(&[&[3.0, 7.0], &[5.0, 11.0], &[4.0, 6.0]], &[-2.0, 1.0]);
-    assert_abs_diff_eq!(margin(&c), 0.282_842_712_5, epsilon = 1e-9);
+    assert_abs_diff_eq!(c.margin(), 0.282_842_712_5, epsilon = 1e-9);
     // The cost is raised, and the reward too: the two rise together.
-    assert_close(&low(&c, &Cholesky), &[4.730_296_743_3, 8.828_137_954_6], 1e-6);
+    let wanted = dvector![4.730_296_743_3, 8.828_137_954_6];
+    assert_abs_diff_eq!(low(&c, &Cholesky), wanted, epsilon = 1e-6);
 }
 
 #[test]
@@ -76,12 +72,9 @@ fn d_unequal_weights() {
     let critics: [&[f32]; 4] =
         [&[100.0, 50.0, -10.0], &[104.0, 46.0, -12.0], &[98.0, 53.0, -9.0], &[101.0, 60.0, -14.0]];
     let d = Ensemble::new(&critics, &[1.0, 5.0, 1.0]);
-    assert_abs_diff_eq!(margin(&d), 3.652_417_599_0, epsilon = 1e-9);
-    assert_close(
-        &low(&d, &Cholesky),
-        &[100.333_333_333_3, 48.204_894_887_7, -9.586_326_327_6],
-        1e-5,
-    );
+    assert_abs_diff_eq!(d.margin(), 3.652_417_599_0, epsilon = 1e-9);
+    let wanted = dvector![100.333_333_333_3, 48.204_894_887_7, -9.586_326_327_6];
+    assert_abs_diff_eq!(low(&d, &Cholesky), wanted, epsilon = 1e-5);
     assert_abs_diff_eq!(ucb(&d, &Cholesky), 84.522_134_984_0, epsilon = 2e-5);
 }
 
@@ -90,10 +83,11 @@ fn e_the_clip_fires_among_three() {
     let critics: [&[f32]; 4] =
         [&[1.0, 0.0, 0.0], &[3.0, -6.0, 2.0], &[2.0, 1.0, -5.0], &[0.0, 4.0, 1.0]];
     let e = Ensemble::new(&critics, &[1.0, 1.0, 1.0]);
-    assert!((margin(&e) + 0.754_040_500_4).abs() < 1e-9);
-    let turned = [0.172_583_485_3, 0.479_817_403_7, 0.860_226_830_4];
-    assert_close(&e.offset(&Cholesky), &times(&e.factor(&Cholesky), &turned), 1e-9);
-    assert_close(&low(&e, &Cholesky), &[1.307_045_797_5, -0.475_194_676_1, -0.081_851_121_5], 1e-6);
+    assert_abs_diff_eq!(e.margin(), -0.754_040_500_4, epsilon = 1e-9);
+    let turned = dvector![0.172_583_485_3, 0.479_817_403_7, 0.860_226_830_4];
+    assert_abs_diff_eq!(e.offset(&Cholesky), e.factor(&Cholesky) * turned, epsilon = 1e-9);
+    let wanted = dvector![1.307_045_797_5, -0.475_194_676_1, -0.081_851_121_5];
+    assert_abs_diff_eq!(low(&e, &Cholesky), wanted, epsilon = 1e-6);
 }
 
 #[test]
@@ -108,8 +102,9 @@ fn g_a_fired_clip_can_raise_the_first_objective() {
     let critics: [&[f32]; 4] =
         [&[4.0, -7.0, -9.0], &[-7.0, 8.0, -5.0], &[-6.0, 1.0, 6.0], &[-8.0, 4.0, 5.0]];
     let g = Ensemble::new(&critics, &[1.0, 1.0, 1.0]);
-    assert!((margin(&g) + 2.186_937_104_5).abs() < 1e-9);
-    assert_close(&g.offset(&Cholesky), &[-0.504_755_721_7, 1.471_515_957_8, -0.966_760_236], 1e-9);
+    assert_abs_diff_eq!(g.margin(), -2.186_937_104_5, epsilon = 1e-9);
+    let wanted = dvector![-0.504_755_721_7, 1.471_515_957_8, -0.966_760_236];
+    assert_abs_diff_eq!(g.offset(&Cholesky), wanted, epsilon = 1e-9);
 }
 
 #[test]

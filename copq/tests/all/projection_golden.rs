@@ -3,8 +3,10 @@
 
 use crate::bounds;
 
-use bounds::{assert_close, largest, widen};
+use approx::{abs_diff_eq, assert_abs_diff_eq};
+use bounds::widen;
 use copq::projection::{Bound, Projection, QView, Scratch, by_name};
+use nalgebra::DVector;
 use serde_json::Value;
 
 const METHODS: [&str; 4] = ["cholesky", "eigen", "extremum", "diagonal"];
@@ -19,15 +21,18 @@ fn gradients() -> Value {
 }
 
 /// A vector, or a matrix row after row.
-fn numbers(value: &Value) -> Vec<f64> {
-    match value {
-        Value::Array(values) => values.iter().flat_map(numbers).collect(),
-        number => vec![number.as_f64().unwrap()],
+fn numbers(value: &Value) -> DVector<f64> {
+    fn flat(value: &Value) -> Vec<f64> {
+        match value {
+            Value::Array(values) => values.iter().flat_map(flat).collect(),
+            number => vec![number.as_f64().unwrap()],
+        }
     }
+    DVector::from_vec(flat(value))
 }
 
 fn singles(value: &Value) -> Vec<f32> {
-    numbers(value).into_iter().map(|v| v as f32).collect()
+    numbers(value).iter().map(|&v| v as f32).collect()
 }
 
 fn objectives(case: &Value) -> usize {
@@ -39,11 +44,11 @@ fn critics(case: &Value) -> usize {
 }
 
 fn largest_std(case: &Value) -> f64 {
-    largest(&numbers(&case["cov"])).sqrt()
+    numbers(&case["cov"]).amax().sqrt()
 }
 
 /// The bound and the clip rate.
-fn bound(method: &dyn Projection, case: &Value, step: f32) -> (Vec<f64>, f64) {
+fn bound(method: &dyn Projection, case: &Value, step: f32) -> (DVector<f64>, f64) {
     let q = singles(&case["q"]);
     let weights = singles(&case["u_raw"]);
     let view = QView::new(&q, critics(case), objectives(case)).unwrap();
@@ -56,13 +61,13 @@ fn bound(method: &dyn Projection, case: &Value, step: f32) -> (Vec<f64>, f64) {
 fn check_bound(method: &dyn Projection, case: &Value, step: f32, side: &str) {
     let expected = &case["expect"][method.name()];
     let (got, clip_rate) = bound(method, case, step);
-    for (got, wanted) in got.into_iter().zip(numbers(&expected[side])) {
+    for (&got, &wanted) in got.iter().zip(&numbers(&expected[side])) {
         // A millionth of the largest standard deviation, and two roundings of the value itself.
         let tolerance = 1e-6 * largest_std(case) + f64::from(f32::EPSILON) * wanted.abs();
         let name = &case["name"];
         let method = method.name();
         assert!(
-            (got - wanted).abs() <= tolerance,
+            abs_diff_eq!(got, wanted, epsilon = tolerance),
             "{name} {method} {side}: {got} instead of {wanted}"
         );
     }
@@ -94,7 +99,7 @@ fn check_gradient(method: &str, case: &Value, wanted: &Value) {
     let got = bounds::vjp(&by_name(method).unwrap(), &q, critics(case), &weights, -1.0, &grad);
     let wanted = numbers(wanted);
     println!("{} {method}", case["name"]);
-    assert_close(&widen(&got), &wanted, 1e-4 * largest(&wanted));
+    assert_abs_diff_eq!(widen(&got), wanted, epsilon = 1e-4 * wanted.amax());
 }
 
 #[test]

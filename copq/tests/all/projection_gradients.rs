@@ -2,42 +2,33 @@
 
 use crate::bounds;
 
+use approx::assert_abs_diff_eq;
 use bounds::{
-    Ensemble, assert_close, centred, dot, ellipsoids, ensembles, full_ensembles, largest, offset,
-    projections, widen,
+    Ensemble, centred, ellipsoids, ensembles, full_ensembles, offset, projections, widen,
 };
 use copq::projection::{Ellipsoid, Projection};
+use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 
 /// d(grad . offset)/dq in double precision, critics x objectives.
-fn differences(method: &dyn Ellipsoid, ensemble: &Ensemble) -> Vec<f64> {
+fn differences(method: &dyn Ellipsoid, ensemble: &Ensemble) -> DMatrix<f64> {
     let u = ensemble.unit();
     let grad = widen(&ensemble.grad);
-    let n = ensemble.objectives();
-    let steps: Vec<f64> = ensemble.stds().iter().map(|std| 1e-5 * std).collect();
-    let mut q = widen(&ensemble.q);
-    let mut value = |at: usize, by: f64| {
-        let held = q[at];
+    let steps = 1e-5 * ensemble.stds();
+    let value = |at, by: f64| {
+        let mut q = ensemble.values();
         q[at] += by;
-        let value = dot(&grad, &offset(method, &centred(&q, n), ensemble.critics, &u));
-        q[at] = held;
-        value
+        grad.dot(&offset(method, &centred(q), &u))
     };
-    let mut slope = |at, step: f64| (value(at, step) - value(at, -step)) / (2.0 * step);
-    (0..ensemble.q.len()).map(|at| slope(at, steps[at % n])).collect()
+    let slope = |at, step: f64| (value(at, step) - value(at, -step)) / (2.0 * step);
+    DMatrix::from_fn(ensemble.critics, u.len(), |k, i| slope((k, i), steps[i]))
 }
 
-/// The same by the method's own gradient, centred and critics x objectives.
-fn formula(method: &dyn Ellipsoid, ensemble: &Ensemble) -> Vec<f64> {
+/// The same by the method's own gradient, centred.
+fn formula(method: &dyn Ellipsoid, ensemble: &Ensemble) -> DMatrix<f64> {
     let x = ensemble.deviations();
-    let grad = widen(&ensemble.grad);
-    let n = ensemble.objectives();
-    let grad_x = bounds::offset_vjp(method, &x, ensemble.critics, &ensemble.unit(), &grad);
-    let transposed: Vec<f64> =
-        (0..ensemble.q.len()).map(|at| grad_x[at % n * ensemble.critics + at / n]).collect();
-    let centred = centred(&transposed, n);
-    (0..ensemble.q.len()).map(|at| centred[at % n * ensemble.critics + at / n]).collect()
+    centred(bounds::offset_vjp(method, &x, &ensemble.unit(), &widen(&ensemble.grad)))
 }
 
 /// The step of differences in single precision, for objectives of a standard deviation near one.
@@ -54,28 +45,26 @@ fn rescaled(mut ensemble: Ensemble) -> Ensemble {
 }
 
 /// d(grad . bound)/dq through the public, single-precision call.
-fn single_differences(method: &dyn Projection, ensemble: &Ensemble, step: f32) -> Vec<f64> {
+fn single_differences(method: &dyn Projection, ensemble: &Ensemble, step: f32) -> DVector<f64> {
     let value = |at: usize, by: f32| {
         let mut moved = ensemble.clone();
         moved.q[at] += by;
-        dot(&widen(&ensemble.grad), &widen(&moved.bound(method, step)))
+        widen(&ensemble.grad).dot(&widen(&moved.bound(method, step)))
     };
-    let slope = |at| (value(at, STEP) - value(at, -STEP)) / (2.0 * f64::from(STEP));
-    (0..ensemble.q.len()).map(slope).collect()
+    let slope = |at, _| (value(at, STEP) - value(at, -STEP)) / (2.0 * f64::from(STEP));
+    DVector::from_fn(ensemble.q.len(), slope)
 }
 
 /// Whether no two critics come so near to a tie that one step changes a choice.
 fn has_clear_choices(ensemble: &Ensemble) -> bool {
-    let n = ensemble.objectives();
-    let values = widen(&ensemble.q);
-    let scores: Vec<f64> = values.chunks_exact(n).map(|q| dot(q, &ensemble.unit())).collect();
-    let objective = |i| values.iter().skip(i).step_by(n).copied().collect::<Vec<_>>();
-    (0..n).map(objective).chain([scores]).all(is_spread)
+    let values = ensemble.values();
+    let objectives = values.column_iter().map(|column| column.into_owned());
+    objectives.chain([&values * ensemble.unit()]).all(is_spread)
 }
 
-fn is_spread(mut values: Vec<f64>) -> bool {
-    values.sort_by(f64::total_cmp);
-    values.windows(2).all(|pair| pair[1] - pair[0] > 2.0 * f64::from(STEP))
+fn is_spread(mut values: DVector<f64>) -> bool {
+    values.as_mut_slice().sort_by(f64::total_cmp);
+    values.as_slice().windows(2).all(|pair| pair[1] - pair[0] > 2.0 * f64::from(STEP))
 }
 
 proptest! {
@@ -89,7 +78,8 @@ proptest! {
         prop_assume!(ensemble.critics > 1 && ensemble.is_smooth());
         for method in ellipsoids() {
             let wanted = differences(method, &ensemble);
-            assert_close(&formula(method, &ensemble), &wanted, 1e-5 * (1.0 + largest(&wanted)));
+            let tolerance = 1e-5 * (1.0 + wanted.amax());
+            assert_abs_diff_eq!(formula(method, &ensemble), wanted, epsilon = tolerance);
         }
     }
 
@@ -101,11 +91,8 @@ proptest! {
         prop_assume!(ensemble.is_smooth() && has_clear_choices(&ensemble));
         for method in projections() {
             let wanted = single_differences(method, &ensemble, step);
-            assert_close(
-                &widen(&ensemble.gradient(method, step)),
-                &wanted,
-                0.03 * (1.0 + largest(&wanted)),
-            );
+            let got = widen(&ensemble.gradient(method, step));
+            assert_abs_diff_eq!(got, wanted, epsilon = 0.03 * (1.0 + wanted.amax()));
         }
     }
 }
@@ -115,9 +102,7 @@ fn the_random_cases_include_fired_clips() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
     let mut fired = |_| {
         let ensemble = ensembles().new_tree(&mut runner).unwrap().current();
-        let low = bounds::cholesky(&ensemble.covariance());
-        let a = dot(&ensemble.unit(), &bounds::times(&low, &ensemble.unit()));
-        ensemble.critics > 1 && ensemble.is_smooth() && a < 0.0
+        ensemble.critics > 1 && ensemble.is_smooth() && ensemble.margin() < 0.0
     };
     assert!((0..1000).filter(|_| fired(())).count() > 20);
 }

@@ -1,10 +1,12 @@
 //! faer as a witness, for more objectives than the textbook's arithmetic is for.
 
+use approx::assert_abs_diff_eq;
 use copq::projection::{Cholesky, Eigen};
 use faer::Mat;
+use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
-use crate::bounds::{Ensemble, dot, offset, offset_vjp, shaped};
+use crate::bounds::{Ensemble, offset, offset_vjp, shaped};
 
 /// Up to 50 objectives, and more critics than objectives: 64 at most.
 fn many() -> impl Strategy<Value = Ensemble> {
@@ -13,22 +15,18 @@ fn many() -> impl Strategy<Value = Ensemble> {
 
 /// X / sqrt(K), `critics x objectives`.
 fn scaled(ensemble: &Ensemble) -> Mat<f64> {
-    let x = ensemble.deviations();
-    let k = ensemble.critics;
-    Mat::from_fn(k, ensemble.objectives(), |row, i| x[i * k + row] / (k as f64).sqrt())
+    let x = ensemble.deviations() / (ensemble.critics as f64).sqrt();
+    Mat::from_fn(x.nrows(), x.ncols(), |k, i| x[(k, i)])
 }
 
-/// A matrix times a vector.
-fn times(matrix: &Mat<f64>, vector: &[f64]) -> Vec<f64> {
-    let column = Mat::from_fn(vector.len(), 1, |i, _| vector[i]);
-    let product = matrix * column;
-    (0..product.nrows()).map(|i| product[(i, 0)]).collect()
-}
-
-fn assert_near(got: &[f64], wanted: &[f64], size: f64) {
-    for (i, (got, wanted)) in got.iter().zip(wanted).enumerate() {
-        assert!((got - wanted).abs() <= 1e-9 * size, "objective {i}: {got} instead of {wanted}");
-    }
+/// V S V'u
+fn root_times(x: &Mat<f64>, u: &DVector<f64>) -> DVector<f64> {
+    let svd = x.thin_svd().unwrap();
+    let v = svd.V();
+    let v = DMatrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)]);
+    let s = svd.S().column_vector();
+    let s = DVector::from_fn(s.nrows(), |j, _| s[j]);
+    &v * s.component_mul(&v.tr_mul(u))
 }
 
 proptest! {
@@ -36,56 +34,48 @@ proptest! {
 
     #[test]
     fn eigen_is_the_symmetric_root_of_the_covariance(ensemble in many()) {
-        let svd = scaled(&ensemble).thin_svd().unwrap();
-        let s = svd.S().column_vector();
-        let root = svd.V() * Mat::from_fn(s.nrows(), s.nrows(), |i, j| {
-            if i == j { s[i] } else { 0.0 }
-        }) * svd.V().transpose();
-        let wanted = times(&root, &ensemble.unit());
-        assert_near(&ensemble.offset(&Eigen), &wanted, ensemble.largest_std());
+        let wanted = root_times(&scaled(&ensemble), &ensemble.unit());
+        let epsilon = 1e-9 * ensemble.largest_std();
+        assert_abs_diff_eq!(ensemble.offset(&Eigen), wanted, epsilon = epsilon);
     }
 
     #[test]
     fn cholesky_is_the_triangle_of_a_qr(ensemble in many()) {
         let r = scaled(&ensemble).qr().thin_R().to_owned();
-        let low = Mat::from_fn(r.ncols(), r.nrows(), |i, j| r[(j, i)] * r[(j, j)].signum());
-        let offset = times(&low, &ensemble.unit());
-        prop_assume!(dot(&offset, &ensemble.unit()) > 0.0);
-        assert_near(&ensemble.offset(&Cholesky), &offset, ensemble.largest_std());
+        let low = DMatrix::from_fn(r.ncols(), r.nrows(), |i, j| r[(j, i)] * r[(j, j)].signum());
+        let wanted = low * ensemble.unit();
+        prop_assume!(wanted.dot(&ensemble.unit()) > 0.0);
+        let epsilon = 1e-9 * ensemble.largest_std();
+        assert_abs_diff_eq!(ensemble.offset(&Cholesky), wanted, epsilon = epsilon);
     }
 
     #[test]
     fn gradients_are_slopes(ensemble in many(), toward in 0..1000_usize) {
-        let k = ensemble.critics;
         let x = ensemble.deviations();
         let u = ensemble.unit();
-        let grad: Vec<f64> = (0..u.len()).map(|i| (1.0 + i as f64).sin()).collect();
+        let grad = DVector::from_fn(u.len(), |i, _| (1.0 + i as f64).sin());
         // One critic moves in one objective, and the others make room.
-        let (i, row) = (toward % u.len(), toward % k);
+        let (row, objective) = (toward % x.nrows(), toward % u.len());
         let h = 1e-5 * ensemble.largest_std();
         let at = |h: f64| {
             let mut moved = x.clone();
-            for (critic, x) in moved[i * k..(i + 1) * k].iter_mut().enumerate() {
-                *x += h * (f64::from(u8::from(critic == row)) - 1.0 / k as f64);
-            }
-            dot(&grad, &offset(&Eigen, &moved, k, &u))
+            moved.column_mut(objective).add_scalar_mut(-h / x.nrows() as f64);
+            moved[(row, objective)] += h;
+            grad.dot(&offset(&Eigen, &moved, &u))
         };
         let slope = (at(h) - at(-h)) / (2.0 * h);
-        let mut grad_x = offset_vjp(&Eigen, &x, k, &u, &grad);
-        let mean = grad_x[i * k..(i + 1) * k].iter().sum::<f64>() / k as f64;
-        let got = grad_x.swap_remove(i * k + row) - mean;
-        prop_assert!((got - slope).abs() < 1e-4 * (1.0 + slope.abs()), "{got} instead of {slope}");
+        let grad_x = offset_vjp(&Eigen, &x, &u, &grad);
+        let got = grad_x[(row, objective)] - grad_x.column(objective).mean();
+        assert_abs_diff_eq!(got, slope, epsilon = 1e-4 * (1.0 + slope.abs()));
     }
 }
 
 #[test]
-fn as_many_critics_as_objectives_take_the_plain_way_to_the_same_root() {
+fn fewer_critics_than_objectives_take_the_plain_way_to_the_same_root() {
     let q: Vec<f32> = (0..90).map(|i| ((i * 37) % 23) as f32 - 0.1 * i as f32).collect();
     let rows: Vec<&[f32]> = q.chunks_exact(10).collect();
     let ensemble = Ensemble::new(&rows, &[1.0; 10]);
-    let svd = scaled(&ensemble).thin_svd().unwrap();
-    let s = svd.S().column_vector();
-    let root = svd.V() * Mat::from_fn(s.nrows(), 10, |i, j| s[i] * svd.V()[(j, i)]);
-    let wanted = times(&root, &ensemble.unit());
-    assert_near(&ensemble.offset(&Eigen), &wanted, ensemble.largest_std());
+    let wanted = root_times(&scaled(&ensemble), &ensemble.unit());
+    let epsilon = 1e-9 * ensemble.largest_std();
+    assert_abs_diff_eq!(ensemble.offset(&Eigen), wanted, epsilon = epsilon);
 }

@@ -2,35 +2,27 @@
 
 use crate::bounds;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use bounds::{
-    Ensemble, assert_close, cholesky, dot, ellipsoids, ensembles, full_ensembles, largest, project,
-    project_rows, projections, rotation, shaped, times, transposed_times, vjp_rows, widen,
+    Ensemble, ellipsoids, ensembles, full_ensembles, project, project_rows, projections, rotation,
+    shaped, vjp_rows, widen,
 };
 use copq::projection::{
     Cholesky, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin, MeanStd, Projection, QView,
 };
+use nalgebra::DVector;
 use proptest::prelude::*;
 
-/// D' Sigma^-1 D, by forward substitution with the textbook factor.
-fn squared_mahalanobis(covariance: &[Vec<f64>], offset: &[f64]) -> f64 {
-    let low = cholesky(covariance);
-    let mut z: Vec<f64> = Vec::new();
-    for (row, &d) in low.iter().zip(offset) {
-        let i = z.len();
-        z.push((d - dot(&row[..i], &z)) / row[i]);
-    }
-    dot(&z, &z)
-}
-
-/// u . L u with the library's own L.
-fn scalarised_margin(ensemble: &Ensemble) -> f64 {
-    dot(&ensemble.unit(), &times(&ensemble.factor(&Cholesky), &ensemble.unit()))
+/// D' Sigma^-1 D.
+fn squared_mahalanobis(ensemble: &Ensemble, offset: &DVector<f64>) -> f64 {
+    let low = ensemble.covariance().cholesky().unwrap().l();
+    low.solve_lower_triangular(offset).unwrap().norm_squared()
 }
 
 /// Whether no pivot is small: the inverse of Sigma is then well conditioned.
 fn is_well_conditioned(ensemble: &Ensemble) -> bool {
-    let low = cholesky(&ensemble.covariance());
-    ensemble.stds().iter().enumerate().all(|(j, std)| low[j][j] > 0.01 * std && *std > 0.0)
+    let Some(factor) = ensemble.covariance().cholesky() else { return false };
+    factor.l().diagonal().iter().zip(&ensemble.stds()).all(|(pivot, std)| *pivot > 0.01 * std)
 }
 
 /// Away from the jump of Cholesky and Extremum where the scalarised value has no disagreement.
@@ -41,12 +33,7 @@ fn has_scalarised_disagreement(ensemble: &Ensemble) -> bool {
 /// sqrt(u' Sigma u), from the deviations of u . Q: the quadratic form would lose half the digits of
 /// a small one.
 fn scalarised_std(ensemble: &Ensemble) -> f64 {
-    let x = ensemble.deviations();
-    let u = ensemble.unit();
-    let scalarised =
-        |k| dot(&u, &x.iter().skip(k).step_by(ensemble.critics).copied().collect::<Vec<_>>());
-    let squares = (0..ensemble.critics).map(|k| scalarised(k).powi(2)).sum::<f64>();
-    (squares / ensemble.critics as f64).sqrt()
+    (ensemble.deviations() * ensemble.unit()).norm() / (ensemble.critics as f64).sqrt()
 }
 
 /// The ensemble with its critics, and those of every row, in another order.
@@ -83,42 +70,40 @@ proptest! {
         let covariance = ensemble.covariance();
         for method in [&Cholesky as &dyn Ellipsoid, &Eigen] {
             let c = ensemble.factor(method);
-            for (i, row) in c.iter().enumerate() {
-                let product: Vec<f64> = c.iter().map(|other| dot(row, other)).collect();
-                assert_close(&product, &covariance[i], 1e-10 * ensemble.largest_std().powi(2));
-            }
+            let tolerance = 1e-10 * ensemble.largest_std().powi(2);
+            assert_abs_diff_eq!(&c * c.transpose(), covariance, epsilon = tolerance);
         }
     }
 
     #[test]
     fn cholesky_is_lower_triangular_in_priority_order(ensemble in ensembles()) {
-        for (i, row) in ensemble.factor(&Cholesky).iter().enumerate() {
-            prop_assert!(row[i] >= 0.0);
-            prop_assert!(row[i + 1..].iter().all(|&above| above == 0.0), "{row:?}");
-        }
+        let low = ensemble.factor(&Cholesky);
+        prop_assert!(low.diagonal().min() >= 0.0, "{low}");
+        prop_assert_eq!(&low, &low.lower_triangle());
     }
 
     #[test]
     fn eigen_is_symmetric_and_positive(ensemble in ensembles()) {
         let c = ensemble.factor(&Eigen);
-        let transposed: Vec<f64> = transposed_times(&c, &ensemble.unit());
-        assert_close(&times(&c, &ensemble.unit()), &transposed, 1e-12 * ensemble.largest_std());
-        prop_assert!(dot(&ensemble.unit(), &transposed) >= -1e-12 * ensemble.largest_std());
+        let tolerance = 1e-12 * ensemble.largest_std();
+        assert_abs_diff_eq!(c, c.transpose(), epsilon = tolerance);
+        prop_assert!(c.symmetric_eigenvalues().min() >= -tolerance, "{c}");
     }
 
     #[test]
     fn points_lie_on_the_unit_ellipsoid(ensemble in full_ensembles()) {
         prop_assume!(is_well_conditioned(&ensemble));
         for method in [&Cholesky as &dyn Ellipsoid, &Eigen, &Extremum] {
-            let distance = squared_mahalanobis(&ensemble.covariance(), &ensemble.offset(method));
-            prop_assert!((distance - 1.0).abs() < 1e-6, "{} at {distance}", method.name());
+            let distance = squared_mahalanobis(&ensemble, &ensemble.offset(method));
+            let name = method.name();
+            prop_assert!(abs_diff_eq!(distance, 1.0, epsilon = 1e-6), "{name} at {distance}");
         }
     }
 
     #[test]
     fn a_lower_bound_never_scalarises_above_the_mean(ensemble in ensembles()) {
         for method in ellipsoids() {
-            let margin = dot(&ensemble.unit(), &ensemble.offset(method));
+            let margin = ensemble.unit().dot(&ensemble.offset(method));
             prop_assert!(
                 margin >= -1e-12 * ensemble.largest_std(),
                 "{} at {margin}",
@@ -132,29 +117,25 @@ proptest! {
         let u = ensemble.unit();
         let slack = 1e-11 * ensemble.largest_std();
         let std = scalarised_std(&ensemble);
-        prop_assert!((dot(&u, &ensemble.offset(&Extremum)) - std).abs() <= slack);
+        assert_abs_diff_eq!(u.dot(&ensemble.offset(&Extremum)), std, epsilon = slack);
         for method in [&Cholesky as &dyn Ellipsoid, &Eigen] {
-            prop_assert!(dot(&u, &ensemble.offset(method)) <= std + slack);
+            prop_assert!(u.dot(&ensemble.offset(method)) <= std + slack);
         }
     }
 
     #[test]
     fn the_clip_leaves_the_positive_part(ensemble in ensembles()) {
-        let margin = dot(&ensemble.unit(), &ensemble.offset(&Cholesky));
-        let wanted = scalarised_margin(&ensemble).max(0.0);
-        prop_assert!(
-            (margin - wanted).abs() <= 1e-12 * ensemble.largest_std(),
-            "{margin} instead of {wanted}"
-        );
+        let left = ensemble.unit().dot(&ensemble.offset(&Cholesky));
+        let tolerance = 1e-12 * ensemble.largest_std();
+        assert_abs_diff_eq!(left, ensemble.margin().max(0.0), epsilon = tolerance);
     }
 
     #[test]
     fn the_first_objective_answers_for_itself(ensemble in ensembles()) {
-        prop_assume!(scalarised_margin(&ensemble) >= 0.0);
+        prop_assume!(ensemble.margin() >= 0.0);
         let wanted = ensemble.stds()[0] * ensemble.unit()[0];
-        prop_assert!(
-            (ensemble.offset(&Cholesky)[0] - wanted).abs() <= 1e-12 * ensemble.largest_std()
-        );
+        let tolerance = 1e-12 * ensemble.largest_std();
+        assert_abs_diff_eq!(ensemble.offset(&Cholesky)[0], wanted, epsilon = tolerance);
     }
 
     #[test]
@@ -167,12 +148,13 @@ proptest! {
     fn the_closed_form_clip_is_the_rotation_of_the_appendix(ensemble in full_ensembles()) {
         let low = ensemble.factor(&Cholesky);
         let u = ensemble.unit();
-        let p = transposed_times(&low, &u);
-        let a = dot(&u, &p);
-        let rho = dot(&p, &p).sqrt();
+        let p = low.tr_mul(&u);
+        let a = u.dot(&p);
+        let rho = p.norm();
         prop_assume!(a < 0.0 && a > -0.999 * rho && rho > 1e-3 * ensemble.largest_std());
-        let wanted = times(&low, &times(&rotation(&low, &u), &u));
-        assert_close(&ensemble.offset(&Cholesky), &wanted, 1e-9 * ensemble.largest_std());
+        let wanted = &low * rotation(&low, &u) * u;
+        let tolerance = 1e-9 * ensemble.largest_std();
+        assert_abs_diff_eq!(ensemble.offset(&Cholesky), wanted, epsilon = tolerance);
     }
 
     #[test]
@@ -184,10 +166,11 @@ proptest! {
         let at = at % ensemble.objectives();
         let mut flipped = map_objective(&ensemble, at, |q| -q);
         flipped.weights[at] *= -1.0;
+        let tolerance = 1e-9 * ensemble.largest_std();
         for method in ellipsoids() {
             let mut wanted = ensemble.offset(method);
             wanted[at] *= -1.0;
-            assert_close(&flipped.offset(method), &wanted, 1e-9 * ensemble.largest_std());
+            assert_abs_diff_eq!(flipped.offset(method), wanted, epsilon = tolerance);
         }
     }
 
@@ -207,8 +190,9 @@ proptest! {
             let mut wanted = widen(&ensemble.bound(method, -1.0));
             wanted[at] += f64::from(by);
             let got = widen(&moved.bound(method, -1.0));
-            let scale = largest(&widen(&moved.q)).max(largest(&widen(&ensemble.q)));
-            assert_close(&got, &wanted, 3.0 * f64::from(f32::EPSILON) * scale);
+            let scale = widen(&moved.q).amax().max(widen(&ensemble.q).amax());
+            let tolerance = 3.0 * f64::from(f32::EPSILON) * scale;
+            assert_abs_diff_eq!(got, wanted, epsilon = tolerance);
         }
     }
 
@@ -247,17 +231,15 @@ proptest! {
     fn the_order_of_the_critics_does_not_matter(ensemble in full_ensembles()) {
         prop_assume!(has_scalarised_disagreement(&ensemble));
         let reversed = reversed_critics(&ensemble);
+        let tolerance = 1e-9 * ensemble.largest_std();
         for method in ellipsoids() {
-            assert_close(
-                &reversed.offset(method),
-                &ensemble.offset(method),
-                1e-9 * ensemble.largest_std(),
-            );
+            let wanted = ensemble.offset(method);
+            assert_abs_diff_eq!(reversed.offset(method), wanted, epsilon = tolerance);
         }
         for method in projections() {
-            let got = reversed.bound(method, -1.0);
-            let wanted = ensemble.bound(method, -1.0);
-            assert_close(&widen(&got), &widen(&wanted), 1e-6 * largest(&widen(&ensemble.q)));
+            let got = widen(&reversed.bound(method, -1.0));
+            let wanted = widen(&ensemble.bound(method, -1.0));
+            assert_abs_diff_eq!(got, wanted, epsilon = 1e-6 * widen(&ensemble.q).amax());
         }
     }
 
@@ -266,26 +248,26 @@ proptest! {
         prop_assume!(has_scalarised_disagreement(&ensemble));
         for method in [&Eigen as &dyn Ellipsoid, &Extremum, &Diagonal] {
             let mut back = reversed_objectives(&ensemble).offset(method);
-            back.reverse();
-            assert_close(&back, &ensemble.offset(method), 1e-9 * ensemble.largest_std());
+            back.as_mut_slice().reverse();
+            let tolerance = 1e-9 * ensemble.largest_std();
+            assert_abs_diff_eq!(back, ensemble.offset(method), epsilon = tolerance);
         }
     }
 
     #[test]
     fn steps_are_lengths_along_one_offset(ensemble in ensembles(), step in -5.0..5.0_f32) {
         for method in ellipsoids() {
-            let move_by = |(mean, offset): (f64, f64)| mean + f64::from(step) * offset;
-            let wanted: Vec<f64> =
-                ensemble.mean().into_iter().zip(ensemble.offset(method)).map(move_by).collect();
+            let wanted = ensemble.mean() + f64::from(step) * ensemble.offset(method);
             let got =
                 widen(&ensemble.bound(&copq::projection::by_name(method.name()).unwrap(), step));
-            assert_close(&got, &wanted, 1e-7 * (largest(&wanted) + 10.0 * ensemble.largest_std()));
+            let tolerance = 1e-7 * (wanted.amax() + 10.0 * ensemble.largest_std());
+            assert_abs_diff_eq!(got, wanted, epsilon = tolerance);
         }
     }
 
     #[test]
     fn a_step_of_zero_is_the_mean(ensemble in ensembles()) {
-        let mean: Vec<f32> = ensemble.mean().into_iter().map(|m| m as f32).collect();
+        let mean: Vec<f32> = ensemble.mean().iter().map(|&m| m as f32).collect();
         for method in projections() {
             prop_assert_eq!(&ensemble.bound(method, 0.0), &mean, "{}", method.name());
             let shares =
@@ -398,9 +380,10 @@ proptest! {
     fn the_gradients_of_a_row_add_up_to_that_of_its_bound(ensemble in ensembles()) {
         for method in projections() {
             let gradient = widen(&ensemble.gradient(method, -1.0));
-            let n = ensemble.objectives();
-            let sums: Vec<f64> = (0..n).map(|i| gradient.iter().skip(i).step_by(n).sum()).collect();
-            assert_close(&sums, &widen(&ensemble.grad), 1e-6 * (1.0 + largest(&gradient)));
+            let tolerance = 1e-6 * (1.0 + gradient.amax());
+            let by_critic = gradient.as_slice().chunks_exact(ensemble.objectives());
+            let sums: DVector<f64> = by_critic.map(DVector::from_column_slice).sum();
+            assert_abs_diff_eq!(sums, widen(&ensemble.grad), epsilon = tolerance);
         }
     }
 }
@@ -420,7 +403,7 @@ fn rows() -> impl Strategy<Value = Vec<Ensemble>> {
 fn cholesky_depends_on_the_order_of_the_objectives() {
     let ensemble = Ensemble::new(&[&[10.0, 5.0], &[12.0, 4.0], &[11.0, 9.0]], &[1.0, 1.0]);
     let mut back = reversed_objectives(&ensemble).offset(&Cholesky);
-    back.reverse();
+    back.as_mut_slice().reverse();
     assert!((back[0] - ensemble.offset(&Cholesky)[0]).abs() > 0.1);
 }
 

@@ -4,6 +4,7 @@
 
 pub mod reference;
 
+use approx::abs_diff_eq;
 use copq::{
     Activation, Actor, Critic, EnvSpec, Networks, QView, Result, Rng, Sample, SampleGrad, State,
     Stream,
@@ -130,7 +131,7 @@ pub fn assert_close(what: &str, got: &[f32], wanted: &[f32], tolerance: f32) {
     let scale = wanted.iter().fold(0.0f32, |max, x| max.max(x.abs()));
     for (i, (g, w)) in got.iter().zip(wanted).enumerate() {
         assert!(
-            (g - w).abs() <= tolerance * scale + 1e-12,
+            abs_diff_eq!(g, w, epsilon = tolerance * scale + 1e-12),
             "{what}[{i}]: {g} is not {w} (scale {scale})"
         );
     }

@@ -7,6 +7,7 @@ use copq::projection::{
     Bound, Cholesky, Deviations, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin, MeanStd,
     Projection, QView, ScalarisedMin, Scratch, Work,
 };
+use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
 /// Critics x objectives of one row, with weights and the gradient of the bound.
@@ -75,51 +76,54 @@ impl Ensemble {
     }
 
     /// The unit direction.
-    pub fn unit(&self) -> Vec<f64> {
-        let norm = self.weights.iter().map(|&w| f64::from(w).powi(2)).sum::<f64>().sqrt();
-        self.weights.iter().map(|&w| f64::from(w) / norm).collect()
+    pub fn unit(&self) -> DVector<f64> {
+        widen(&self.weights).normalize()
     }
 
-    pub fn mean(&self) -> Vec<f64> {
-        let column = |i| self.q.iter().skip(i).step_by(self.objectives()).map(|&q| f64::from(q));
-        (0..self.objectives()).map(|i| column(i).sum::<f64>() / self.critics as f64).collect()
+    /// Critics x objectives.
+    pub fn values(&self) -> DMatrix<f64> {
+        DMatrix::from_row_slice(self.critics, self.objectives(), widen(&self.q).as_slice())
     }
 
-    /// X, objectives x critics.
-    pub fn deviations(&self) -> Vec<f64> {
-        let values = self.q.iter().map(|&q| f64::from(q)).collect::<Vec<_>>();
-        centred(&values, self.objectives())
+    pub fn mean(&self) -> DVector<f64> {
+        self.values().row_mean_tr()
+    }
+
+    /// X transposed: stored by column, it is X by row, as the library takes it.
+    pub fn deviations(&self) -> DMatrix<f64> {
+        centred(self.values())
     }
 
     /// Sigma by its definition.
-    pub fn covariance(&self) -> Vec<Vec<f64>> {
+    pub fn covariance(&self) -> DMatrix<f64> {
         let x = self.deviations();
-        let columns: Vec<&[f64]> = x.chunks_exact(self.critics).collect();
-        let entry = |a: &[f64], b: &[f64]| dot(a, b) / self.critics as f64;
-        columns.iter().map(|a| columns.iter().map(|b| entry(a, b)).collect()).collect()
+        x.tr_mul(&x) / self.critics as f64
     }
 
-    pub fn stds(&self) -> Vec<f64> {
-        let covariance = self.covariance();
-        (0..self.objectives()).map(|i| covariance[i][i].sqrt()).collect()
+    pub fn stds(&self) -> DVector<f64> {
+        self.covariance().diagonal().map(f64::sqrt)
     }
 
     pub fn largest_std(&self) -> f64 {
-        self.stds().into_iter().fold(0.0, f64::max)
+        self.stds().max()
     }
 
     /// C R u in f64.
-    pub fn offset(&self, method: &dyn Ellipsoid) -> Vec<f64> {
-        offset(method, &self.deviations(), self.critics, &self.unit())
+    pub fn offset(&self, method: &dyn Ellipsoid) -> DVector<f64> {
+        offset(method, &self.deviations(), &self.unit())
     }
 
     /// C, by its columns: along an axis the Cholesky method never clips.
-    pub fn factor(&self, method: &dyn Ellipsoid) -> Vec<Vec<f64>> {
+    pub fn factor(&self, method: &dyn Ellipsoid) -> DMatrix<f64> {
         let n = self.objectives();
-        let axis = |j| (0..n).map(|i| f64::from(u8::from(i == j))).collect::<Vec<_>>();
-        let columns: Vec<_> =
-            (0..n).map(|j| offset(method, &self.deviations(), self.critics, &axis(j))).collect();
-        (0..n).map(|i| (0..n).map(|j| columns[j][i]).collect()).collect()
+        let axes = DMatrix::identity(n, n);
+        let column = |axis| offset(method, &self.deviations(), &axes.column(axis).into_owned());
+        DMatrix::from_columns(&(0..n).map(column).collect::<Vec<_>>())
+    }
+
+    /// u . L u with the library's own L: the clip fires where it is negative.
+    pub fn margin(&self) -> f64 {
+        self.unit().dot(&(self.factor(&Cholesky) * self.unit()))
     }
 
     pub fn bound(&self, method: &dyn Projection, step: f32) -> Vec<f32> {
@@ -133,50 +137,47 @@ impl Ensemble {
     /// Whether the bound of every method is smooth around here: no pivot, clip or scalarised
     /// disagreement near zero.
     pub fn is_smooth(&self) -> bool {
-        let low = cholesky(&self.covariance());
         let u = self.unit();
+        let stds = self.stds();
+        let covariance = self.covariance();
+        // Past the rank the factor's columns are zero, and a pivot is only rounding.
         let rank = self.objectives().min(self.critics - 1);
-        let pivots = self
-            .stds()
-            .iter()
-            .enumerate()
-            .all(|(j, &std)| std > 0.0 && (j >= rank || low[j][j] > 0.1 * std));
-        let p = transposed_times(&low, &u);
-        let a = dot(&u, &p);
-        let rho = dot(&p, &p).sqrt();
-        pivots && a.abs() > 0.05 * rho && a.abs() < 0.98 * rho && rho > 0.2 * self.largest_std()
+        let leading = covariance.view((0, 0), (rank, rank)).into_owned();
+        let Some(low) = leading.cholesky().map(|factor| factor.l()) else { return false };
+        let pivots = stds.min() > 0.0 && (0..rank).all(|j| low[(j, j)] > 0.1 * stds[j]);
+        let p = low.solve_lower_triangular(&(covariance.rows(0, rank) * &u)).unwrap();
+        let a = u.rows(0, rank).dot(&p);
+        let rho = p.norm();
+        pivots && a.abs() > 0.05 * rho && a.abs() < 0.98 * rho && rho > 0.2 * stds.max()
     }
 }
 
-/// Subtracts every objective's mean; critics x objectives to objectives x critics.
-pub fn centred(q: &[f64], objectives: usize) -> Vec<f64> {
-    let critics = q.len() / objectives;
-    let column = |i| q.iter().skip(i).step_by(objectives).copied();
-    let centre = |i| column(i).map(move |q| q - column(i).sum::<f64>() / critics as f64);
-    (0..objectives).flat_map(centre).collect()
+/// Subtracts every objective's mean.
+pub fn centred(mut q: DMatrix<f64>) -> DMatrix<f64> {
+    for mut column in q.column_iter_mut() {
+        let mean = column.mean();
+        column.add_scalar_mut(-mean);
+    }
+    q
 }
 
-pub fn offset(method: &dyn Ellipsoid, x: &[f64], critics: usize, u: &[f64]) -> Vec<f64> {
-    let mut out = vec![f64::NAN; u.len()];
-    method.offset(&Deviations::new(x, critics).unwrap(), u, &mut Work::default(), &mut out);
+pub fn offset(method: &dyn Ellipsoid, x: &DMatrix<f64>, u: &DVector<f64>) -> DVector<f64> {
+    let deviations = Deviations::new(x.as_slice(), x.nrows()).unwrap();
+    let mut out = DVector::repeat(u.len(), f64::NAN);
+    method.offset(&deviations, u.as_slice(), &mut Work::default(), out.as_mut_slice());
     out
 }
 
 pub fn offset_vjp(
     method: &dyn Ellipsoid,
-    x: &[f64],
-    critics: usize,
-    u: &[f64],
-    grad: &[f64],
-) -> Vec<f64> {
-    let mut out = vec![0.0; x.len()];
-    method.offset_vjp(
-        &Deviations::new(x, critics).unwrap(),
-        u,
-        &mut Work::default(),
-        grad,
-        &mut out,
-    );
+    x: &DMatrix<f64>,
+    u: &DVector<f64>,
+    grad: &DVector<f64>,
+) -> DMatrix<f64> {
+    let deviations = Deviations::new(x.as_slice(), x.nrows()).unwrap();
+    let mut out = DMatrix::zeros(x.nrows(), x.ncols());
+    let (u, grad) = (u.as_slice(), grad.as_slice());
+    method.offset_vjp(&deviations, u, &mut Work::default(), grad, out.as_mut_slice());
     out
 }
 
@@ -230,66 +231,17 @@ pub fn projections() -> [&'static dyn Projection; 7] {
 
 const MEAN_STD: MeanStd = MeanStd { cost: 1.0, reward: 1.0 };
 
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-pub fn times(matrix: &[Vec<f64>], v: &[f64]) -> Vec<f64> {
-    matrix.iter().map(|row| dot(row, v)).collect()
-}
-
-pub fn transposed_times(matrix: &[Vec<f64>], v: &[f64]) -> Vec<f64> {
-    (0..v.len()).map(|j| matrix.iter().zip(v).map(|(row, v)| row[j] * v).sum()).collect()
-}
-
-/// The textbook factor of a covariance, in the order given; a pivot below 1e-5 of its objective is
-/// zero.
-pub fn cholesky(covariance: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let n = covariance.len();
-    let mut low = vec![vec![0.0; n]; n];
-    for j in 0..n {
-        let square = covariance[j][j] - dot(&low[j][..j], &low[j][..j]);
-        if square > 1e-10 * covariance[j][j] {
-            low[j][j] = square.sqrt();
-            for i in j + 1..n {
-                low[i][j] = (covariance[i][j] - dot(&low[i][..j], &low[j][..j])) / low[j][j];
-            }
-        }
-    }
-    low
-}
-
 /// R of paper A.2-A.4 as a matrix, for a direction in which the clip fires.
-pub fn rotation(low: &[Vec<f64>], u: &[f64]) -> Vec<Vec<f64>> {
-    let n = u.len();
-    let p = transposed_times(low, u);
-    let a = dot(u, &p);
-    let rho = dot(&p, &p).sqrt();
-    let v: Vec<f64> = (0..n).map(|i| (p[i] - a * u[i]) / (rho * rho - a * a).sqrt()).collect();
-    let k: Vec<Vec<f64>> =
-        (0..n).map(|i| (0..n).map(|j| v[i] * u[j] - u[i] * v[j]).collect()).collect();
-    let cosine = (1.0 - (a / rho).powi(2)).sqrt();
-    let square = |i: usize, j: usize| (0..n).map(|m| k[i][m] * k[m][j]).sum::<f64>();
-    let entry = |i: usize, j: usize| {
-        f64::from(u8::from(i == j)) - a / rho * k[i][j] + (1.0 - cosine) * square(i, j)
-    };
-    (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
+pub fn rotation(low: &DMatrix<f64>, u: &DVector<f64>) -> DMatrix<f64> {
+    let p = low.tr_mul(u);
+    let a = u.dot(&p);
+    let v = (&p - a * u).normalize();
+    let k = &v * u.transpose() - u * v.transpose();
+    let sine = a / p.norm();
+    let cosine = (1.0 - sine.powi(2)).sqrt();
+    DMatrix::identity(u.len(), u.len()) - sine * &k + (1.0 - cosine) * &k * &k
 }
 
-pub fn assert_close(got: &[f64], wanted: &[f64], tolerance: f64) {
-    assert_eq!(got.len(), wanted.len());
-    for (i, (got, wanted)) in got.iter().zip(wanted).enumerate() {
-        assert!(
-            (got - wanted).abs() <= tolerance,
-            "entry {i}: {got} instead of {wanted} (+-{tolerance:e})"
-        );
-    }
-}
-
-pub fn widen(values: &[f32]) -> Vec<f64> {
-    values.iter().map(|&v| f64::from(v)).collect()
-}
-
-pub fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |largest, v| largest.max(v.abs()))
+pub fn widen(values: &[f32]) -> DVector<f64> {
+    DVector::from_iterator(values.len(), values.iter().map(|&v| f64::from(v)))
 }

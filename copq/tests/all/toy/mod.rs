@@ -559,6 +559,34 @@ pub fn learner(method: Method, critics: usize, seed: u64) -> Learner {
     .unwrap()
 }
 
+/// What the agent does in state s.
+pub fn act(agent: &mut dyn Agent, s: f32, mode: Mode) -> f32 {
+    let mut action = [0.0];
+    agent.act(&[s], mode, &mut action).unwrap();
+    action[0]
+}
+
+/// The policy a = bias + slope s, read off by asking the agent.
+pub fn policy(agent: &mut dyn Agent) -> [f32; 2] {
+    let low = act(agent, -1.0, Mode::Exploit);
+    let high = act(agent, 1.0, Mode::Exploit);
+    [(low + high) / 2.0, (high - low) / 2.0]
+}
+
+/// Trains up to that many steps.
+pub fn run(trainer: &mut Trainer<Learner>, steps: u64) -> State {
+    while trainer.steps() < steps {
+        trainer.step(&mut Silent).unwrap();
+    }
+    saved(trainer)
+}
+
+pub fn saved(trainer: &Trainer<Learner>) -> State {
+    let mut state = State::default();
+    trainer.save(&mut state).unwrap();
+    state
+}
+
 pub fn trainer(learner: Learner) -> Trainer<Learner> {
     Trainer::new(Toy::new(), learner).unwrap()
 }
