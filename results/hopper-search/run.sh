@@ -7,7 +7,8 @@ cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
 out=results/hopper-search
 # Today's preset with yesterday's noise; config.toml has the commands of their day, over another preset.
-old="cop-td3 --set exploration_std=0.1"
+near="cop-td3 --set discount=0.99"
+old="$near --set exploration_std=0.1"
 raw="--set normalise=false --set networks.init=torch"
 famo="--set famo.lr=0.025 --set famo.decay=l2"
 
@@ -19,18 +20,21 @@ runs() {
     echo "$old --set networks.critic_lr=1e-3 --set networks.actor_lr=1e-3 --steps 100000 --seed 0 --out $out/norm-lr3-s0"
     echo "$old --set pessimism=0.5 --set actor_pessimism=0.5 --steps 60000 --seed 10 --out $out/norm-pessimism05-s10"
     echo "cop-td3-oac --set optimism.shift=2 --set normalise=true --set networks.init=lecun --set famo=none --steps 60000 --seed 10 --out $out/norm-oac2-s10"
-    echo "cop-td3 --steps 100000 --seed 0 --out $out/norm-noise03-s0"
-    echo "cop-td3 --steps 60000 --seed 10 --out $out/norm-noise03-s10"
-    echo "cop-td3 --steps 100000 --seed 11 --out $out/norm-noise03-s11"
-    far="--set discount=0.995"
-    echo "cop-td3 $far --steps 100000 --seed 11 --out $out/norm-noise03-g995-s11"
-    echo "cop-td3 --set tau=0.02 --steps 100000 --seed 10 --out $out/norm-noise03-tau02-s10"
-    echo "cop-td3 --set tau=0.02 $far --steps 100000 --seed 10 --out $out/norm-noise03-tau02-g995-s10"
+    echo "$near --steps 100000 --seed 0 --out $out/norm-noise03-s0"
+    echo "$near --steps 60000 --seed 10 --out $out/norm-noise03-s10"
+    echo "$near --steps 100000 --seed 11 --out $out/norm-noise03-s11"
+    echo "cop-td3 --steps 100000 --seed 10 --out $out/norm-noise03-g995-s10"
+    echo "cop-td3 --steps 100000 --seed 11 --out $out/norm-noise03-g995-s11"
+    echo "$near --set tau=0.02 --steps 100000 --seed 10 --out $out/norm-noise03-tau02-s10"
+    echo "cop-td3 --set tau=0.02 --steps 100000 --seed 10 --out $out/norm-noise03-tau02-g995-s10"
     oac="cop-td3-oac --set famo=none --set normalise=true --set networks.init=lecun --steps 100000"
+    far="--set discount=0.995"
+    until="--set optimism.until=50000"
     echo "$oac --seed 10 --out $out/norm-oac-s10"
     for seed in 10 11; do
         echo "$oac $far --seed $seed --out $out/norm-oac-g995-s$seed"
-        echo "$oac $far --set optimism.until=50000 --seed $seed --out $out/norm-oac-g995-until50k-s$seed"
+        echo "$oac $far $until --seed $seed --out $out/norm-oac-g995-until50k-s$seed"
+        echo "$oac $far $until --set exploration_std=0.3 --set optimism.shift=2.3 --seed $seed --out $out/norm-oac03-g995-until50k-s$seed"
     done
 }
 

@@ -1,6 +1,5 @@
 //! Forward kinematics: where a robot's bodies and shapes are, given qpos alone. No engine is asked.
 
-use super::pose::normalised;
 use super::{Geom, Joint, JointKind, Pose, RobotSpec, Shape};
 
 /// A capsule in the world: all points within `radius` of the line between its ends, a ball if they
@@ -97,11 +96,10 @@ impl RobotSpec {
 /// A body's pose after one more of its joints.
 fn moved(pose: Pose, joint: &Joint, value: &[f64]) -> Pose {
     match joint.kind {
-        JointKind::Free => Pose {
-            pos: [0, 1, 2].map(|i| value[i]),
-            quat: normalised([3, 4, 5, 6].map(|i| value[i])),
-        },
+        JointKind::Free => {
+            Pose::WORLD.at([0, 1, 2].map(|i| value[i]), [3, 4, 5, 6].map(|i| value[i]))
+        }
         JointKind::Slide => pose.slid(joint.axis, value[0] - joint.reference),
-        JointKind::Hinge => pose.turned(joint.axis, value[0] - joint.reference, joint.anchor),
+        JointKind::Hinge => pose.rotated(joint.axis, value[0] - joint.reference, joint.anchor),
     }
 }

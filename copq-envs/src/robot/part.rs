@@ -1,5 +1,7 @@
 //! Parts of observations that are more than positions and velocities.
 
+use nalgebra::Vector3;
+
 use crate::{Field, Readings};
 
 use super::RobotSpec;
@@ -78,15 +80,11 @@ fn link_velocity(robot: &RobotSpec, readings: &Readings, out: &mut [f32]) {
     for (index, body) in robot.bodies.iter().enumerate() {
         let arm = [0, 1, 2].map(|i| centres[3 * index + i] - middle[i]);
         let spin = [0, 1, 2].map(|i| velocities[6 * index + i]);
-        let swing = cross(spin, arm);
+        let swing = Vector3::from(spin).cross(&Vector3::from(arm));
         let share = body.inertial.mass / total;
         for i in 0..3 {
             out[6 * index + i] = (share * (velocities[6 * index + 3 + i] + swing[i])) as f32;
             out[6 * index + 3 + i] = spin[i] as f32;
         }
     }
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

@@ -1,4 +1,6 @@
-//! A place and an orientation, and the quaternions they take.
+//! A place and an orientation.
+
+use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
 
 /// A frame in world axes.
 ///
@@ -26,20 +28,18 @@ impl Pose {
 
     /// World coordinates of a point of this frame (m).
     pub fn point(&self, local: [f64; 3]) -> [f64; 3] {
-        add(self.pos, self.direction(local))
+        (self.isometry() * Point3::from(local)).into()
     }
 
     /// World components of a vector of this frame.
     pub fn direction(&self, local: [f64; 3]) -> [f64; 3] {
-        let [w, axis @ ..] = self.quat;
-        let turned = cross(axis, local);
-        let twice = cross(axis, turned);
-        [0, 1, 2].map(|i| local[i] + 2.0 * (w * turned[i] + twice[i]))
+        (self.isometry() * Vector3::from(local)).into()
     }
 
-    /// The frame that lies at `pos`, turned by `quat`, in this one.
+    /// The frame that lies at `pos`, rotated by `quat`, in this one. A quaternion of length 0 is no
+    /// rotation, as in MuJoCo.
     pub fn at(&self, pos: [f64; 3], quat: [f64; 4]) -> Self {
-        Self { pos: self.point(pos), quat: normalised(product(self.quat, quat)) }
+        (self.isometry() * Self { pos, quat }.isometry()).into()
     }
 
     /// This frame moved along one of its own unit axes (m).
@@ -47,35 +47,26 @@ impl Pose {
         Self { pos: self.point(axis.map(|x| x * by)), ..*self }
     }
 
-    /// This frame turned about one of its own unit axes (rad); the point `anchor` of it stays.
-    pub(super) fn turned(&self, axis: [f64; 3], by: f64, anchor: [f64; 3]) -> Self {
-        let (sine, cosine) = (by / 2.0).sin_cos();
-        let [x, y, z] = axis.map(|x| x * sine);
-        let turned = self.at(anchor, [cosine, x, y, z]);
-        Self { pos: turned.point(anchor.map(|x| -x)), ..turned }
+    /// This frame rotated about one of its own unit axes (rad); the point `anchor` of it stays.
+    pub(super) fn rotated(&self, axis: [f64; 3], by: f64, anchor: [f64; 3]) -> Self {
+        let rotation = UnitQuaternion::from_scaled_axis(Vector3::from(axis) * by);
+        let about = Isometry3::rotation_wrt_point(rotation, anchor.into());
+        (self.isometry() * about).into()
+    }
+
+    fn isometry(&self) -> Isometry3<f64> {
+        let [w, x, y, z] = self.quat;
+        let rotation = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.0);
+        Isometry3::from_parts(self.pos.into(), rotation.unwrap_or_default())
     }
 }
 
-fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|i| a[i] + b[i])
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// Hamilton's product: the rotation `b`, then `a`.
-fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
-    [
-        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
-        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
-    ]
-}
-
-/// The quaternion scaled to length 1; one of length 0 becomes no rotation, as in MuJoCo.
-pub(super) fn normalised(quat: [f64; 4]) -> [f64; 4] {
-    let norm = quat.iter().map(|x| x * x).sum::<f64>().sqrt();
-    if norm > 0.0 { quat.map(|x| x / norm) } else { Pose::WORLD.quat }
+impl From<Isometry3<f64>> for Pose {
+    fn from(isometry: Isometry3<f64>) -> Self {
+        let quaternion = isometry.rotation;
+        Self {
+            pos: isometry.translation.vector.into(),
+            quat: [quaternion.w, quaternion.i, quaternion.j, quaternion.k],
+        }
+    }
 }
