@@ -28,7 +28,7 @@ pub type ActionGrad<'a> = &'a mut dyn FnMut(Sample<'_>, SampleGrad<'_>) -> Resul
 /// comes from outside, as standard normals.
 ///
 /// ```
-/// use copq::{ActionGrad, Actor, Net, Result, Sample, SampleGrad, State};
+/// use copq::{ActionGrad, Actor, Net, Result, Sample, SampleGrad};
 ///
 /// /// A deterministic policy: a = w s, for one number seen and one moved.
 /// struct Proportional {
@@ -59,10 +59,8 @@ pub type ActionGrad<'a> = &'a mut dyn FnMut(Sample<'_>, SampleGrad<'_>) -> Resul
 ///         Ok(())
 ///     }
 /// #     fn update_target(&mut self, _: f32) -> Result<()> { Ok(()) }
-/// #     fn save(&self, _: &mut State) -> Result<()> { Ok(()) }
-/// #     fn load(&mut self, _: &State) -> Result<()> { Ok(()) }
 ///
-///     // update_target, save and load are left out here.
+///     // update_target is left out here; save, load and export are needed to save a run.
 /// }
 ///
 /// // A step towards a = 0.5 where 1 is seen, down the gradient a - 0.5.
@@ -134,10 +132,14 @@ pub trait Actor: Send {
     }
 
     /// Writes parameters, targets and optimiser state.
-    fn save(&self, state: &mut State) -> Result<()>;
+    fn save(&self, _state: &mut State) -> Result<()> {
+        Err(Error::cannot_be_saved("this actor", "Actor"))
+    }
 
     /// Restores what [`Actor::save`] wrote.
-    fn load(&mut self, state: &State) -> Result<()>;
+    fn load(&mut self, _state: &State) -> Result<()> {
+        Err(Error::cannot_be_saved("this actor", "Actor"))
+    }
 }
 
 fn deterministic(method: &str) -> Error {

@@ -1,6 +1,6 @@
 //! What a training loop needs of a learner, whatever the algorithm.
 
-use crate::{EnvSpec, Observer, Outcome, Result, State};
+use crate::{EnvSpec, Error, Observer, Outcome, Result, State};
 
 /// How to choose an action.
 ///
@@ -77,7 +77,7 @@ pub struct Transition<'a> {
 /// #     }
 /// # }
 /// # let mut env = World(EnvSpec::new("world", 1, 1).reward("time", 1.0).horizon(3), 0);
-/// use copq::{Agent, Mode, Observer, Result, State, Transition, evaluate};
+/// use copq::{Agent, Mode, Result, evaluate};
 ///
 /// /// Steers against what it sees, with half the force.
 /// struct Against;
@@ -89,14 +89,10 @@ pub struct Transition<'a> {
 ///         action[0] = (-0.5 * obs[0]).clamp(-1.0, 1.0);
 ///         Ok(())
 ///     }
-///     fn observe(&mut self, _: Transition<'_>) -> Result<()> { Ok(()) }
-///     fn update(&mut self, _: &mut dyn Observer) -> Result<()> { Ok(()) }
 ///     fn value(&mut self, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
 ///         q.fill(f32::NAN); // it has no opinion
 ///         Ok(())
 ///     }
-///     fn save(&self, _: &mut State) -> Result<()> { Ok(()) }
-///     fn load(&mut self, _: &State) -> Result<()> { Ok(()) }
 /// }
 ///
 /// let evaluation = evaluate(&mut Against, env, 10)?;
@@ -120,22 +116,30 @@ pub trait Agent: Send {
     /// Writes an action in [-1, 1] for one observation.
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()>;
 
-    /// Takes in one transition.
-    fn observe(&mut self, transition: Transition<'_>) -> Result<()>;
+    /// Takes in one transition; a rule that does not learn has no use for it.
+    fn observe(&mut self, _transition: Transition<'_>) -> Result<()> {
+        Ok(())
+    }
 
     /// Does the learning that one environment step is worth: nothing during the warm-up, UTD
     /// updates after it.
-    fn update(&mut self, log: &mut dyn Observer) -> Result<()>;
+    fn update(&mut self, _log: &mut dyn Observer) -> Result<()> {
+        Ok(())
+    }
 
     /// The mean critic's Q(s, a), one per objective: what the agent believes this action will
     /// return.
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()>;
 
     /// Writes everything that learning depends on.
-    fn save(&self, state: &mut State) -> Result<()>;
+    fn save(&self, _state: &mut State) -> Result<()> {
+        Err(Error::cannot_be_saved("this agent", "Agent"))
+    }
 
     /// Restores what [`Agent::save`] wrote; the next update is then the same, bit for bit.
-    fn load(&mut self, state: &State) -> Result<()>;
+    fn load(&mut self, _state: &State) -> Result<()> {
+        Err(Error::cannot_be_saved("this agent", "Agent"))
+    }
 }
 
 impl<A: Agent + ?Sized> Agent for Box<A> {

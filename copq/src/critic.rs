@@ -2,7 +2,7 @@
 //! vector-Jacobian products.
 
 use crate::error::{check_chosen, check_len};
-use crate::{QView, Result, State};
+use crate::{Error, QView, Result, State};
 
 /// Which copy of a network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub type QGrad<'a> = &'a mut dyn FnMut(QView<'_>, &mut [f32]) -> Result<()>;
 /// call.
 ///
 /// ```
-/// use copq::{Critic, Net, QGrad, QView, Result, State};
+/// use copq::{Critic, Net, QGrad, QView, Result};
 ///
 /// /// Two critics of one objective: Q(s, a) = w a, for an action of one number.
 /// struct Linear {
@@ -58,10 +58,8 @@ pub type QGrad<'a> = &'a mut dyn FnMut(QView<'_>, &mut [f32]) -> Result<()>;
 /// #     fn action_grad(
 /// #         &mut self, _: &[f32], _: &[f32], _: QGrad<'_>, _: &mut [f32],
 /// #     ) -> Result<()> { Ok(()) }
-/// #     fn save(&self, _: &mut State) -> Result<()> { Ok(()) }
-/// #     fn load(&mut self, _: &State) -> Result<()> { Ok(()) }
 ///
-///     // action_grad, save and load are left out here.
+///     // action_grad is left out here; a run that is to be saved needs save and load, too.
 /// }
 ///
 /// // A step towards Q = 2, down the gradient q - 2; the targets follow at once.
@@ -124,10 +122,14 @@ pub trait Critic: Send {
     ) -> Result<()>;
 
     /// Writes parameters, targets and optimiser state.
-    fn save(&self, state: &mut State) -> Result<()>;
+    fn save(&self, _state: &mut State) -> Result<()> {
+        Err(Error::cannot_be_saved("this critic", "Critic"))
+    }
 
     /// Restores what [`Critic::save`] wrote.
-    fn load(&mut self, state: &State) -> Result<()>;
+    fn load(&mut self, _state: &State) -> Result<()> {
+        Err(Error::cannot_be_saved("this critic", "Critic"))
+    }
 }
 
 /// [`Critic::values_of`] by way of [`Critic::values`].

@@ -358,11 +358,7 @@ pub trait Env: Send {
 }
 
 fn cannot_be_saved(spec: &EnvSpec) -> Error {
-    let what = format!(
-        "environment '{}' cannot be saved: Env::save and Env::load are not implemented",
-        spec.name
-    );
-    Error::Unsupported { what }
+    Error::cannot_be_saved(&format!("environment '{}'", spec.name), "Env")
 }
 
 impl<E: Env + ?Sized> Env for Box<E> {

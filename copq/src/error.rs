@@ -85,6 +85,13 @@ impl fmt::Debug for Error {
 }
 
 impl Error {
+    /// That a part has no `save` and `load`, given what it is and its trait.
+    pub(crate) fn cannot_be_saved(what: &str, part: &str) -> Self {
+        let what =
+            format!("{what} cannot be saved: {part}::save and {part}::load are not implemented");
+        Self::Unsupported { what }
+    }
+
     /// An [`Error::Invalid`] from anything printable.
     pub fn invalid(what: impl Into<String>, wanted: impl ToString, got: impl ToString) -> Self {
         Self::Invalid { what: what.into(), wanted: wanted.to_string(), got: got.to_string() }

@@ -23,7 +23,7 @@ pub struct Timing {
 /// An agent at work in an environment. Its whole state can be saved between any two steps.
 ///
 /// ```
-/// # use copq::{Agent, Env, EnvSpec, Mode, Observer, Outcome, Result, State, Transition};
+/// # use copq::{Agent, Env, EnvSpec, Mode, Outcome, Result};
 /// # struct World(EnvSpec, u8);
 /// # impl Env for World {
 /// #     fn spec(&self) -> &EnvSpec { &self.0 }
@@ -38,11 +38,7 @@ pub struct Timing {
 /// #     fn seed(&self) -> u64 { 0 }
 /// #     fn discount(&self) -> f64 { 0.99 }
 /// #     fn act(&mut self, _: &[f32], _: Mode, action: &mut [f32]) -> Result<()> { action.fill(0.0); Ok(()) }
-/// #     fn observe(&mut self, _: Transition<'_>) -> Result<()> { Ok(()) }
-/// #     fn update(&mut self, _: &mut dyn Observer) -> Result<()> { Ok(()) }
 /// #     fn value(&mut self, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> { q.fill(0.0); Ok(()) }
-/// #     fn save(&self, _: &mut State) -> Result<()> { Ok(()) }
-/// #     fn load(&mut self, _: &State) -> Result<()> { Ok(()) }
 /// # }
 /// # let env = World(EnvSpec::new("world", 1, 1).reward("time", 1.0).horizon(3), 0);
 /// # let learner = Still;

@@ -27,14 +27,6 @@ impl Critic for Still {
         out.fill(0.0);
         Ok(())
     }
-
-    fn save(&self, _: &mut State) -> Result<()> {
-        Ok(())
-    }
-
-    fn load(&mut self, _: &State) -> Result<()> {
-        Ok(())
-    }
 }
 
 impl Actor for Still {
@@ -52,14 +44,6 @@ impl Actor for Still {
     }
 
     fn update_target(&mut self, _: f32) -> Result<()> {
-        Ok(())
-    }
-
-    fn save(&self, _: &mut State) -> Result<()> {
-        Ok(())
-    }
-
-    fn load(&mut self, _: &State) -> Result<()> {
         Ok(())
     }
 }
