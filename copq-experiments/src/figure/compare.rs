@@ -50,6 +50,8 @@ struct Group {
     /// What made the first of them, if its folder says so.
     config: Option<Config>,
     seeds: Vec<Evaluated>,
+    /// The seeds' numbers, of runs whose folders say so.
+    numbers: Vec<u64>,
 }
 
 /// Draws the runs' evaluation curves to `out`, whose ending decides the format: `.svg` or `.png`.
@@ -107,18 +109,37 @@ fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
         let seed = Evaluated::read(folder)?;
         let config =
             if folder.join("config.toml").is_file() { Some(read_config(folder)?) } else { None };
+        let number = config.as_ref().map(|config| config.plan.run.seed);
         match groups.iter_mut().find(|group| group.label == *label) {
             Some(group) => {
                 check_same_method(label, group.config.as_ref(), config.as_ref())?;
+                check_new_seed(label, &group.numbers, number)?;
                 group.seeds.push(seed);
+                group.numbers.extend(number);
             }
-            None => groups.push(Group { label: label.clone(), config, seeds: vec![seed] }),
+            None => groups.push(Group {
+                label: label.clone(),
+                config,
+                seeds: vec![seed],
+                numbers: number.into_iter().collect(),
+            }),
         }
     }
     if groups.is_empty() {
         Err(Error::invalid("runs to compare", "at least one", 0))
     } else {
         Ok(groups)
+    }
+}
+
+/// An error for a seed that is there already: it would count twice.
+fn check_new_seed(label: &str, numbers: &[u64], number: Option<u64>) -> Result<()> {
+    match number {
+        Some(number) if numbers.contains(&number) => {
+            let what = format!("runs called '{label}'");
+            Err(Error::invalid(what, "each seed once", format!("seed {number} twice")))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -304,6 +325,8 @@ mod tests {
         let first = labelled("first", plan("cholesky", 0), "tau = 0.005");
         let with = |other| comparison_table(&[first.clone(), other]).map_err(|e| e.to_string());
         assert!(with(labelled("seed", plan("cholesky", 1), "tau = 0.005")).is_ok());
+        let error = with(labelled("again", plan("cholesky", 0), "tau = 0.005")).unwrap_err();
+        assert_eq!(error, "runs called 'td3': wanted each seed once, got seed 0 twice");
         let wanted = "runs called 'td3': wanted seeds of cop-td3-a-hopper-cholesky-s0";
         let error = with(labelled("projection", plan("eigen", 1), "tau = 0.005")).unwrap_err();
         assert_eq!(
