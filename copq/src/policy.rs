@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::error::check_len;
+use crate::learner::check_made_by;
 use crate::{
     Activation, Actor, ActorKind, Backend, EnvSpec, Error, Method, Net, Networks, Normaliser,
     Result, Rng, State, Stream,
@@ -52,13 +53,15 @@ impl std::fmt::Debug for Policy {
 
 impl Policy {
     /// The policy in the saved state of an agent that learned by `method` (the child `agent` of a
-    /// trainer's).
+    /// trainer's); one of another method or task is refused.
     pub fn load(
         method: &Method,
         spec: &EnvSpec,
         backend: &dyn Backend,
         agent: &State,
     ) -> Result<Self> {
+        check_made_by(agent, "method", &method.name)?;
+        check_made_by(agent, "task", &spec.name)?;
         let networks = method.config.networks.clone();
         let kind = method.actor();
         // What was saved takes the place of these weights.

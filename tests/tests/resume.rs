@@ -88,6 +88,10 @@ fn a_checkpoint_says_what_it_is_of_and_anything_else_is_refused() {
     let mut far = method();
     far.config.discount = 0.99;
     assert_eq!(refused(far, "a/hopper", 0), other("discount", "0.99", "0.995"));
+    let agent = state.child("agent").unwrap();
+    let spec = copq_envs_rapier::make("a/hopper").unwrap().spec().clone();
+    let error = Policy::load(&Method::td3(), &spec, &Candle::default(), agent).unwrap_err();
+    assert_eq!(error.to_string(), other("method", "td3", "cop-td3"));
 }
 
 #[test]

@@ -15,20 +15,13 @@ impl Learner {
     /// An error unless a saved learner was made as this one is. Those from before that was written
     /// down are trusted.
     fn check_maker(&self, state: &State) -> Result<()> {
-        let Ok(made) = state.child("made_by") else { return Ok(()) };
         let objectives = self.objectives.join(",");
         let bound = format!("{:?}", self.projection);
-        for (what, own) in [
-            ("method", self.name.as_str()),
-            ("bound", bound.as_str()),
-            ("task", self.spec.name.as_str()),
-            ("objectives", objectives.as_str()),
-        ] {
-            let saved = made.get_text(what)?;
-            if saved != own {
-                return Err(Error::invalid(format!("{what} of the saved learner"), own, saved));
-            }
-        }
+        check_made_by(state, "method", &self.name)?;
+        check_made_by(state, "bound", &bound)?;
+        check_made_by(state, "task", &self.spec.name)?;
+        check_made_by(state, "objectives", &objectives)?;
+        let Ok(made) = state.child("made_by") else { return Ok(()) };
         let seed = made.get_one::<u64>("seed")?;
         if seed != self.seed {
             return Err(Error::invalid("seed of the saved learner", self.seed, seed));
@@ -50,6 +43,16 @@ impl Learner {
         self.obs.copy_from_slice(obs);
         self.normaliser.as_ref().map_or(Ok(()), |normaliser| normaliser.normalise(&mut self.obs))
     }
+}
+
+/// An error if a saved learner says something else of itself.
+pub(crate) fn check_made_by(state: &State, what: &str, own: &str) -> Result<()> {
+    let Ok(made) = state.child("made_by") else { return Ok(()) };
+    let saved = made.get_text(what)?;
+    if saved == own {
+        return Ok(());
+    }
+    Err(Error::invalid(format!("{what} of the saved learner"), own, saved))
 }
 
 impl Agent for Learner {

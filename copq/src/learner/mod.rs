@@ -9,6 +9,7 @@ use crate::{
     Actor, Batch, Config, Critic, EnvSpec, Explore, Famo, Multiplier, Normaliser, Observer,
     Projection, Replay, Result,
 };
+pub(crate) use agent::check_made_by;
 use buffers::{Buffers, Names};
 use streams::Streams;
 
