@@ -36,7 +36,7 @@ const ANT: (f64, Signal) = (-5e-4, Signal::Contact { clip: 1.0, cap: f64::INFINI
 const HUMANOID: (f64, Signal) = (-5e-7, Signal::Contact { clip: f64::INFINITY, cap: 10.0 / 5e-7 });
 
 #[rustfmt::skip]
-const ENTRIES: [Entry; 14] = [
+const ENTRIES: &[Entry] = &[
     Entry { name: "a/hopper",        robot: robot::hopper,      rewards: a(1.0, [1.0, 1.0, 1.0]) },
     Entry { name: "a/walker2d",      robot: robot::walker2d,    rewards: a(1.0, [1.0, 1.0, 0.5]) },
     Entry { name: "a/halfcheetah",   robot: robot::halfcheetah, rewards: a(0.0, [0.0, 1.0, 1.0]) },

@@ -8,7 +8,7 @@ use crate::{Entropy, Error, FamoConfig, FamoDecay, Result};
 /// A method's name, how it is made, and where it is from.
 type Preset = (&'static str, fn() -> Method, &'static str);
 
-const METHODS: [Preset; 15] = [
+const METHODS: &[Preset] = &[
     ("cop-td3", Method::cop_td3, "copq's own, on the paper's eqs. 11 to 14"),
     ("cop-td3-oac", Method::cop_td3_oac, "paper sec. 5.2, Table D.2"),
     ("cop-td3-paper", Method::cop_td3_paper, "paper sec. 5.1, Tables D.1 and D.3"),
@@ -47,7 +47,7 @@ impl Method {
     /// # Ok::<(), copq::Error>(())
     /// ```
     pub fn by_name(name: &str) -> Result<Self> {
-        let names = METHODS.map(|(name, ..)| name);
+        let names: Vec<_> = Self::names().collect();
         let preset = METHODS.iter().find(|(known, ..)| *known == name);
         let (name, make, source) = preset.ok_or_else(|| Error::unknown("method", name, &names))?;
         Ok(make().named(*name).from_source(*source))

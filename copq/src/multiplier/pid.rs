@@ -23,7 +23,7 @@ const SMOOTHING: f64 = 0.95;
 /// assert_eq!(firm.delay, 10);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct PidConfig {
     /// Gain on the smoothed violation.
     pub proportional: f64,

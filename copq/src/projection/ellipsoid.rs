@@ -15,23 +15,17 @@ use crate::{Ensemble, Result};
 /// ```
 /// use copq::projection::{Bound, Deviations, Ellipsoid, Projection, QView, Scratch, Work};
 ///
-/// /// Half the distance between the best and the worst critic, for every objective on its own.
+/// /// Half of each objective's own standard deviation: a milder `Diagonal`.
 /// #[derive(Debug)]
-/// struct HalfRange;
+/// struct Half;
 ///
-/// fn extremes(x: &[f64]) -> (usize, usize) {
-///     let by_value = |&a: &usize, &b: &usize| x[a].total_cmp(&x[b]);
-///     ((0..x.len()).min_by(by_value).unwrap(), (0..x.len()).max_by(by_value).unwrap())
-/// }
-///
-/// impl Ellipsoid for HalfRange {
+/// impl Ellipsoid for Half {
 ///     fn name(&self) -> &'static str {
-///         "half-range"
+///         "half"
 ///     }
 ///     fn offset(&self, x: &Deviations<'_>, u: &[f64], _: &mut Work, out: &mut [f64]) {
-///         for (i, x) in x.iter().enumerate() {
-///             let (low, high) = extremes(x);
-///             out[i] = 0.5 * (x[high] - x[low]) * u[i];
+///         for (i, out) in out.iter_mut().enumerate() {
+///             *out = 0.5 * x.std(i) * u[i];
 ///         }
 ///     }
 ///     fn offset_vjp(
@@ -42,10 +36,12 @@ use crate::{Ensemble, Result};
 ///         grad: &[f64],
 ///         grad_x: &mut [f64],
 ///     ) {
-///         for (i, (x, grad_x)) in x.iter().zip(grad_x.chunks_exact_mut(x.critics())).enumerate() {
-///             let (low, high) = extremes(x);
-///             grad_x[high] += 0.5 * grad[i] * u[i];
-///             grad_x[low] -= 0.5 * grad[i] * u[i];
+///         let k = x.critics();
+///         for (i, grad_x) in grad_x.chunks_exact_mut(k).enumerate() {
+///             if x.std(i) > 0.0 {
+///                 let slope = 0.5 * grad[i] * u[i] / (x.std(i) * k as f64);
+///                 grad_x.iter_mut().zip(x.objective(i)).for_each(|(grad_x, x)| *grad_x += slope * x);
+///             }
 ///         }
 ///     }
 /// }
@@ -55,8 +51,8 @@ use crate::{Ensemble, Result};
 /// let q = QView::new(&[1.0, 10.0, 3.0, 20.0], 2, 2)?;
 /// let mut low = [0.0; 2];
 /// let bound = Bound { q, weights: &[1.0, 0.0], step: -1.0 };
-/// HalfRange.project(bound, &mut Scratch::default(), &mut low)?;
-/// assert_eq!(low, [1.0, 15.0]);
+/// Half.project(bound, &mut Scratch::default(), &mut low)?;
+/// assert_eq!(low, [1.5, 15.0]);
 /// # Ok::<(), copq::Error>(())
 /// ```
 pub trait Ellipsoid: Debug + Send + Sync {

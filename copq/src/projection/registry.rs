@@ -7,12 +7,12 @@ use super::{
 };
 use crate::{Error, Result};
 
-const NAMES: [&str; 7] =
-    ["cholesky", "eigen", "extremum", "diagonal", "scalarised-min", "independent-min", "mean-std"];
+const NAMES: &[&str] =
+    &["cholesky", "eigen", "extremum", "diagonal", "scalarised-min", "independent-min", "mean-std"];
 
 /// The names that [`by_name`] knows.
 pub fn names() -> &'static [&'static str] {
-    &NAMES
+    NAMES
 }
 
 /// The projection of that name; the error of an unknown one lists the known, nearest first.

@@ -84,7 +84,7 @@ proptest! {
     }
 
     #[test]
-    fn all_six_through_the_public_call(
+    fn gradients_through_the_public_call(
         ensemble in full_ensembles().prop_map(rescaled),
         step in prop_oneof![Just(-1.0), Just(4.66), -1.0..1.0_f32],
     ) {
