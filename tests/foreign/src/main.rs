@@ -6,7 +6,7 @@ mod projection;
 mod thermostat;
 
 use backend::Linear;
-use copq::{Learner, Method, Result, Silent, Trainer, check_env};
+use copq::{Env, Learner, Method, Result, Silent, Trainer, check_env};
 use copq_candle::Candle;
 use projection::SafetyOnly;
 use thermostat::Thermostat;

@@ -8,11 +8,11 @@ pub struct Thermostat {
     spec: EnvSpec,
     /// Degrees away from what is wanted.
     temperature: f32,
-    minutes: u64,
+    minutes: usize,
 }
 
 impl Thermostat {
-    const MINUTES: u64 = 30;
+    const MINUTES: usize = 30;
 
     pub fn new() -> Self {
         let spec = EnvSpec::new("thermostat", 1, 1)
