@@ -29,7 +29,7 @@ impl fmt::Display for Case {
 
 /// COP-Q's own shape first, then more critics, then more objectives with one critic more than that.
 fn cases() -> Vec<Case> {
-    let shapes = [(4, 3), (2, 3), (10, 3), (32, 3), (2, 1), (11, 10), (51, 50)];
+    let shapes = [(4, 3), (2, 3), (10, 3), (32, 3), (2, 1), (11, 10), (26, 25), (51, 50)];
     let case =
         |(critics, objectives)| names().iter().map(move |name| Case { name, critics, objectives });
     shapes.into_iter().flat_map(case).collect()
