@@ -35,6 +35,19 @@ pub(crate) fn deterministic(noise: &[f32]) -> Result<()> {
     Err(Error::invalid("noise", "no values: the policy is deterministic", noise.len()))
 }
 
+/// An error unless a sample of a stochastic policy has room for every row.
+pub(crate) fn sample(
+    noise: &[f32],
+    action: &[f32],
+    log_prob: &[f32],
+    rows: usize,
+    width: usize,
+) -> Result<()> {
+    batch("actions", action, rows, width)?;
+    batch("noise", noise, rows, width)?;
+    batch("log-probabilities", log_prob, rows, 1)
+}
+
 /// An error unless the averaging rate is in [0, 1].
 pub(crate) fn tau(tau: f32) -> Result<()> {
     if (0.0..=1.0).contains(&tau) {

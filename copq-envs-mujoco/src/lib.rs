@@ -31,12 +31,12 @@ assert!(reward[0] > 0.9);
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod c_text;
 mod doctor;
+#[cfg(any(feature = "mujoco-rs", feature = "system"))]
+mod fingerprint;
 #[cfg(feature = "mujoco-rs")]
 mod guard;
 #[cfg(all(test, any(feature = "mujoco-rs", feature = "system")))]
 mod guard_tests;
-#[cfg(any(feature = "mujoco-rs", feature = "system"))]
-mod identity;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod physics;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]

@@ -5,9 +5,9 @@ use std::fmt;
 
 use copq::error::check_len;
 use copq::{Error, Result, State};
-use copq_envs::{Dims, Field, Physics, RobotSpec};
+use copq_envs::{Dims, Field, Identity, Physics, RobotSpec};
 
-use crate::identity::Identity;
+use crate::fingerprint::Fingerprint;
 use crate::simulation::{Array, Call, Simulation};
 use crate::version::dotted;
 
@@ -20,7 +20,7 @@ use crate::version::dotted;
 /// that replay bit for bit.
 pub struct Mujoco {
     identity: Identity,
-    dims: Dims,
+    model: Fingerprint,
     masses: Vec<f64>,
     /// Damping that MuJoCo does not apply itself, by freedom.
     damping: Option<Vec<f64>>,
@@ -41,17 +41,16 @@ impl Mujoco {
     ) -> Result<Self> {
         robot.check()?;
         let mjcf = robot.mjcf(version);
-        let dims = Dims { nq: robot.nq(), nv: robot.nv(), nu: robot.nu() };
         let mut engine = Self {
-            identity: Identity::new(format!("MuJoCo {}", dotted(version)), robot, &mjcf),
-            dims,
+            identity: Identity::new(format!("MuJoCo {}", dotted(version)), robot),
+            model: Fingerprint::new(&mjcf),
             masses: robot.bodies.iter().map(|body| body.inertial.mass).collect(),
             damping: robot.applied_damping(version),
             simulation: RefCell::new(open(&mjcf)?),
             forces_are_old: Cell::new(false),
             broken: false,
         };
-        engine.reset_to(&robot.initial_qpos, &vec![0.0; dims.nv])?;
+        engine.reset_to(&robot.initial_qpos, &vec![0.0; robot.nv()])?;
         Ok(engine)
     }
 
@@ -67,42 +66,29 @@ impl Mujoco {
     fn update_contact_forces(&self) -> Result<()> {
         if self.forces_are_old.replace(false) {
             let done = self.simulation.borrow_mut().call(Call::ContactForce, 1);
-            done.map_err(|what| self.error(what))?;
+            done.map_err(|what| self.identity.error(what))?;
         }
         Ok(())
-    }
-
-    fn error(&self, what: impl Into<String>) -> Error {
-        Error::Env {
-            env: format!("{} on {}", self.identity.robot, self.identity.engine),
-            what: what.into(),
-        }
     }
 
     /// The error of a simulation that cannot go on.
     fn failure(&mut self, what: String) -> Error {
         self.broken = true;
-        self.error(format!("{what}; reset first"))
+        self.identity.error(format!("{what}; reset first"))
     }
 }
 
 impl Physics for Mujoco {
     fn name(&self) -> &str {
-        &self.identity.engine
+        self.identity.engine()
     }
 
     fn dims(&self) -> Dims {
-        self.dims
+        self.identity.dims()
     }
 
     fn reset_to(&mut self, qpos: &[f64], qvel: &[f64]) -> Result<()> {
-        check_len("qpos", qpos.len(), self.dims.nq)?;
-        check_len("qvel", qvel.len(), self.dims.nv)?;
-        if !qpos.iter().chain(qvel).all(|value| value.is_finite()) {
-            return Err(
-                self.error(format!("reset to a state that is not finite: {qpos:?}, {qvel:?}"))
-            );
-        }
+        self.identity.check_state(qpos, qvel)?;
         place(&mut **self.simulation.get_mut(), qpos, qvel).map_err(|what| self.failure(what))?;
         // As in Gymnasium, contact forces are 0 until the first step.
         self.forces_are_old.set(false);
@@ -111,13 +97,10 @@ impl Physics for Mujoco {
     }
 
     fn step(&mut self, ctrl: &[f64], substeps: usize) -> Result<()> {
-        check_len("ctrl", ctrl.len(), self.dims.nu)?;
         if self.broken {
-            return Err(self.error("step after an error; reset first"));
+            return Err(self.identity.error("step after an error; reset first"));
         }
-        if !ctrl.iter().all(|value| value.is_finite()) {
-            return Err(self.error(format!("a control is not finite: {ctrl:?}")));
-        }
+        self.identity.check_ctrl(ctrl)?;
         self.forces_are_old.set(true);
         let simulation = &mut **self.simulation.get_mut();
         advance(simulation, self.damping.as_deref(), ctrl, substeps)
@@ -153,6 +136,7 @@ impl Physics for Mujoco {
     fn save(&self, state: &mut State) -> Result<()> {
         self.update_contact_forces()?;
         self.identity.save(state);
+        self.model.save(state);
         state.put("broken", [u64::from(self.broken)]);
         let simulation = self.simulation.borrow();
         Array::SAVED.iter().for_each(|(array, name)| state.put(name, simulation.array(*array)));
@@ -161,6 +145,7 @@ impl Physics for Mujoco {
 
     fn load(&mut self, state: &State) -> Result<()> {
         self.identity.check(state)?;
+        self.model.check(state, self.identity.robot())?;
         let broken = state.get_one::<u64>("broken")? != 0;
         self.broken = true;
         let simulation = self.simulation.get_mut();
@@ -191,12 +176,7 @@ impl Physics for Mujoco {
 
 impl fmt::Debug for Mujoco {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { identity, dims, .. } = self;
-        formatter
-            .debug_struct("Mujoco")
-            .field("identity", identity)
-            .field("dims", dims)
-            .finish_non_exhaustive()
+        formatter.debug_struct("Mujoco").field("identity", &self.identity).finish_non_exhaustive()
     }
 }
 

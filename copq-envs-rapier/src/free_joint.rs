@@ -35,18 +35,18 @@ impl Free {
     /// The inverse of [`Free::position`], from the identity.
     pub(crate) fn displacement(&self, qpos: &[f64], out: &mut [f64]) {
         out[self.dof..self.dof + 3].copy_from_slice(&qpos[..3]);
-        out[self.dof + 3..self.dof + 6].copy_from_slice(&scaled_axis(turn(qpos)).to_array());
+        out[self.dof + 3..self.dof + 6].copy_from_slice(&scaled_axis(orientation(qpos)).to_array());
     }
 
     /// The inverse of [`Free::velocity`].
     pub(crate) fn freedoms(&self, qpos: &[f64], qvel: &[f64], out: &mut [f64]) {
-        let spin = turn(qpos) * Vector::from_slice(&qvel[3..]);
+        let spin = orientation(qpos) * Vector::from_slice(&qvel[3..]);
         out[self.dof..self.dof + 3].copy_from_slice(&qvel[..3]);
         out[self.dof + 3..self.dof + 6].copy_from_slice(&spin.to_array());
     }
 }
 
-fn turn(qpos: &[f64]) -> Rotation {
+fn orientation(qpos: &[f64]) -> Rotation {
     rotation([qpos[3], qpos[4], qpos[5], qpos[6]])
 }
 

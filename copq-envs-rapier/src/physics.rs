@@ -2,9 +2,8 @@
 
 use std::fmt;
 
-use copq::error::check_len;
-use copq::{Error, Result, State};
-use copq_envs::{Dims, Field, Physics, RobotSpec};
+use copq::{Result, State};
+use copq_envs::{Dims, Field, Identity, Physics, RobotSpec};
 use rapier3d_f64::na::DMatrix;
 use rapier3d_f64::prelude::MultibodyIndex;
 
@@ -48,8 +47,7 @@ const NAME: &str = "rapier 0.36.1";
 /// # Ok::<(), copq::Error>(())
 /// ```
 pub struct Rapier {
-    robot: String,
-    dims: Dims,
+    identity: Identity,
     pristine: World,
     world: World,
     pipeline: Pipeline,
@@ -66,10 +64,8 @@ impl Rapier {
     /// Builds a world for a robot.
     pub fn new(robot: &RobotSpec) -> Result<Self> {
         let Assembly { world, robot: index, coordinates, welds, links } = Assembly::new(robot)?;
-        let dims = Dims { nq: robot.nq(), nv: robot.nv(), nu: robot.nu() };
         Ok(Self {
-            robot: robot.name.clone(),
-            dims,
+            identity: Identity::new(NAME, robot),
             pristine: world.clone(),
             world,
             pipeline: Pipeline::new(robot),
@@ -78,7 +74,7 @@ impl Rapier {
             limits: Limits::new(robot, &coordinates),
             coordinates,
             fields: Fields::new(robot, &welds, &links),
-            scratch: vec![0.0; dims.nv],
+            scratch: vec![0.0; robot.nv()],
         })
     }
 
@@ -91,7 +87,7 @@ impl Rapier {
 
     /// rapier's freedoms (rows) of unit velocities in qvel (columns), at the current position.
     fn basis(&self) -> DMatrix<f64> {
-        let Dims { nq, nv, .. } = self.dims;
+        let Dims { nq, nv, .. } = self.dims();
         let mut qpos = vec![0.0; nq];
         self.qpos(&mut qpos);
         let mut basis = DMatrix::zeros(nv, nv);
@@ -115,10 +111,6 @@ impl Rapier {
         factors.p().inv_permute_rows(&mut matrix);
         matrix
     }
-
-    fn error(&self, what: impl Into<String>) -> Error {
-        Error::Env { env: format!("{} on {NAME}", self.robot), what: what.into() }
-    }
 }
 
 impl Physics for Rapier {
@@ -127,17 +119,11 @@ impl Physics for Rapier {
     }
 
     fn dims(&self) -> Dims {
-        self.dims
+        self.identity.dims()
     }
 
     fn reset_to(&mut self, qpos: &[f64], qvel: &[f64]) -> Result<()> {
-        check_len("qpos", qpos.len(), self.dims.nq)?;
-        check_len("qvel", qvel.len(), self.dims.nv)?;
-        if !qpos.iter().chain(qvel).all(|value| value.is_finite()) {
-            return Err(
-                self.error(format!("reset to a state that is not finite: {qpos:?}, {qvel:?}"))
-            );
-        }
+        self.identity.check_state(qpos, qvel)?;
         self.world = self.pristine.clone();
         self.pipeline.restart();
         self.motors.set(&[]);
@@ -156,17 +142,14 @@ impl Physics for Rapier {
     }
 
     fn step(&mut self, ctrl: &[f64], substeps: usize) -> Result<()> {
-        check_len("ctrl", ctrl.len(), self.dims.nu)?;
-        if !ctrl.iter().all(|value| value.is_finite()) {
-            return Err(self.error(format!("a control is not finite: {ctrl:?}")));
-        }
+        self.identity.check_ctrl(ctrl)?;
         self.motors.set(ctrl);
         for substep in 0..substeps {
             let (multibody, _) = self.world.split(self.index);
             self.motors.drive(multibody);
             self.limits.apply(multibody);
             if !self.pipeline.step(&mut self.world, self.index) || !self.is_finite() {
-                return Err(self.error(format!(
+                return Err(self.identity.error(format!(
                     "the state stopped being finite in substep {substep}; reset first"
                 )));
             }
@@ -198,24 +181,14 @@ impl Physics for Rapier {
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
-        state.put("engine", NAME.as_bytes());
-        state.put("robot", self.robot.as_bytes());
+        self.identity.save(state);
         state.put("world", self.world.to_bytes()?);
         self.motors.save(state);
         Ok(())
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
-        for (key, wanted) in [("engine", NAME), ("robot", self.robot.as_str())] {
-            let got = state.get::<u8>(key)?;
-            if got != wanted.as_bytes() {
-                return Err(Error::invalid(
-                    format!("{key} of a saved state"),
-                    wanted,
-                    String::from_utf8_lossy(got),
-                ));
-            }
-        }
+        self.identity.check(state)?;
         self.motors.load(state)?;
         self.world = World::from_bytes(state.get("world")?)?;
         self.pipeline.restart();
@@ -227,7 +200,7 @@ impl Physics for Rapier {
     }
 
     fn mass_matrix(&self) -> Option<Vec<f64>> {
-        let n = self.dims.nv;
+        let n = self.dims().nv;
         let basis = self.basis();
         let matrix = basis.transpose() * self.freedom_mass() * basis;
         Some((0..n * n).map(|i| matrix[(i / n, i % n)]).collect())
@@ -238,8 +211,7 @@ impl fmt::Debug for Rapier {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter
             .debug_struct("Rapier")
-            .field("robot", &self.robot)
-            .field("dims", &self.dims)
+            .field("identity", &self.identity)
             .field("timestep", &self.pipeline.timestep())
             .finish_non_exhaustive()
     }

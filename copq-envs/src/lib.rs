@@ -30,6 +30,7 @@
 //! ```
 
 mod field;
+mod identity;
 mod locomotion;
 mod physics;
 mod readings;
@@ -37,6 +38,7 @@ pub mod robot;
 pub mod task;
 
 pub use field::Field;
+pub use identity::Identity;
 pub use locomotion::Locomotion;
 pub use physics::{Dims, Physics};
 pub use readings::Readings;

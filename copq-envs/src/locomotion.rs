@@ -4,7 +4,7 @@ use copq::error::check_len;
 use copq::{Env, EnvSpec, Error, Outcome, Result, Rng, State};
 
 use crate::task::Motion;
-use crate::{Dims, Physics, Readings, Task};
+use crate::{Physics, Readings, Task};
 
 /// The stream of reset noise; [`copq::Stream`] keeps the small numbers for the learner.
 const NOISE_STREAM: u64 = 0x0065_6e76;
@@ -64,7 +64,7 @@ impl<P: Physics> Locomotion<P> {
     /// Puts a task on an engine that holds the task's robot and tells what the task needs.
     pub fn new(task: Task, mut physics: P) -> Result<Self> {
         task.robot.check()?;
-        let dims = Dims { nq: task.robot.nq(), nv: task.robot.nv(), nu: task.robot.nu() };
+        let dims = task.robot.dims();
         if physics.dims() != dims {
             return Err(Error::invalid(
                 format!("{} on {}", task.name, physics.name()),

@@ -63,7 +63,7 @@ pub struct Dims {
 /// }
 ///
 /// let task = copq_envs::task("a/hopper")?;
-/// let dims = Dims { nq: task.robot.nq(), nv: task.robot.nv(), nu: task.robot.nu() };
+/// let dims = task.robot.dims();
 /// let engine = Frozen { dims, qpos: vec![0.0; dims.nq], qvel: vec![0.0; dims.nv] };
 /// let report = check_env(&mut Locomotion::new(task, engine)?)?;
 /// assert_eq!(report.lengths, [1_000; 5]); // it never falls

@@ -27,6 +27,7 @@
 //! [`Sheet`] reads the CSV files, and [`read_checkpoint`] the checkpoints.
 
 mod config;
+mod ending;
 mod evaluations;
 mod figure;
 mod folder;
@@ -44,10 +45,11 @@ pub mod tensorboard;
 mod timings;
 
 pub use config::{MadeWith, RunConfig, with_changes};
+pub use ending::Ending;
 pub use figure::{Labelled, compare, comparison_table};
 pub use folder::{RunFolder, read_checkpoint, read_config, read_plan};
 pub use metrics::Metrics;
 pub use numbers::Numbers;
 pub use plan::{Plan, RunSettings};
-pub use run::{Ending, Run};
+pub use run::Run;
 pub use sheet::Sheet;

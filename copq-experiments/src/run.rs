@@ -1,11 +1,11 @@
 //! The driver: trains, evaluates, logs and saves, and can stop and go on between any two steps.
 
 use std::fmt;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use copq::{Agent, Env, Error, Result, State, Trainer, evaluate};
 
+use crate::ending::Ending;
 use crate::evaluations::{self, Evaluations};
 use crate::figure;
 use crate::folder::RunFolder;
@@ -25,7 +25,7 @@ use crate::timings::{self, Timings};
 /// run's files equal an uninterrupted one's.
 ///
 /// ```
-/// # use copq::{Agent, Env, EnvSpec, Mode, Observer, Outcome, Result, State, Transition};
+/// # use copq::{Agent, Env, EnvSpec, Mode, Outcome, Result, State};
 /// # struct World(EnvSpec, u8);
 /// # impl Env for World {
 /// #     fn spec(&self) -> &EnvSpec { &self.0 }
@@ -48,8 +48,6 @@ use crate::timings::{self, Timings};
 /// #     fn act(&mut self, _: &[f32], _: Mode, action: &mut [f32]) -> Result<()> {
 /// #         action.fill(0.0); Ok(())
 /// #     }
-/// #     fn observe(&mut self, _: Transition<'_>) -> Result<()> { Ok(()) }
-/// #     fn update(&mut self, _: &mut dyn Observer) -> Result<()> { Ok(()) }
 /// #     fn value(&mut self, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
 /// #         q.fill(1.25); Ok(())
 /// #     }
@@ -90,50 +88,6 @@ pub struct Run {
     evaluation_time: Duration,
 }
 
-/// How [`Run::train`] ended; prints as a sentence for the user.
-///
-/// ```
-/// use copq_experiments::Ending;
-///
-/// let ending = Ending::Interrupted { step: 12_000, folder: "runs/first".into() };
-/// let words = "stopped and saved at step 12,000; go on with copq resume runs/first";
-/// assert_eq!(ending.to_string(), words);
-/// ```
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Ending {
-    /// All steps are done.
-    Finished {
-        /// The run's folder.
-        folder: PathBuf,
-    },
-    /// A signal came; the checkpoint is of this moment.
-    Interrupted {
-        /// Environment steps done.
-        step: u64,
-        /// The run's folder.
-        folder: PathBuf,
-    },
-}
-
-impl fmt::Display for Ending {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Finished { folder } => {
-                write!(f, "finished; everything is in {}", folder.display())
-            }
-            Self::Interrupted { step, folder } => {
-                write!(
-                    f,
-                    "stopped and saved at step {}; go on with copq resume {}",
-                    grouped(*step),
-                    folder.display()
-                )
-            }
-        }
-    }
-}
-
 impl fmt::Debug for Run {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Run")
@@ -155,27 +109,13 @@ impl Run {
     ) -> Result<Self> {
         settings.check()?;
         check_same_task(&trainer, eval_env.as_ref())?;
-        if trainer.agent().seed() != settings.seed {
-            return Err(Error::invalid(
-                "the agent's seed",
-                format!("the run's, {}", settings.seed),
-                trainer.agent().seed(),
-            ));
-        }
+        check_same_seed(&trainer, &settings)?;
         // A checkpoint holds the world in mid-episode: better now than after the first steps.
         eval_env.save(&mut State::default())?;
         let saved = folder.load()?;
-        if saved.is_none() {
-            check_not_begun(&folder, &settings)?;
-        }
-        if let Some(saved) = &saved {
-            let failed = |e| {
-                Error::other(
-                    format!("going on from '{}'", folder.file("checkpoint.safetensors").display()),
-                    e,
-                )
-            };
-            saved.child("trainer").and_then(|saved| trainer.load(saved)).map_err(failed)?;
+        match &saved {
+            Some(saved) => go_on(&mut trainer, &folder, saved)?,
+            None => check_not_begun(&folder, &settings)?,
         }
         let step = trainer.steps();
         // Off its interval, a row was the last one of a shorter run.
@@ -319,6 +259,22 @@ impl Run {
         let steps = self.trainer.steps() - self.first_step;
         timings::describe(steps, total, self.trainer.timing(), self.evaluation_time)
     }
+}
+
+fn go_on(trainer: &mut Trainer, folder: &RunFolder, saved: &State) -> Result<()> {
+    let loaded = saved.child("trainer").and_then(|saved| trainer.load(saved));
+    loaded.map_err(|e| {
+        let file = folder.file("checkpoint.safetensors");
+        Error::other(format!("going on from '{}'", file.display()), e)
+    })
+}
+
+fn check_same_seed(trainer: &Trainer, settings: &RunSettings) -> Result<()> {
+    let seed = trainer.agent().seed();
+    if seed == settings.seed {
+        return Ok(());
+    }
+    Err(Error::invalid("the agent's seed", format!("the run's, {}", settings.seed), seed))
 }
 
 /// An error for a folder that has lost its checkpoint: to begin anew would delete what it has left.

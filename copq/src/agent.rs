@@ -64,19 +64,8 @@ pub struct Transition<'a> {
 /// A rule written by hand is an agent too, and is evaluated like one that learns:
 ///
 /// ```
-/// # use copq::{Env, EnvSpec, Outcome};
-/// # struct World(EnvSpec, u8);
-/// # impl Env for World {
-/// #     fn spec(&self) -> &EnvSpec { &self.0 }
-/// #     fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> {
-/// #         self.1 = 0; obs[0] = 0.0; Ok(())
-/// #     }
-/// #     fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
-/// #         self.1 += 1; obs[0] = self.1.into(); reward[0] = 0.5;
-/// #         Ok(if self.1 < 3 { Outcome::Running } else { Outcome::Truncated })
-/// #     }
-/// # }
-/// # let mut env = World(EnvSpec::new("world", 1, 1).reward("time", 1.0).horizon(3), 0);
+/// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
+/// # let mut env = world::World::new();
 /// use copq::{Agent, Mode, Result, evaluate};
 ///
 /// /// Steers against what it sees, with half the force.

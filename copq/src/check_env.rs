@@ -8,19 +8,10 @@ const SEEDS: u64 = 5;
 /// What [`check_env`] saw while it played with random actions.
 ///
 /// ```
-/// # use copq::{Env, EnvSpec, Outcome, Result, check_env};
-/// # struct World(EnvSpec, u8);
-/// # impl Env for World {
-/// #     fn spec(&self) -> &EnvSpec { &self.0 }
-/// #     fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> {
-/// #         self.1 = 0; obs[0] = 0.0; Ok(())
-/// #     }
-/// #     fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
-/// #         self.1 += 1; obs[0] = self.1.into(); reward[0] = 0.5;
-/// #         Ok(if self.1 < 3 { Outcome::Running } else { Outcome::Truncated })
-/// #     }
-/// # }
-/// # let mut env = World(EnvSpec::new("world", 1, 1).reward("time", 1.0).horizon(3), 0);
+/// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
+/// # let mut env = world::World::new();
+/// use copq::{check_env, Outcome};
+///
 /// // Episodes of 3 steps with a reward of 0.5 for each, in a world without Env::save.
 /// let report = check_env(&mut env)?;
 /// assert_eq!(report.lengths, [3; 5]);

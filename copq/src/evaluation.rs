@@ -8,35 +8,10 @@ use crate::{Agent, Env, Error, Mode, Outcome, Result, Rng, Rollout, Stream};
 /// table.
 ///
 /// ```
-/// # use copq::{Agent, Env, EnvSpec, Mode, Observer, Outcome, Result, State, Transition};
-/// # struct World(EnvSpec, u8);
-/// # impl Env for World {
-/// #     fn spec(&self) -> &EnvSpec { &self.0 }
-/// #     fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> {
-/// #         self.1 = 0; obs[0] = 0.0; Ok(())
-/// #     }
-/// #     fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
-/// #         self.1 += 1; obs[0] = self.1.into(); reward[0] = 0.5;
-/// #         Ok(if self.1 < 3 { Outcome::Running } else { Outcome::Truncated })
-/// #     }
-/// # }
-/// # let mut env = World(EnvSpec::new("world", 1, 1).reward("time", 1.0).horizon(3), 0);
-/// # struct Still;
-/// # impl Agent for Still {
-/// #     fn seed(&self) -> u64 { 0 }
-/// #     fn discount(&self) -> f64 { 0.9 }
-/// #     fn act(&mut self, _: &[f32], _: Mode, action: &mut [f32]) -> Result<()> {
-/// #         action.fill(0.0); Ok(())
-/// #     }
-/// #     fn observe(&mut self, _: Transition<'_>) -> Result<()> { Ok(()) }
-/// #     fn update(&mut self, _: &mut dyn Observer) -> Result<()> { Ok(()) }
-/// #     fn value(&mut self, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
-/// #         q.fill(1.25); Ok(())
-/// #     }
-/// #     fn save(&self, _: &mut State) -> Result<()> { Ok(()) }
-/// #     fn load(&mut self, _: &State) -> Result<()> { Ok(()) }
-/// # }
-/// # let mut agent = Still;
+/// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
+/// # let mut env = world::World::new();
+/// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
+/// # let mut agent = still::Still;
 /// // Episodes of 3 steps with a reward of 0.5 for each; the agent's discount is 0.9.
 /// let evaluation = copq::evaluate(&mut agent, env, 2)?;
 /// assert_eq!(evaluation.returns, [[1.5], [1.5]]);

@@ -6,20 +6,9 @@ use crate::{Env, Error, Outcome, Result, State};
 /// A finished or running episode.
 ///
 /// ```
-/// # use copq::{Env, EnvSpec, Outcome, Result};
-/// # struct World(EnvSpec, u8);
-/// # impl Env for World {
-/// #     fn spec(&self) -> &EnvSpec { &self.0 }
-/// #     fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> {
-/// #         self.1 = 0; obs[0] = 0.0; Ok(())
-/// #     }
-/// #     fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
-/// #         self.1 += 1; obs[0] = self.1.into(); reward[0] = 0.5;
-/// #         Ok(if self.1 < 3 { Outcome::Running } else { Outcome::Truncated })
-/// #     }
-/// # }
-/// # let mut env = World(EnvSpec::new("world", 1, 1).reward("time", 1.0).horizon(3), 0);
-/// use copq::{Episode, Rollout};
+/// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
+/// # let mut env = world::World::new();
+/// use copq::{Episode, Outcome, Rollout};
 ///
 /// // A world that gives a reward of 0.5 for each of 3 steps.
 /// let mut rollout = Rollout::new(env)?;
@@ -42,17 +31,10 @@ pub struct Episode {
 /// An environment with an episode in it, driven by actions in [-1, 1].
 ///
 /// ```
-/// # use copq::{Env, EnvSpec, Outcome, Result, Rollout};
-/// # struct Count(EnvSpec, u8);
-/// # impl Env for Count {
-/// #     fn spec(&self) -> &EnvSpec { &self.0 }
-/// #     fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> { self.1 = 0; obs[0] = 0.0; Ok(()) }
-/// #     fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
-/// #         self.1 += 1; obs[0] = self.1 as f32; reward[0] = 0.5;
-/// #         Ok(if self.1 < 3 { Outcome::Running } else { Outcome::Truncated })
-/// #     }
-/// # }
-/// # let env = Count(EnvSpec::new("count", 1, 1).reward("time", 1.0).horizon(3), 0);
+/// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
+/// # let env = world::World::new();
+/// use copq::{Outcome, Rollout};
+///
 /// let mut rollout = Rollout::new(env)?;
 /// rollout.reset(7)?; // the episode of seed 7
 /// while rollout.step(&[0.5])? == Outcome::Running {}

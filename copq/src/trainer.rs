@@ -23,25 +23,10 @@ pub struct Timing {
 /// An agent at work in an environment. Its whole state can be saved between any two steps.
 ///
 /// ```
-/// # use copq::{Agent, Env, EnvSpec, Mode, Outcome, Result};
-/// # struct World(EnvSpec, u8);
-/// # impl Env for World {
-/// #     fn spec(&self) -> &EnvSpec { &self.0 }
-/// #     fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> { self.1 = 0; obs[0] = 0.0; Ok(()) }
-/// #     fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
-/// #         self.1 += 1; obs[0] = self.1 as f32; reward[0] = 0.5;
-/// #         Ok(if self.1 < 3 { Outcome::Running } else { Outcome::Truncated })
-/// #     }
-/// # }
-/// # struct Still;
-/// # impl Agent for Still {
-/// #     fn seed(&self) -> u64 { 0 }
-/// #     fn discount(&self) -> f64 { 0.99 }
-/// #     fn act(&mut self, _: &[f32], _: Mode, action: &mut [f32]) -> Result<()> { action.fill(0.0); Ok(()) }
-/// #     fn value(&mut self, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> { q.fill(0.0); Ok(()) }
-/// # }
-/// # let env = World(EnvSpec::new("world", 1, 1).reward("time", 1.0).horizon(3), 0);
-/// # let learner = Still;
+/// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
+/// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
+/// # let env = world::World::new();
+/// # let learner = still::Still;
 /// use copq::{Silent, Trainer};
 ///
 /// let mut trainer = Trainer::new(env, learner)?;

@@ -133,9 +133,7 @@ impl Actor for Gaussian {
         log_prob: &mut [f32],
     ) -> Result<()> {
         let rows = self.policy.rows(obs)?;
-        check::batch("actions", action, rows, self.policy.action)?;
-        check::batch("noise", noise, rows, self.policy.action)?;
-        check::batch("log-probabilities", log_prob, rows, 1)?;
+        check::sample(noise, action, log_prob, rows, self.policy.action)?;
         self.values(net, obs, rows);
         squash(&self.output, noise, action, log_prob);
         Ok(())

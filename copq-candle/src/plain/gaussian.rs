@@ -102,9 +102,7 @@ impl Actor for Gaussian {
         log_prob: &mut [f32],
     ) -> Result<()> {
         let rows = self.0.rows(obs)?;
-        check::batch("actions", action, rows, self.0.action)?;
-        check::batch("noise", noise, rows, self.0.action)?;
-        check::batch("log-probabilities", log_prob, rows, 1)?;
+        check::sample(noise, action, log_prob, rows, self.0.action)?;
         let noise = self.noise_tensor(noise, rows)?;
         let (sampled, log) = self.squashed(net, obs, &noise).map_err(failed)?;
         action.copy_from_slice(&values(&sampled).map_err(failed)?);

@@ -47,6 +47,8 @@ pub use solver::{Algorithm, Integrator, Solver};
 pub use velocity_point::VelocityPoint;
 pub use walker2d::walker2d;
 
+use crate::Dims;
+
 /// A robot, the world it lives in, and the conventions of its environments: where it starts, when
 /// it counts as healthy, what is seen of it and where it is.
 ///
@@ -137,6 +139,11 @@ impl RobotSpec {
     /// Number of actuators.
     pub fn nu(&self) -> usize {
         self.actuators.len()
+    }
+
+    /// The sizes of the model.
+    pub fn dims(&self) -> Dims {
+        Dims { nq: self.nq(), nv: self.nv(), nu: self.nu() }
     }
 
     /// Length of an environment step (s).

@@ -1,5 +1,5 @@
 // Hidden in this crate's examples, which have no tensor crate: a backend whose critics say 0 and
-// whose policy stands still.
+// whose policy stands still, and an agent that does so and expects 1.25.
 
 use copq::*;
 
@@ -61,5 +61,25 @@ impl Backend for Still {
         _: &mut Rng,
     ) -> Result<Box<dyn Actor>> {
         Ok(Box::new(Still))
+    }
+}
+
+impl Agent for Still {
+    fn seed(&self) -> u64 {
+        0
+    }
+
+    fn discount(&self) -> f64 {
+        0.9
+    }
+
+    fn act(&mut self, _: &[f32], _: Mode, action: &mut [f32]) -> Result<()> {
+        action.fill(0.0);
+        Ok(())
+    }
+
+    fn value(&mut self, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
+        q.fill(1.25);
+        Ok(())
     }
 }

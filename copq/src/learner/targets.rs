@@ -3,68 +3,68 @@
 use super::Learner;
 use super::buffers::{Buffers, column_means, log_each};
 use crate::loss::{check_finite, margin};
-use crate::{Bound, Net, Observer, QView, Result, Rng};
+use crate::{Batch, Bound, Net, Observer, QView, Result, Rng};
 
 impl Learner {
     /// y = r + gamma (1 - d) (lower bound of the target critics at s', a'), less alpha log
     /// pi(a'|s') on the objective that the entropy bonus belongs to: paper eq. 13, with the
     /// terminal mask.
     pub(super) fn targets(&mut self, log: &mut dyn Observer) -> Result<()> {
-        let critics = self.critic.critics();
+        let critics = self.target_values()?;
         let n = self.objectives.len();
         let shared = self.batch.reward.len();
-        let Buffers { q, positions, target, next_action, log_prob, scratch, mean, .. } =
-            &mut self.buffers;
-        let promising = match self.config.subset {
-            Some(subset) => {
-                draw(&mut self.streams.subset, subset, positions);
-                let q = &mut q[..subset * shared];
-                self.critic.values_of(
-                    Net::Target,
-                    &positions[..subset],
-                    &self.batch.next_obs,
-                    next_action,
-                    q,
-                )?;
-                QView::new(q, subset, n)?
-            }
-            None => {
-                self.critic.values(Net::Target, &self.batch.next_obs, next_action, q)?;
-                QView::new(q, critics, n)?
-            }
-        };
+        let Buffers { q, target, log_prob, scratch, mean, .. } = &mut self.buffers;
+        let chosen = QView::new(&q[..critics * shared], critics, n)?;
         let step = -self.config.pessimism as f32;
-        let bound = Bound { q: promising, weights: self.multiplier.weights(), step };
+        let bound = Bound { q: chosen, weights: self.multiplier.weights(), step };
         self.projection.project(bound, scratch, &mut target[..shared])?;
-        let pessimism = margin(promising, &target[..shared], self.multiplier.actor_weights());
+        let pessimism = margin(chosen, &target[..shared], self.multiplier.actor_weights());
         log.scalar(self.steps, "pessimism/target", pessimism);
         if let Some(temperature) = &self.temperature {
             let alpha = temperature.alpha() as f32;
             let e = temperature.objective();
-            target[..shared]
-                .chunks_exact_mut(n)
-                .zip(log_prob)
-                .for_each(|(row, log_prob)| row[e] -= alpha * *log_prob);
+            for (row, log_prob) in target[..shared].chunks_exact_mut(n).zip(log_prob) {
+                row[e] -= alpha * *log_prob;
+            }
         }
         if self.config.own_cost_targets {
             bootstrap_own_costs(target, shared, q, &self.is_cost);
         }
-        let gamma = self.config.discount as f32;
-        let rows = self.config.batch;
-        for (i, target) in target.chunks_exact_mut(n).enumerate() {
-            let row = i % rows;
-            let discount = gamma * self.batch.alive[row];
-            for (y, r) in target.iter_mut().zip(&self.batch.reward[row * n..]) {
-                *y = r + discount * *y;
-            }
+        for target in target.chunks_exact_mut(shared) {
+            discount(target, &self.batch, self.config.discount as f32);
+            check_finite("TD target", target, &self.objectives, self.steps)?;
         }
-        target.chunks_exact(shared).try_for_each(|target| {
-            check_finite("TD target", target, &self.objectives, self.steps)
-        })?;
         log.scalar(self.steps, "clip_rate", scratch.clip_rate());
         column_means(target, mean);
         log_each(log, self.steps, &self.names.target, mean);
         Ok(())
+    }
+
+    /// The values at s', a' of the target critics that count: all, or a few drawn for this update
+    /// (REDQ). They come first in `q`; returns how many critics they are of.
+    fn target_values(&mut self) -> Result<usize> {
+        let Buffers { q, positions, next_action, .. } = &mut self.buffers;
+        let next_obs = &self.batch.next_obs;
+        let Some(subset) = self.config.subset else {
+            self.critic.values(Net::Target, next_obs, next_action, q)?;
+            return Ok(self.critic.critics());
+        };
+        draw(&mut self.streams.subset, subset, positions);
+        let q = &mut q[..subset * self.batch.reward.len()];
+        self.critic.values_of(Net::Target, &positions[..subset], next_obs, next_action, q)?;
+        Ok(subset)
+    }
+}
+
+/// y = r + gamma (1 - d) y for one critic's targets, or those that all critics share.
+fn discount(target: &mut [f32], batch: &Batch, gamma: f32) {
+    let n = target.len() / batch.alive.len();
+    let rows = target.chunks_exact_mut(n).zip(batch.reward.chunks_exact(n)).zip(&batch.alive);
+    for ((target, reward), alive) in rows {
+        let discount = gamma * alive;
+        for (y, r) in target.iter_mut().zip(reward) {
+            *y = r + discount * *y;
+        }
     }
 }
 

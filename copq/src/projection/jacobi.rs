@@ -74,17 +74,21 @@ pub(super) fn pair(
 
 /// The cosine and sine that make two columns orthogonal, or nothing if they are so already.
 fn rotation(a: &[f64], b: &[f64]) -> Option<(f64, f64)> {
-    let aa = dot(a, a);
-    let bb = dot(b, b);
-    let ab = dot(a, b);
-    let orthogonal = ab.abs() <= f64::EPSILON * a.len() as f64 * (aa * bb).sqrt();
-    if orthogonal || !ab.is_finite() {
-        return None;
-    }
-    let zeta = (bb - aa) / (2.0 * ab);
+    let zeta = cotangent(dot(a, a), dot(b, b), dot(a, b), a.len())?;
     let tangent = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
     let cosine = 1.0 / tangent.hypot(1.0);
     Some((cosine, cosine * tangent))
+}
+
+/// Of twice the angle that makes two columns orthogonal, given their products; nothing if they are
+/// so already.
+#[inline(always)]
+pub(super) fn cotangent(aa: f64, bb: f64, ab: f64, length: usize) -> Option<f64> {
+    let orthogonal = ab.abs() <= f64::EPSILON * length as f64 * (aa * bb).sqrt();
+    if orthogonal || !ab.is_finite() {
+        return None;
+    }
+    Some((bb - aa) / (2.0 * ab))
 }
 
 /// Rotates two columns by an angle with this cosine and sine.

@@ -23,7 +23,9 @@ fn omnisafes_numbers() {
         let mut obs: Vec<f32> = numbers(push).iter().map(|&x| x as f32).collect();
         normaliser.push(&obs).unwrap();
         normaliser.normalise(&mut obs).unwrap();
-        for (&got, wanted) in obs.iter().zip(numbers(&after["out"])) {
+        let wanted = numbers(&after["out"]);
+        assert_eq!(obs.len(), wanted.len());
+        for (&got, wanted) in obs.iter().zip(wanted) {
             let epsilon = 1e-6 * wanted.abs().max(1.0);
             let close = abs_diff_eq!(f64::from(got), wanted, epsilon = epsilon);
             assert!(close, "push {i}: {got}, not {wanted}");

@@ -61,7 +61,9 @@ fn bound(method: &dyn Projection, case: &Value, step: f32) -> (DVector<f64>, f64
 fn check_bound(method: &dyn Projection, case: &Value, step: f32, side: &str) {
     let expected = &case["expect"][method.name()];
     let (got, clip_rate) = bound(method, case, step);
-    for (&got, &wanted) in got.iter().zip(&numbers(&expected[side])) {
+    let wanted = numbers(&expected[side]);
+    assert_eq!(got.len(), wanted.len());
+    for (&got, &wanted) in got.iter().zip(&wanted) {
         // A millionth of the largest standard deviation, and two roundings of the value itself.
         let tolerance = 1e-6 * largest_std(case) + f64::from(f32::EPSILON) * wanted.abs();
         let name = &case["name"];

@@ -33,7 +33,7 @@ const FIELDS: [(Field, &str); 6] = [
 impl Recording {
     pub fn new(robot: &RobotSpec, table: &Table) -> Self {
         let frames = (0..table.len()).map(|row| frame(table, row)).collect();
-        Self { dims: Dims { nq: robot.nq(), nv: robot.nv(), nu: robot.nu() }, frames, row: 0 }
+        Self { dims: robot.dims(), frames, row: 0 }
     }
 }
 

@@ -29,7 +29,7 @@ impl Still {
 
     /// For any robot; it tells where bodies are.
     pub fn of(robot: &RobotSpec) -> Self {
-        let dims = Dims { nq: robot.nq(), nv: robot.nv(), nu: robot.nu() };
+        let dims = robot.dims();
         Self { tells: vec![Field::BodyPosition, Field::BodyCentre], ..Self::with(dims) }
     }
 
