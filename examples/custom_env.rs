@@ -3,7 +3,9 @@
 //! `cargo run --release -p copq-examples --example custom_env -- 20000` checks it, then trains for
 //! that many steps.
 
-use copq::{Env, EnvSpec, Learner, Method, Outcome, Result, Rng, Silent, Trainer, check_env};
+use copq::{
+    Env, EnvSpec, Learner, Method, Outcome, Result, Rng, Silent, Stream, Trainer, check_env,
+};
 use copq_candle::Candle;
 
 const WALL: f32 = 10.0;
@@ -33,7 +35,7 @@ impl Env for Cart {
 
     fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
         // An episode depends on its seed alone; streams 100 to 999 are free.
-        self.state = [Rng::with_stream(seed, 100).uniform_in(0.0, 2.0) as f32, 0.0];
+        self.state = [Rng::new(seed, Stream::Custom).uniform_in(0.0, 2.0) as f32, 0.0];
         self.steps = 0;
         obs.copy_from_slice(&self.state);
         Ok(())

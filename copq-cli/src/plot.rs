@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use copq_experiments::{Labelled, compare, comparison_table};
+use copq_experiments::{Labelled, Limit, compare, comparison_table};
 
 use crate::options::say;
 
@@ -24,7 +24,7 @@ pub struct Plot {
     /// Draw a dashed line at this return of an objective, such as cost=740.2. May be given several
     /// times.
     #[arg(long, value_name = "OBJECTIVE=RETURN", value_parser = limit)]
-    limit: Vec<(String, f64)>,
+    limit: Vec<Limit>,
 
     /// Also write the markdown table that is printed to this file.
     #[arg(long, value_name = "FILE")]
@@ -46,12 +46,10 @@ fn labelled(text: &str) -> Result<Labelled, String> {
     Ok(Labelled { label: label.to_owned(), folder: folder.into() })
 }
 
-fn limit(text: &str) -> Result<(String, f64), String> {
+fn limit(text: &str) -> Result<Limit, String> {
     let (objective, value) = text.split_once('=').ok_or("wanted OBJECTIVE=RETURN")?;
-    Ok((
-        objective.to_owned(),
-        value.parse().map_err(|_| format!("wanted a number after the =, got {value}"))?,
-    ))
+    let value = value.parse().map_err(|_| format!("wanted a number after the =, got {value}"))?;
+    Ok(Limit { objective: objective.to_owned(), value })
 }
 
 impl Plot {

@@ -46,7 +46,7 @@ mod timings;
 
 pub use config::{MadeWith, RunConfig, with_changes};
 pub use ending::Ending;
-pub use figure::{Labelled, compare, comparison_table};
+pub use figure::{Labelled, Limit, compare, comparison_table};
 pub use folder::{RunFolder, read_checkpoint, read_config, read_plan};
 pub use metrics::Metrics;
 pub use numbers::Numbers;

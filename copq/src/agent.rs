@@ -31,7 +31,7 @@ pub enum Mode {
 /// One step of experience; actions in [-1, 1].
 ///
 /// ```
-/// use copq::{Outcome, Replay, Transition};
+/// use copq::{EnvSpec, Outcome, Replay, Transition};
 ///
 /// let fall = Transition {
 ///     obs: &[0.3, 1.0],
@@ -40,7 +40,8 @@ pub enum Mode {
 ///     next_obs: &[0.9, 1.5],
 ///     outcome: Outcome::Terminated,
 /// };
-/// let mut replay = Replay::new(1_000, 2, 1, 2)?;
+/// let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("progress", 1.0);
+/// let mut replay = Replay::new(&spec, 1_000)?;
 /// replay.push(fall)?;
 /// assert_eq!(replay.len(), 1);
 /// # Ok::<(), copq::Error>(())

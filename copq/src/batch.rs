@@ -1,11 +1,14 @@
 //! What is drawn from the replay for one update.
 
+use crate::EnvSpec;
+
 /// A batch of transitions in flat, reusable arrays.
 ///
 /// ```
-/// use copq::{Batch, Outcome, Replay, Rng, Stream, Transition};
+/// use copq::{Batch, EnvSpec, Outcome, Replay, Rng, Stream, Transition};
 ///
-/// let mut replay = Replay::new(10, 2, 1, 1)?;
+/// let spec = EnvSpec::new("cart", 2, 1).reward("progress", 1.0);
+/// let mut replay = Replay::new(&spec, 10)?;
 /// let obs = [0.3, 1.0];
 /// let outcome = Outcome::Truncated; // time ran out: the next state is as good as any
 /// replay.push(Transition { obs: &obs, action: &[0.5], reward: &[2.0], next_obs: &obs, outcome })?;
@@ -32,11 +35,11 @@ pub struct Batch {
 
 impl Batch {
     /// Room for `rows` transitions, so that sampling allocates nothing.
-    pub fn reserve(&mut self, rows: usize, observation: usize, action: usize, objectives: usize) {
-        self.obs.reserve(rows * observation);
-        self.action.reserve(rows * action);
-        self.reward.reserve(rows * objectives);
-        self.next_obs.reserve(rows * observation);
+    pub fn reserve(&mut self, spec: &EnvSpec, rows: usize) {
+        self.obs.reserve(rows * spec.obs_len);
+        self.action.reserve(rows * spec.action_len());
+        self.reward.reserve(rows * spec.objectives.len());
+        self.next_obs.reserve(rows * spec.obs_len);
         self.alive.reserve(rows);
     }
 

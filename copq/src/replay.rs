@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::error::check_len;
-use crate::{Batch, Error, Outcome, Result, Rng, State, Transition};
+use crate::{Batch, EnvSpec, Error, Outcome, Result, Rng, State, Transition};
 
 /// Transitions by which the storage grows; a power of two of them is a few megabytes.
 const CHUNK: usize = 1 << 16;
@@ -15,10 +15,11 @@ const CHUNK: usize = 1 << 16;
 /// apart. All numbers are f32.
 ///
 /// ```
-/// use copq::{Batch, Outcome, Replay, Rng, Stream, Transition};
+/// use copq::{Batch, EnvSpec, Outcome, Replay, Rng, Stream, Transition};
 ///
-/// // Room for 1,000 transitions: 2 numbers seen, 1 action, 1 objective.
-/// let mut replay = Replay::new(1_000, 2, 1, 1)?;
+/// // 2 numbers seen, 1 action, 1 objective; room for 1,000 transitions.
+/// let spec = EnvSpec::new("cart", 2, 1).reward("progress", 1.0);
+/// let mut replay = Replay::new(&spec, 1_000)?;
 /// replay.push(Transition {
 ///     obs: &[0.3, 1.0],
 ///     action: &[0.5],
@@ -63,32 +64,17 @@ enum End {
 }
 
 impl Replay {
-    /// An empty buffer for at most `capacity` transitions.
-    pub fn new(
-        capacity: usize,
-        observation: usize,
-        action: usize,
-        objectives: usize,
-    ) -> Result<Self> {
+    /// An empty buffer for at most `capacity` transitions of an environment.
+    pub fn new(spec: &EnvSpec, capacity: usize) -> Result<Self> {
         if capacity == 0 || u32::try_from(capacity).is_err() {
             return Err(Error::invalid("replay capacity", format!("1 to {}", u32::MAX), capacity));
         }
-        for (what, length) in
-            [("observation", observation), ("action", action), ("reward", objectives)]
-        {
-            if length == 0 {
-                return Err(Error::invalid(
-                    format!("length of a replayed {what}"),
-                    "at least 1",
-                    0,
-                ));
-            }
-        }
+        spec.check()?;
         Ok(Self {
             capacity,
-            observation,
-            action,
-            objectives,
+            observation: spec.obs_len,
+            action: spec.action_len(),
+            objectives: spec.objectives.len(),
             obs: Vec::new(),
             act: Vec::new(),
             reward: Vec::new(),
@@ -265,16 +251,19 @@ impl Replay {
             return Err(Error::invalid("saved replay's capacity", self.capacity, capacity));
         }
         let end: Vec<End> = state.get::<u64>("end")?.iter().map(|&code| decode(code)).collect();
-        let mut fresh = Self::new(self.capacity, self.observation, self.action, self.objectives)?;
-        fresh.obs = sized(state, "obs", end.len() * self.observation)?;
-        fresh.act = sized(state, "action", end.len() * self.action)?;
-        fresh.reward = sized(state, "reward", end.len() * self.objectives)?;
-        fresh.latest = sized(state, "latest", if end.is_empty() { 0 } else { self.observation })?;
-        fresh.end = end;
-        let ends = fresh.end.iter().filter(|&&end| end != End::Next).count();
-        fresh.finals = sized(state, "finals", ends * self.observation)?.into();
-        fresh.cursor = state.get_one::<u64>("cursor")? as usize;
-        fresh.dropped = state.get_one::<u64>("dropped")? as u32;
+        let ends = end.iter().filter(|&&end| end != End::Next).count();
+        let latest = if end.is_empty() { 0 } else { self.observation };
+        let mut fresh = Self {
+            obs: sized(state, "obs", end.len() * self.observation)?,
+            act: sized(state, "action", end.len() * self.action)?,
+            reward: sized(state, "reward", end.len() * self.objectives)?,
+            latest: sized(state, "latest", latest)?,
+            finals: sized(state, "finals", ends * self.observation)?.into(),
+            cursor: state.get_one::<u64>("cursor")? as usize,
+            dropped: state.get_one::<u64>("dropped")? as u32,
+            end,
+            ..*self
+        };
         fresh.check_positions(ends)?;
         let held = fresh.len();
         let room = fresh.len().next_multiple_of(CHUNK).min(self.capacity);

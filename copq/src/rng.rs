@@ -34,15 +34,17 @@ pub enum Stream {
     Env = 5,
     /// Episode seeds of the evaluation environment.
     Evaluation = 6,
+    /// Yours, such as an environment's noise in an episode of its own seed.
+    Custom = 100,
 }
 
 /// A seeded, saveable generator; the distributions are copq's own, so that no crate's update
 /// changes a run.
 ///
 /// ```
-/// use copq::{Rng, State};
+/// use copq::{Rng, State, Stream};
 ///
-/// let mut wind = Rng::with_stream(7, 100); // 100 to 999 are an environment's own
+/// let mut wind = Rng::new(7, Stream::Custom);
 /// let mut state = State::default();
 /// wind.save("wind", &mut state);
 /// let gust = wind.normal();
@@ -60,8 +62,8 @@ impl Rng {
         Self::with_stream(seed, stream as u64)
     }
 
-    /// A stream by number, for purposes that [`Stream`] does not name, such as an environment's own
-    /// noise. Those from 100 to 999 are yours.
+    /// A stream by number, for more purposes than [`Stream::Custom`]: those from 101 to 999 are
+    /// yours.
     pub fn with_stream(seed: u64, stream: u64) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());

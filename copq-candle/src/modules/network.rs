@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use candle_core::backprop::GradStore;
 use candle_core::{DType, Device, Module, Result, Tensor, Var};
 use candle_nn::VarBuilder;
-use copq::{Net, Rng, State};
+use copq::{Net, Rng, State, Stream};
 
 use super::Make;
 use super::seeded::{Seeded, Variables};
@@ -40,8 +40,10 @@ impl Network {
         let seed = rng.next_u64();
         let build = || {
             let variables = Variables::default();
-            let backend =
-                Seeded { variables: variables.clone(), rng: Mutex::new(Rng::with_stream(seed, 0)) };
+            let backend = Seeded {
+                variables: variables.clone(),
+                rng: Mutex::new(Rng::new(seed, Stream::Init)),
+            };
             let module = make(
                 VarBuilder::from_backend(Box::new(backend), DType::F32, device.clone()),
                 input,

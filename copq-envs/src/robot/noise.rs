@@ -5,10 +5,10 @@ use copq::Rng;
 /// A distribution around zero.
 ///
 /// ```
-/// use copq::Rng;
+/// use copq::{Rng, Stream};
 /// use copq_envs::robot::Noise;
 ///
-/// let mut rng = Rng::with_stream(0, 100);
+/// let mut rng = Rng::new(0, Stream::Custom);
 /// assert!(Noise::Uniform(0.005).draw(&mut rng).abs() <= 0.005);
 /// assert_eq!(Noise::Gaussian(0.0).draw(&mut rng), 0.0);
 /// ```

@@ -1,7 +1,7 @@
 //! Benchmark A: MuJoCo robots with a reward vector of safety, velocity and control (paper section
 //! 5.1, Table 1).
 
-use super::{ControlCost, FailingStep, Objective, Options, Signal};
+use super::{ControlCost, FailingStep, Options, Signal, SignalSum};
 
 /// A row of the paper's Table 1.
 #[derive(Clone, Copy, Debug)]
@@ -14,7 +14,7 @@ pub(super) struct Row {
 
 impl Row {
     /// Safety, forward velocity, and minus the squared controls (equation C.1).
-    pub(super) fn objectives(&self, options: &Options) -> Vec<Objective> {
+    pub(super) fn objectives(&self, options: &Options) -> Vec<SignalSum> {
         let [safety, velocity, control] = self.weights;
         let healthy = match options.failing_step {
             FailingStep::Nothing => Signal::Healthy,
@@ -25,9 +25,9 @@ impl Row {
             ControlCost::Motors => Signal::MotorControl,
         };
         let mut objectives = vec![
-            Objective::new("safety", safety, &[(self.bonus, healthy)]),
-            Objective::new("velocity", velocity, &[(1.0, Signal::Velocity)]),
-            Objective::new("control", control, &[(-1.0, squares)]),
+            SignalSum::new("safety", safety).plus(self.bonus, healthy),
+            SignalSum::new("velocity", velocity).plus(1.0, Signal::Velocity),
+            SignalSum::new("control", control).plus(-1.0, squares),
         ];
         if self.bonus == 0.0 {
             objectives.remove(0);

@@ -1,7 +1,7 @@
 //! Benchmark B: go forward, but not too fast (the velocity tasks of Safety-Gymnasium in Brax's
 //! form; paper appendix C).
 
-use super::{ControlCost, Cost, FailingStep, Objective, Options, Signal};
+use super::{ControlCost, Cost, FailingStep, Options, Signal, SignalSum};
 
 /// A row of the paper's Table C.1.
 #[derive(Clone, Copy, Debug)]
@@ -15,24 +15,20 @@ pub(super) struct Row {
 
 impl Row {
     /// The cost, which comes first, and a scalar reward.
-    pub(super) fn objectives(&self, options: &Options) -> Vec<Objective> {
+    pub(super) fn objectives(&self, options: &Options) -> Vec<SignalSum> {
         let speed = match options.cost {
             Cost::Speed => Signal::Speed,
             Cost::ForwardSpeed => Signal::ForwardSpeed,
             Cost::Velocity => Signal::Velocity,
         };
-        let limit = Some(options.limit.unwrap_or(self.limit));
-        let cost = Objective { limit, ..Objective::new("cost", 0.0, &[(1.0, speed)]) };
-        vec![cost, scalar(self.weights, &[], options)]
+        let limit = options.limit.unwrap_or(self.limit);
+        let cost = SignalSum::new("cost", 0.0).plus(1.0, speed).limit(limit);
+        vec![cost, scalar(self.weights, options)]
     }
 }
 
-/// A reward of being healthy, velocity and minus control, with these factors, and of further terms.
-pub(super) fn scalar(
-    [healthy, velocity, control]: [f64; 3],
-    more: &[(f64, Signal)],
-    options: &Options,
-) -> Objective {
+/// A reward of being healthy, velocity and minus control, with these factors.
+pub(super) fn scalar([healthy, velocity, control]: [f64; 3], options: &Options) -> SignalSum {
     let bonus = match options.failing_step {
         FailingStep::Nothing => Signal::Healthy,
         FailingStep::Bonus => Signal::Alive,
@@ -41,6 +37,8 @@ pub(super) fn scalar(
         ControlCost::Benchmark | ControlCost::Motors => Signal::MotorControl,
         ControlCost::Actions => Signal::Control,
     };
-    let terms = [(healthy, bonus), (velocity, Signal::Velocity), (-control, squares)];
-    Objective::new("reward", 1.0, &[&terms, more].concat())
+    SignalSum::new("reward", 1.0)
+        .plus(healthy, bonus)
+        .plus(velocity, Signal::Velocity)
+        .plus(-control, squares)
 }

@@ -1,6 +1,6 @@
 //! Gymnasium v5's own scalar rewards, to compare with what others report.
 
-use super::{Objective, Options, Signal, benchmark_b};
+use super::{Options, Signal, SignalSum, benchmark_b};
 
 /// A robot's reward.
 #[derive(Clone, Copy, Debug)]
@@ -14,7 +14,11 @@ pub(super) struct Row {
 
 impl Row {
     /// One reward. Brax has the same but for contact forces, which it does not price.
-    pub(super) fn objectives(&self, options: &Options) -> Vec<Objective> {
-        vec![benchmark_b::scalar(self.weights, self.contact.as_slice(), options)]
+    pub(super) fn objectives(&self, options: &Options) -> Vec<SignalSum> {
+        let reward = benchmark_b::scalar(self.weights, options);
+        vec![match self.contact {
+            Some((factor, force)) => reward.plus(factor, force),
+            None => reward,
+        }]
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use copq::Result;
 
-use super::{Objective, Options, task_with, tasks};
+use super::{Options, SignalSum, task_with, tasks};
 
 /// A line for every task with these options: name, lengths of observation and action, and the
 /// objectives in order of priority, each with its weight, or for a cost with the limit of an
@@ -23,7 +23,7 @@ pub fn list_tasks(options: &Options) -> Result<String> {
     Ok(text)
 }
 
-fn describe(objective: &Objective) -> String {
+fn describe(objective: &SignalSum) -> String {
     match objective.limit {
         Some(limit) => format!("{} <= {limit}", objective.name),
         None => format!("{} x {}", objective.name, objective.weight),

@@ -11,7 +11,7 @@ mod reward;
 pub use listing::list_tasks;
 pub use options::{ControlCost, Cost, FailingStep, Options, Start};
 pub use registry::{task, task_with, tasks};
-pub use reward::{Motion, Objective, Signal};
+pub use reward::{Motion, Signal, SignalSum};
 
 use copq::EnvSpec;
 
@@ -39,7 +39,7 @@ pub struct Task {
     /// The robot.
     pub robot: RobotSpec,
     /// The rewards, highest priority first.
-    pub objectives: Vec<Objective>,
+    pub objectives: Vec<SignalSum>,
     /// Steps after which an episode is truncated.
     pub horizon: usize,
 }

@@ -2,7 +2,7 @@
 
 use copq::{Error, Result};
 
-use super::{Objective, Options, Signal, Start, Task, benchmark_a, benchmark_b, gymnasium};
+use super::{Options, Signal, SignalSum, Start, Task, benchmark_a, benchmark_b, gymnasium};
 use crate::RobotSpec;
 use crate::robot::{self, Preset};
 
@@ -87,7 +87,7 @@ impl Entry {
 }
 
 impl Rewards {
-    fn objectives(&self, options: &Options) -> Vec<Objective> {
+    fn objectives(&self, options: &Options) -> Vec<SignalSum> {
         match self {
             Self::A(row) => row.objectives(options),
             Self::B(row) => row.objectives(options),

@@ -6,13 +6,13 @@ use crate::{Field, Readings};
 ///
 /// ```
 /// use copq_envs::Readings;
-/// use copq_envs::task::{Motion, Objective, Signal};
+/// use copq_envs::task::{Motion, Signal, SignalSum};
 ///
 /// // A step backwards and to the side.
 /// let readings = &Readings::default();
 /// let velocity = [-3.0, 4.0];
 /// let motion = Motion { healthy: true, velocity, control: 0.2, motor_control: 0.1, readings };
-/// let value = |signal| Objective::new("one", 1.0, &[(1.0, signal)]).reward(&motion);
+/// let value = |signal| SignalSum::new("one", 1.0).plus(1.0, signal).reward(&motion);
 /// let signals = [Signal::Velocity, Signal::ForwardSpeed, Signal::Speed];
 /// assert_eq!(signals.map(value), [-3.0, 3.0, 5.0]);
 /// ```
@@ -49,27 +49,27 @@ impl Signal {
     }
 }
 
-/// One component of the reward vector.
+/// One component of the reward vector: a sum of factor x signal.
 ///
 /// ```
-/// use copq_envs::task::{Objective, Signal};
+/// use copq_envs::task::{Signal, SignalSum};
 ///
 /// // A cost of a task of your own, which comes first.
 /// let mut task = copq_envs::task("gym/hopper")?;
-/// let cost = Objective::new("energy", 0.0, &[(1.0, Signal::Control)]);
-/// task.objectives.insert(0, Objective { limit: Some(200.0), ..cost });
+/// let cost = SignalSum::new("energy", 0.0).plus(1.0, Signal::Control).limit(200.0);
+/// task.objectives.insert(0, cost);
 /// assert_eq!(task.env_spec().names(), ["energy", "reward"]);
 /// assert_eq!(task.env_spec().limit(0), Some(200.0));
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Objective {
+pub struct SignalSum {
     /// Its name, such as `safety`.
     pub name: String,
     /// Its weight in the task's total return, not normalised; 0 for a cost, whose weight is a
     /// multiplier's to find.
     pub weight: f32,
-    /// The reward is the sum of factor x signal.
+    /// Factors and signals.
     pub terms: Vec<(f64, Signal)>,
     /// For a cost: what its undiscounted sum over an episode shall not exceed.
     pub limit: Option<f64>,
@@ -90,10 +90,21 @@ pub struct Motion<'a> {
     pub readings: &'a Readings,
 }
 
-impl Objective {
-    /// An objective without a limit.
-    pub fn new(name: &str, weight: f32, terms: &[(f64, Signal)]) -> Self {
-        Self { name: name.into(), weight, terms: terms.to_vec(), limit: None }
+impl SignalSum {
+    /// A sum of nothing yet, without a limit.
+    pub fn new(name: &str, weight: f32) -> Self {
+        Self { name: name.into(), weight, terms: Vec::new(), limit: None }
+    }
+
+    /// One term more.
+    pub fn plus(mut self, factor: f64, signal: Signal) -> Self {
+        self.terms.push((factor, signal));
+        self
+    }
+
+    /// Makes it a cost, whose undiscounted sum over an episode shall not exceed `limit`.
+    pub fn limit(self, limit: f64) -> Self {
+        Self { limit: Some(limit), ..self }
     }
 
     /// The reward for a step, unweighted.

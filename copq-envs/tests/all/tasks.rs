@@ -5,7 +5,7 @@ use crate::support;
 use approx::assert_abs_diff_eq;
 use copq::Env;
 use copq_envs::robot::{Noise, Preset, Senses};
-use copq_envs::task::{ControlCost, Cost, FailingStep, Motion, Objective, Start};
+use copq_envs::task::{ControlCost, Cost, FailingStep, Motion, SignalSum, Start};
 use copq_envs::{Field, Locomotion, Options, Readings, list_tasks, task, task_with, tasks};
 use support::Still;
 
@@ -32,7 +32,7 @@ fn observations_have_gymnasiums_and_braxs_lengths() {
     }
 }
 
-fn value(objective: &Objective, healthy: bool) -> f64 {
+fn value(objective: &SignalSum, healthy: bool) -> f64 {
     let readings = Readings::default();
     let motion = Motion {
         healthy,

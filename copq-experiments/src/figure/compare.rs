@@ -41,6 +41,30 @@ pub struct Labelled {
     pub folder: PathBuf,
 }
 
+/// A line across one objective's returns, such as a cost's limit.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let run = folder.path().join("s0");
+/// # std::fs::create_dir(&run).expect("a new folder");
+/// # let columns = "step,weighted_total/mean,return/speed/mean,return/speed/min,return/speed/max";
+/// # let text = format!("{columns}\n0,1,20,20,20\n5000,2,30,30,30\n");
+/// # copq::files::replace(&run.join("evaluations.csv"), text.as_bytes())?;
+/// use copq_experiments::{Labelled, Limit, compare};
+///
+/// let runs = [Labelled { label: "cholesky".to_owned(), folder: run }];
+/// let limit = Limit { objective: "speed".to_owned(), value: 20.5 };
+/// compare("COP-Q", &runs, &[limit], &folder.path().join("curve.svg"))?;
+/// # Ok::<(), copq::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limit {
+    /// The objective's name.
+    pub objective: String,
+    /// Its return there.
+    pub value: f64,
+}
+
 /// A run's plan, and its settings whatever they are.
 type Config = RunConfig<toml::Table>;
 
@@ -58,17 +82,17 @@ struct Group {
 ///
 /// One colour a label: the line is the median of its seeds, the band goes from the lowest to the
 /// highest seed; with one seed they are the mean and the range of the evaluation episodes. A step
-/// that not all seeds reached is left out. A dashed line goes across at the `limits` (objective and
-/// return).
-pub fn compare(title: &str, runs: &[Labelled], limits: &[(String, f64)], out: &Path) -> Result<()> {
+/// that not all seeds reached is left out. A dashed line goes across at the `limits`.
+pub fn compare(title: &str, runs: &[Labelled], limits: &[Limit], out: &Path) -> Result<()> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
     let objectives: Vec<_> = quantities.iter().skip(1).map(Quantity::title).collect();
-    if let Some((unknown, _)) = limits.iter().find(|(name, _)| !objectives.contains(name)) {
-        return Err(Error::invalid("objective of a limit", objectives.join(" or "), unknown));
+    if let Some(unknown) = limits.iter().find(|limit| !objectives.contains(&limit.objective)) {
+        let wanted = objectives.join(" or ");
+        return Err(Error::invalid("objective of a limit", wanted, &unknown.objective));
     }
     let limit =
-        |title: &str| limits.iter().find(|(name, _)| name == title).map(|&(_, limit)| limit);
+        |title: &str| limits.iter().find(|limit| limit.objective == title).map(|limit| limit.value);
     let note = note(&groups).to_owned() + if limits.is_empty() { "" } else { LIMIT_NOTE };
     let mut figure = Figure::new(title, note);
     for quantity in &quantities {
@@ -292,16 +316,16 @@ mod tests {
                 .unwrap()
                 .contains("| cholesky | 3 | 1,000 | 2.5 (1.5 to 4.5) |")
         );
+        let limit = |objective: &str, value| Limit { objective: objective.to_owned(), value };
         for name in ["x.svg", "x.png"] {
-            compare("COP-Q", &runs, &[("speed".to_owned(), 20.5)], &folder.path().join(name))
-                .unwrap();
+            compare("COP-Q", &runs, &[limit("speed", 20.5)], &folder.path().join(name)).unwrap();
         }
         let svg = std::fs::read_to_string(folder.path().join("x.svg")).unwrap();
         let words =
             ["COP-Q", "cholesky", "minimum", "weighted total", "speed", "Dashed: the limit.", "20"];
         assert!(words.iter().all(|text| svg.contains(text)));
         assert!(compare("COP-Q", &runs, &[], Path::new("x.pdf")).is_err());
-        let error = compare("COP-Q", &runs, &[("sped".to_owned(), 1.0)], Path::new("x.svg"))
+        let error = compare("COP-Q", &runs, &[limit("sped", 1.0)], Path::new("x.svg"))
             .unwrap_err()
             .to_string();
         assert!(["limit", "speed", "sped"].iter().all(|text| error.contains(text)), "{error}");

@@ -8,7 +8,7 @@ use std::path::Path;
 use copq::{EnvSpec, Result};
 use copq_render::{Figure, Panel, Series};
 
-pub use compare::{Labelled, compare, comparison_table};
+pub use compare::{Labelled, Limit, compare, comparison_table};
 use curves::Evaluated;
 
 /// What a dashed line means.

@@ -55,15 +55,14 @@ impl Learner {
         let multiplier = multiplier(&config, spec)?;
         check_parts(&config, spec, critic.as_ref(), actor.as_ref())?;
         let n = spec.objectives.len();
-        let rows = config.batch;
         let entropy = config.entropy.as_ref();
         let temperature = entropy.map(|entropy| Temperature::new(entropy, spec)).transpose()?;
         let famo = config.famo.filter(|famo| famo.separate || critic.shared());
         let famo = famo.map(|famo| Famo::new(famo, n)).transpose()?;
         let mut batch = Batch::default();
-        batch.reserve(rows, spec.obs_len, spec.action_len(), n);
+        batch.reserve(spec, config.batch);
         Ok(Self {
-            replay: Replay::new(config.capacity, spec.obs_len, spec.action_len(), n)?,
+            replay: Replay::new(spec, config.capacity)?,
             projection: bound,
             name,
             spec: spec.clone(),

@@ -1,6 +1,6 @@
 //! The replay buffer against a plain list of transitions.
 
-use copq::{Batch, Outcome, Replay, Rng, State, Stream, Transition};
+use copq::{Batch, EnvSpec, Outcome, Replay, Rng, State, Stream, Transition};
 use proptest::prelude::*;
 
 /// One transition as a test remembers it: everything in it follows from its number.
@@ -11,6 +11,12 @@ struct Stored {
     reward: [f32; 3],
     next_obs: [f32; 2],
     alive: f32,
+}
+
+/// With three objectives.
+fn spec(obs_len: usize, action_len: usize) -> EnvSpec {
+    let spec = EnvSpec::new("stored", obs_len, action_len);
+    ["safety", "velocity", "control"].iter().fold(spec, |spec, name| spec.reward(*name, 1.0))
 }
 
 /// Episodes of the given lengths and endings, as a list. `Running` at an episode's end means that
@@ -80,12 +86,12 @@ proptest! {
         saved_after in 0usize..60,
     ) {
         let all = history(&episodes);
-        let mut replay = Replay::new(capacity, 2, 1, 3).unwrap();
+        let mut replay = Replay::new(&spec(2, 1), capacity).unwrap();
         for (i, t) in all.iter().enumerate() {
             if i == saved_after {
                 let mut state = State::default();
                 replay.save(&mut state);
-                replay = Replay::new(capacity, 2, 1, 3).unwrap();
+                replay = Replay::new(&spec(2, 1), capacity).unwrap();
                 replay.load(&state).unwrap();
             }
             push(&mut replay, t);
@@ -99,7 +105,7 @@ proptest! {
 
 #[test]
 fn a_million_hopper_transitions_take_at_most_90_megabytes() {
-    let mut replay = Replay::new(1_000_000, 11, 3, 3).unwrap();
+    let mut replay = Replay::new(&spec(11, 3), 1_000_000).unwrap();
     let mut obs = [0.0f32; 11];
     for i in 0..1_000_000u32 {
         let mut next_obs = obs;
@@ -123,7 +129,7 @@ fn a_million_hopper_transitions_take_at_most_90_megabytes() {
 
 #[test]
 fn memory_grows_as_it_fills() {
-    let mut replay = Replay::new(1_000_000, 11, 3, 3).unwrap();
+    let mut replay = Replay::new(&spec(11, 3), 1_000_000).unwrap();
     let t = Transition {
         obs: &[0.0; 11],
         action: &[0.0; 3],
@@ -137,7 +143,7 @@ fn memory_grows_as_it_fills() {
 
 #[test]
 fn sampling_is_uniform() {
-    let mut replay = Replay::new(10, 2, 1, 3).unwrap();
+    let mut replay = Replay::new(&spec(2, 1), 10).unwrap();
     history(&[(7, Outcome::Terminated), (6, Outcome::Truncated)])
         .iter()
         .for_each(|t| push(&mut replay, t));
@@ -151,7 +157,7 @@ fn sampling_is_uniform() {
 
 #[test]
 fn mistakes_are_readable_errors() {
-    let mut replay = Replay::new(10, 2, 1, 3).unwrap();
+    let mut replay = Replay::new(&spec(2, 1), 10).unwrap();
     let empty =
         replay.sample(1, &mut Rng::new(0, Stream::Batch), &mut Batch::default()).unwrap_err();
     assert_eq!(
@@ -170,14 +176,14 @@ fn mistakes_are_readable_errors() {
         "transition's action: wanted 1 values, got 2"
     );
     assert_eq!(
-        Replay::new(10, 0, 1, 3).unwrap_err().to_string(),
-        "length of a replayed observation: wanted at least 1, got 0"
+        Replay::new(&spec(0, 1), 10).unwrap_err().to_string(),
+        "stored: observation length: wanted at least 1, got 0"
     );
 }
 
 #[test]
 fn a_damaged_checkpoint_is_a_readable_error() {
-    let mut replay = Replay::new(10, 2, 1, 3).unwrap();
+    let mut replay = Replay::new(&spec(2, 1), 10).unwrap();
     history(&[(3, Outcome::Terminated), (2, Outcome::Truncated)])
         .iter()
         .for_each(|t| push(&mut replay, t));
@@ -185,7 +191,7 @@ fn a_damaged_checkpoint_is_a_readable_error() {
         let mut state = State::default();
         replay.save(&mut state);
         change(&mut state);
-        Replay::new(10, 2, 1, 3).unwrap().load(&state).unwrap_err().to_string()
+        Replay::new(&spec(2, 1), 10).unwrap().load(&state).unwrap_err().to_string()
     };
     let cursor = error(&|state| state.put("cursor", [3u64]));
     assert_eq!(cursor, "saved replay's cursor: wanted a place among 5 transitions, got 3");

@@ -23,10 +23,11 @@ struct Td3 {
 
 impl Td3 {
     fn new(config: Config) -> Self {
+        let spec = EnvSpec::new("one", 1, 1).reward("one", 1.0);
         Self {
             critic: LinearCritics::new(2, 1, 0.02, SEED),
             actor: LinearActor::new(0.005),
-            replay: Replay::new(config.capacity, 1, 1, 1).unwrap(),
+            replay: Replay::new(&spec, config.capacity).unwrap(),
             batch: Batch::default(),
             explore: Rng::new(SEED, Stream::Explore),
             smoothing: Rng::new(SEED, Stream::Smoothing),

@@ -1,6 +1,6 @@
 //! An environment of one's own, in its three methods.
 
-use copq::{Env, EnvSpec, Outcome, Result, Rng};
+use copq::{Env, EnvSpec, Outcome, Result, Rng, Stream};
 
 /// A room that cools, and a heater: keep it warm first, spend little second.
 #[derive(Debug)]
@@ -30,7 +30,7 @@ impl Env for Thermostat {
     }
 
     fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
-        self.temperature = Rng::with_stream(seed, 0).uniform_in(-1.0, 1.0) as f32;
+        self.temperature = Rng::new(seed, Stream::Custom).uniform_in(-1.0, 1.0) as f32;
         self.minutes = 0;
         obs[0] = self.temperature;
         Ok(())
