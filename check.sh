@@ -4,7 +4,12 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 
-run() { printf '\n== %s\n' "$*"; "$@"; }
+run() {
+    printf '\n== %s\n' "$*"
+    local began=$SECONDS
+    "$@"
+    printf '== %s s\n' $((SECONDS - began))
+}
 # The engine of MuJoCo 3.17.0 and its renderer, in every crate that can have them.
 mujoco=copq-envs-mujoco/render,copq-tests/mujoco-rs,copq-cli/render,copq-bench/mujoco
 
@@ -18,7 +23,7 @@ fi
 RUSTDOCFLAGS="-D warnings" run cargo doc --workspace --no-deps --locked
 run scripts/fetch-mujoco.sh
 run cargo clippy --workspace --all-targets --features "$mujoco",copq-envs-mujoco/system --locked -- -D warnings
-run cargo package --workspace --no-verify --allow-dirty --quiet --locked
+run scripts/check-packages.sh
 run cargo test --workspace --features "$mujoco" --locked
 
 # The README's training command, cut short: a real robot, real networks, every file of a run folder. The tests have built the program.
@@ -56,5 +61,5 @@ else
 fi
 
 # A crate outside the workspace writes its own projection and trains with it.
-run cargo run --locked --manifest-path tests/foreign/Cargo.toml --target-dir target/foreign
+run cargo run --locked --manifest-path tests/foreign/Cargo.toml --target-dir target
 printf '\nall checks passed\n'
