@@ -54,8 +54,8 @@ run $copq train --engine mujoco --preset paper \
 # The other way to MuJoCo, against whatever is installed: by itself, for one process should hold one MuJoCo.
 if exports=$(scripts/system-mujoco.sh); then
     eval "$exports"
-    run cargo test --features copq-envs-mujoco/system -p copq-envs-mujoco --locked
-    run cargo test --workspace --features copq-tests/system --test engines --locked
+    run cargo test --workspace --features copq-envs-mujoco/system,copq-tests/system --locked \
+        --test engines --test engine --test golden_system --test missing_library --test doctor --test allocations
 else
     printf '\n!! SKIPPED: feature `system` of copq-envs-mujoco, for there is no MuJoCo to test it on\n'
 fi

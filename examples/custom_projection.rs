@@ -3,7 +3,7 @@
 //! `cargo run --release -p copq-examples --example custom_projection -- 20000` trains the hopper
 //! with it for that many steps.
 
-use copq::projection::{Bound, Deviations, Ellipsoid, Projection, QView, Scratch, Work};
+use copq::projection::{Deviations, Ellipsoid, Work, check_projection};
 use copq::{Learner, Method, Result, Silent, Trainer};
 use copq_candle::Candle;
 
@@ -39,37 +39,9 @@ impl Ellipsoid for SafetyOnly {
     }
 }
 
-/// A gradient is believed when it equals central differences.
-fn check_gradient(projection: &dyn Projection) -> Result<()> {
-    const NUDGE: f32 = 1e-2;
-    let q = [1.0, 5.0, 2.0, 3.0, 4.0, 4.0];
-    let bound = |q: &[f32]| -> Result<f32> {
-        let mut out = [0.0; 2];
-        let q = QView::new(q, 3, 2)?;
-        projection.project(
-            Bound { q, weights: &[1.0, 1.0], step: -1.0 },
-            &mut Scratch::default(),
-            &mut out,
-        )?;
-        Ok(out[0] + 2.0 * out[1])
-    };
-    let mut grad = [0.0; 6];
-    let view = QView::new(&q, 3, 2)?;
-    let asked = Bound { q: view, weights: &[1.0, 1.0], step: -1.0 };
-    projection.vjp(asked, &mut Scratch::default(), &[1.0, 2.0], &mut grad)?;
-    for i in 0..q.len() {
-        let mut up = q;
-        let mut down = q;
-        (up[i], down[i]) = (q[i] + NUDGE, q[i] - NUDGE);
-        let wanted = (bound(&up)? - bound(&down)?) / (2.0 * NUDGE);
-        assert!((grad[i] - wanted).abs() < 1e-3, "gradient {i}: {}, not {wanted}", grad[i]);
-    }
-    Ok(())
-}
-
 fn main() -> Result<()> {
     let steps = copq_examples::steps(20_000)?;
-    check_gradient(&SafetyOnly { caution: 2.0 })?;
+    check_projection(&SafetyOnly { caution: 2.0 }, 3, 2)?; // first of all: is the gradient right?
 
     let env = copq_envs_rapier::make("a/hopper")?;
     let method = Method::cop_td3().bound(SafetyOnly { caution: 2.0 }).warm_up((steps / 4).max(1));

@@ -12,7 +12,7 @@ fn main() -> Result<()> {
 
     // Targets take the smaller of two random critics, the actor climbs the mean of all ten; all ten
     // explore.
-    let redq = Method::cop_td3_paper().redq().warm_up(steps.min(1_000) / 2);
+    let redq = Method::cop_td3_paper().redq().warm_up(steps.min(1_000).div_ceil(2));
     let method = redq.explore(Optimism::by("cholesky"));
 
     let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;

@@ -15,7 +15,7 @@ fn main() -> Result<()> {
     let plain = LagrangianConfig { augmentation: 0.0, ..Default::default() };
     let sac =
         Method::sac().bound(IndependentMin).critics(Ensemble::Separate { cost: 1, reward: 2 });
-    let method = sac.constrain(Constraint::Lagrangian(plain)).warm_up(steps.min(1_000) / 2);
+    let method = sac.constrain(Constraint::Lagrangian(plain)).warm_up(steps.min(1_000).div_ceil(2));
 
     let limit = env.spec().limit(0).unwrap_or_default();
     let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;

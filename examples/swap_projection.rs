@@ -11,8 +11,9 @@ fn main() -> Result<()> {
         let env = copq_envs_rapier::make("a/hopper")?;
 
         // The swap is this one word; the critics that the projection wants come with it.
-        let method =
-            Method::cop_td3().bound(projection::by_name(name)?).warm_up(steps.min(1_000) / 2);
+        let method = Method::cop_td3()
+            .bound(projection::by_name(name)?)
+            .warm_up(steps.min(1_000).div_ceil(2));
 
         let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;
         let mut trainer = Trainer::new(env, learner)?;

@@ -12,7 +12,7 @@ fn main() -> Result<()> {
 
     // TD3 whose critics value every objective, and whose targets use their Cholesky bound: that is
     // COP-Q.
-    let td3 = Method::td3().bound(Cholesky).warm_up(steps.min(1_000) / 2);
+    let td3 = Method::td3().bound(Cholesky).warm_up(steps.min(1_000).div_ceil(2));
     let mut method = td3.balance(FamoConfig::default());
     method.config.target_period = 1;
 

@@ -1,10 +1,9 @@
 //! Weight files: online parameters as named tensors in safetensors format, for candle, Python and
 //! other tools.
 
-use std::io::Write;
 use std::path::Path;
 
-use copq::{Error, Result};
+use copq::{Error, Result, files};
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors};
 
@@ -30,18 +29,7 @@ pub(crate) fn save(path: &Path, networks: &[(String, Vec<f32>)], shape: &Shape) 
         .collect::<Result<Vec<_>, safetensors::SafeTensorError>>()
         .map_err(|e| failed(e.into()))?;
     let bytes = safetensors::serialize(views, None).map_err(|e| failed(e.into()))?;
-    replace(path, &bytes).map_err(|e| failed(e.into()))
-}
-
-/// Puts bytes in a file by way of a temporary one beside it, so that no reader sees half of them.
-fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let folder =
-        path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(path)?;
-    Ok(())
+    files::replace(path, &bytes)
 }
 
 /// Reads the networks of these prefixes from a file that [`save`] or another tool wrote; their flat

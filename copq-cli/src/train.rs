@@ -182,10 +182,11 @@ impl Train {
         if (has_oac || self.method.ends_with("-oac"))
             && before.optimism.is_some() != after.optimism.is_some()
         {
-            bail!(
-                "--set optimism: wanted a method that explores so beside it, such as \
-                 cop-td3-oac, and with that no optimism=none"
-            );
+            let other = match self.method.strip_suffix("-oac") {
+                Some(plain) => format!("{plain}, which explores by noise alone"),
+                None => format!("{}-oac, which explores towards the upper bound", self.method),
+            };
+            bail!("--set optimism: {} would be another method; choose {other}", self.method);
         }
         for (key, before, after) in [
             ("constraint", before.constraint.is_some(), after.constraint.is_some()),

@@ -188,9 +188,9 @@ fn wrong_words_are_readable_errors() {
         ),
         (
             "train --set optimism.shift=1",
-            "--set optimism: wanted a method that explores so beside it, such as cop-td3-oac",
+            "cop-td3 would be another method; choose cop-td3-oac, which explores towards the upper",
         ),
-        ("train redq-oac --set optimism=none", "with that no optimism=none"),
+        ("train redq-oac --set optimism=none", "choose redq, which explores by noise alone"),
         (
             "train redq-oac --set optimism.projection=choleski",
             "unknown projection 'choleski'; known: cholesky",

@@ -75,7 +75,7 @@ impl<P: Physics> Locomotion<P> {
         let spec = task.env_spec();
         spec.check()?;
         let mut readings = Readings::new(task.fields(), &task.robot);
-        // An engine that does not tell a field says so now rather than in mid-run.
+        // An engine that does not provide a field says so now rather than in mid-run.
         readings.read(&mut physics).map_err(|source| Error::other(needs(&task), source))?;
         let qpos = vec![0.0; dims.nq];
         let qvel = vec![0.0; dims.nv];

@@ -5,6 +5,15 @@ use copq::{Error, Result, State};
 use crate::Field;
 
 /// The sizes of a model.
+///
+/// ```
+/// use copq_envs::Dims;
+///
+/// // Two slides and four hinges, three of them with a motor.
+/// let hopper = copq_envs::task("a/hopper")?.robot;
+/// assert_eq!(hopper.dims(), Dims { nq: 6, nv: 6, nu: 3 });
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dims {
     /// Length of the generalised position qpos.
@@ -105,7 +114,7 @@ pub trait Physics: Send {
         let _ = out;
         Err(Error::Env {
             env: self.name().into(),
-            what: format!("this engine does not tell {field:?}"),
+            what: format!("this engine does not provide {field:?}"),
         })
     }
 

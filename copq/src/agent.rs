@@ -1,5 +1,7 @@
 //! What a training loop needs of a learner, whatever the algorithm.
 
+use std::path::Path;
+
 use crate::{EnvSpec, Error, Observer, Outcome, Result, State};
 
 /// How to choose an action.
@@ -121,6 +123,11 @@ pub trait Agent: Send {
     /// return.
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()>;
 
+    /// Writes what acting takes to a small file, for [`Policy::read`](crate::Policy::read).
+    fn save_policy(&self, _path: &Path) -> Result<()> {
+        Err(Error::Unsupported { what: "this agent has no policy to write".to_owned() })
+    }
+
     /// Writes everything that learning depends on.
     fn save(&self, _state: &mut State) -> Result<()> {
         Err(Error::cannot_be_saved("this agent", "Agent"))
@@ -159,6 +166,10 @@ impl<A: Agent + ?Sized> Agent for Box<A> {
 
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()> {
         self.as_mut().value(obs, action, q)
+    }
+
+    fn save_policy(&self, path: &Path) -> Result<()> {
+        self.as_ref().save_policy(path)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {

@@ -5,7 +5,7 @@ use std::fmt;
 /// A result whose error is [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Everything that can go wrong in copq, worded for the person who has to mend it.
+/// Everything that can go wrong in copq, worded for the person who has to fix it.
 ///
 /// `{:?}` gives the same words as `{}`, so that a `main` that returns [`Result`] ends readably.
 ///

@@ -65,11 +65,20 @@
 //!
 //! # Words
 //!
-//! *Objective*: one component of the reward vector; *priority*: their order, most important first.
-//! *Bound*: what a *projection* makes of an ensemble's values, one vector a row; its *step* is
-//! signed, -1 the lower bound. *Critics*: networks of all N values, or *separate* ones of one value
-//! each. *Weights*: the scalarisation w, not a network's parameters. *Target*: the slow copy of a
-//! network, or the value that critics learn towards (a TD target).
+//! | word | meaning |
+//! |---|---|
+//! | objective | one component of the reward vector: a reward, or a cost |
+//! | cost, limit | a reward's opposite, told as a positive number; what its sum over an episode shall not exceed |
+//! | priority | the objectives' order, most important first |
+//! | critics, ensemble | networks of all N values, or *separate* ones of one value each; all of them together |
+//! | projection, bound | a rule that makes one vector a row of an ensemble's values; that vector. Its *step* is signed, -1 the lower bound |
+//! | clip | what keeps a Cholesky bound from going the wrong way along w |
+//! | weights | the scalarisation w, not a network's parameters |
+//! | target network | the slow copy of a network |
+//! | TD target | the value that critics learn towards |
+//! | FAMO | weights of the objectives' losses, so that all fall equally fast |
+//! | agent, learner, trainer | what acts and may learn; the one agent of this crate; an agent with its world, step by step |
+//! | mode | a policy's action without noise |
 
 mod actor;
 mod adam;

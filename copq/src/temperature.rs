@@ -20,7 +20,7 @@ use crate::{EnvSpec, Error, Result, State};
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Entropy {
     /// The temperature to begin with.
     pub temperature: f64,

@@ -43,6 +43,7 @@ pub struct Observation {
 /// assert_eq!([Senses::Joints, Senses::Standard, Senses::Gymnasium].map(seen), [27, 27, 105]);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Senses {
     /// What benchmarks A and B use: positions and velocities (ant: 27), and for the humanoid
     /// inertia, velocities and forces of its bodies (348 in `GymV5`, 244 in `Paper`).

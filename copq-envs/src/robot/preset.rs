@@ -11,6 +11,7 @@ use super::{Integrator, RobotSpec, Solver};
 /// assert_eq!(hopper(Preset::Paper).initial_qpos[1], 0.0); // z from the reference pose
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Preset {
     /// Gymnasium's v5 robots: their MuJoCo models, observations and resets.
     #[default]

@@ -53,6 +53,7 @@ pub struct Options {
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Start {
     /// The preset's own.
     #[default]
@@ -72,6 +73,7 @@ pub enum Start {
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FailingStep {
     /// Nothing (the paper, Gymnasium v5).
     #[default]
@@ -92,6 +94,7 @@ pub enum FailingStep {
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ControlCost {
     /// Actions in benchmark A (paper equation C.1), controls in benchmark B and in Gymnasium's own
     /// reward.
@@ -113,6 +116,7 @@ pub enum ControlCost {
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Cost {
     /// The speed in the x-y plane, of a planar robot the size of its forward velocity (CAL).
     #[default]

@@ -1,5 +1,7 @@
 //! The learner as an [`Agent`]: acting, observing, and everything that a checkpoint holds.
 
+use std::path::Path;
+
 use super::Learner;
 use crate::error::check_len;
 use crate::loss::{check_finite, check_finite_row};
@@ -150,6 +152,10 @@ impl Agent for Learner {
             *q = (0..critics).map(|k| values[k * n + i]).sum::<f32>() / critics as f32;
         }
         Ok(())
+    }
+
+    fn save_policy(&self, path: &Path) -> Result<()> {
+        self.save_policy(path)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {

@@ -29,7 +29,8 @@ impl Learner {
         let mut rng = Rng::new(seed, Stream::Init);
         let actor = |rng: &mut Rng| backend.actor(spec, networks, kind, rng);
         let critics = |rng: &mut Rng| method.critics.build(backend, spec, networks, rng);
-        // Which weights are drawn first is history: runs that are kept began so.
+        // Gaussian methods without a subset draw the actor's weights first, all others the
+        // critics'; kept so that stored seeds repeat.
         let (critic, actor) = if kind == ActorKind::Gaussian && method.config.subset.is_none() {
             let actor = actor(&mut rng)?;
             (critics(&mut rng)?, actor)
@@ -109,7 +110,7 @@ impl Learner {
                 let what = format!("the multiplier's weight of '{}'", self.objectives[objective]);
                 return Err(Error::invalid(
                     what,
-                    "more than 0, for it has the entropy bonus",
+                    "more than 0, because the entropy bonus is added to it",
                     weight,
                 ));
             }

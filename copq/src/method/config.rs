@@ -25,7 +25,7 @@ use crate::{ActorKind, Constraint, Entropy, Error, FamoConfig, Result};
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Networks {
     /// Widths of the hidden layers.
     pub hidden: Vec<usize>,
@@ -34,10 +34,8 @@ pub struct Networks {
     /// Adam's step size for the actor.
     pub actor_lr: f64,
     /// How weights and biases are drawn.
-    #[serde(default)]
     pub init: Init,
     /// The function after each hidden layer.
-    #[serde(default)]
     pub activation: Activation,
 }
 
@@ -48,7 +46,7 @@ pub enum Activation {
     /// max(0, x): every off-policy method of the paper.
     #[default]
     Relu,
-    /// tanh(x): on-policy methods.
+    /// tanh(x).
     Tanh,
     /// x / (1 + exp(-x)): CAL's authors have it in their cost critics; here it is all networks'.
     Silu,
@@ -133,12 +131,19 @@ pub enum WarmUp {
 /// assert!(method.config.check().is_ok());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Smoothing {
     /// Standard deviation, in units of half the action range.
     pub std: f64,
     /// Bound on the noise's size, in the same units.
     pub clip: f64,
+}
+
+impl Default for Smoothing {
+    /// 0.2, clipped at 0.5 (TD3; paper Table D.3).
+    fn default() -> Self {
+        Self { std: 0.2, clip: 0.5 }
+    }
 }
 
 /// Exploration towards what the critics may promise: the policy's mean moves up the gradient of
@@ -169,6 +174,7 @@ pub struct Optimism {
     pub shift: f64,
     /// The projection whose upper bound it is, by its name in
     /// [`by_name`](crate::projection::by_name); the method's own unless named.
+    #[serde(alias = "bound")]
     pub projection: Option<String>,
     /// Environment steps over which the shift shrinks to nothing, linearly; it stays unless given.
     /// The shift has its length however little the critics disagree, so that without an end the

@@ -7,7 +7,7 @@ use crate::{Error, Result};
 /// and counts as zero.
 ///
 /// It lies half-way, in digits, between what double precision leaves of an exact zero (1e-16) and
-/// the least disagreement that single-precision critics can express (1e-8).
+/// the smallest disagreement that single-precision critics can express (1e-8).
 pub const ROUNDING: f64 = 1e-12;
 
 /// The centred values x_ki = Q_ki - mean_i of one row. The covariance is Sigma = X'X / K (biased,

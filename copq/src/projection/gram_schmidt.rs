@@ -31,7 +31,7 @@ pub(super) fn orthonormalise(x: &[f64], e: &mut [f64], pivots: &mut [f64]) {
 fn orthogonalise(column: &[f64], before: &[f64], r: &mut [f64]) -> f64 {
     r.copy_from_slice(column);
     remove(before, r);
-    // The second pass mends what rounding left of the first, which a small pivot would blow up
+    // The second pass corrects what rounding left of the first, which a small pivot would blow up
     // ("twice is enough").
     remove(before, r);
     let length = rms(r);

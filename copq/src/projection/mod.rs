@@ -2,6 +2,7 @@
 //! out.
 
 mod bound;
+mod check;
 mod cholesky;
 mod clip;
 mod confidence;
@@ -31,6 +32,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 pub use bound::Bound;
+pub use check::check_projection;
 pub use cholesky::Cholesky;
 pub use confidence::{confidence, step_length};
 pub use deviations::Deviations;

@@ -7,12 +7,32 @@ use super::{
 };
 use crate::{Error, Result};
 
-const NAMES: &[&str] =
-    &["cholesky", "eigen", "extremum", "diagonal", "scalarised-min", "independent-min", "mean-std"];
+/// A name and what makes its projection.
+type Entry = (&'static str, fn() -> Arc<dyn Projection>);
+
+const ALL: [Entry; 7] = [
+    ("cholesky", || Arc::new(Cholesky)),
+    ("eigen", || Arc::new(Eigen)),
+    ("extremum", || Arc::new(Extremum)),
+    ("diagonal", || Arc::new(Diagonal)),
+    ("scalarised-min", || Arc::new(ScalarisedMin)),
+    ("independent-min", || Arc::new(IndependentMin)),
+    ("mean-std", || Arc::new(MeanStd::default())),
+];
+
+const NAMES: [&str; ALL.len()] = {
+    let mut names = [""; ALL.len()];
+    let mut i = 0;
+    while i < ALL.len() {
+        names[i] = ALL[i].0;
+        i += 1;
+    }
+    names
+};
 
 /// The names that [`by_name`] knows.
 pub fn names() -> &'static [&'static str] {
-    NAMES
+    &NAMES
 }
 
 /// The projection of that name; the error of an unknown one lists the known, nearest first.
@@ -26,16 +46,11 @@ pub fn names() -> &'static [&'static str] {
 /// # Ok::<(), copq::Error>(())
 /// ```
 pub fn by_name(name: &str) -> Result<Arc<dyn Projection>> {
-    Ok(match name {
-        "cholesky" => Arc::new(Cholesky),
-        "eigen" => Arc::new(Eigen),
-        "extremum" => Arc::new(Extremum),
-        "diagonal" => Arc::new(Diagonal),
-        "mean-std" => Arc::new(MeanStd::default()),
-        "scalarised-min" => Arc::new(ScalarisedMin),
-        "independent-min" => Arc::new(IndependentMin),
-        _ => return Err(Error::unknown("projection", name, names())),
-    })
+    let (_, make) = ALL
+        .iter()
+        .find(|(known, _)| *known == name)
+        .ok_or_else(|| Error::unknown("projection", name, names()))?;
+    Ok(make())
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use super::selection::{blend, blend_vjp, worst};
 use super::{Bound, Projection, QView, Scratch};
 use crate::{Ensemble, Result};
 
-/// The values of the critic with the least `u . Q_k` for a negative step, or the greatest for a
+/// The values of the critic with the smallest `u . Q_k` for a negative step, or the greatest for a
 /// positive one.
 ///
 /// The bound is `mean + |step| (Q_k - mean)`, so that steps -1 and 1 give exactly that critic's

@@ -2,7 +2,7 @@
 
 use super::QView;
 
-/// The position of the least value, the first of equals. A NaN is never the least.
+/// The position of the smallest value, the first of equals. A NaN is never the smallest.
 pub(super) fn worst(values: impl Iterator<Item = f64>) -> usize {
     let mut best = (0, f64::INFINITY);
     for (k, value) in values.enumerate() {

@@ -423,8 +423,8 @@ fn what_would_go_wrong_in_silence_is_refused() {
     let error = |weights: &[f32]| {
         sac().multiplier(FixedWeights::new(weights).unwrap()).unwrap_err().to_string()
     };
-    let wanted = "the multiplier's weight of 'rest': wanted more than 0, for it has the entropy \
-         bonus, got 0";
+    let wanted = "the multiplier's weight of 'rest': wanted more than 0, because the entropy \
+         bonus is added to it, got 0";
     assert_eq!(error(&[1.0, 0.0]), wanted);
     assert_eq!(error(&[1.0]), "the multiplier's weights: wanted 2 values, got 1");
     let both = Config { entropy: Some(Entropy::default()), ..Method::cop_td3().config }

@@ -1,4 +1,4 @@
-//! A backend of one's own: the smallest networks there are, without a tensor library.
+//! A custom backend: the smallest networks there are, without a tensor library.
 
 use copq::{
     ActionGrad, Actor, ActorKind, Backend, Critic, EnvSpec, Error, Net, Networks, QGrad, QView,

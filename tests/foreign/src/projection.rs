@@ -1,4 +1,4 @@
-//! A projection of one's own.
+//! A custom projection.
 
 use copq::projection::{Deviations, Ellipsoid, Work};
 

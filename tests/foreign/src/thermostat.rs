@@ -1,4 +1,4 @@
-//! An environment of one's own, in its three methods.
+//! A custom environment, in its three methods.
 
 use copq::{Env, EnvSpec, Outcome, Result, Rng, Stream};
 

@@ -1,0 +1,158 @@
+//! What the author of a projection runs first: is the gradient that of the bound?
+
+use super::{Bound, Projection, QView, Scratch};
+use crate::{Error, Result, Rng, Stream};
+
+const ROWS: usize = 64;
+/// Half the distance over which a slope is measured.
+const NUDGE: f32 = 1e-2;
+/// How far a gradient may be from the slope, whose own error is of this size.
+const TOLERANCE: f32 = 1e-2;
+/// Of the rows, how many may disagree: a bound may have kinks, and some rows lie on one.
+const KINKS: usize = ROWS / 10;
+
+/// Compares a projection's gradient with central differences, for 64 seeded rows of critics' values
+/// and both signs of the step; an error says where they differ. Up to a tenth of the rows may, for
+/// a bound that has kinks, as a minimum has.
+///
+/// ```
+/// use copq::projection::{Cholesky, ScalarisedMin, check_projection};
+///
+/// check_projection(&Cholesky, 4, 3)?;
+/// check_projection(&ScalarisedMin, 2, 3)?;
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub fn check_projection(
+    projection: &dyn Projection,
+    critics: usize,
+    objectives: usize,
+) -> Result<()> {
+    let mut rng = Rng::new(0, Stream::Custom);
+    let mut wrong = Vec::new();
+    for row in 0..ROWS {
+        let mut q = vec![0.0; critics * objectives];
+        let mut grad_out = vec![0.0; objectives];
+        rng.fill_normal(&mut q);
+        rng.fill_normal(&mut grad_out);
+        let weights: Vec<_> = (0..objectives).map(|_| rng.uniform_in(0.1, 1.0) as f32).collect();
+        let step = if row % 2 == 0 { -1.0 } else { 1.0 };
+        let point = Point { projection, objectives, weights: &weights, step };
+        wrong.extend(point.compare(&q, &grad_out)?);
+    }
+    match wrong.first() {
+        Some(Difference { index, gradient, slope }) if wrong.len() > KINKS => {
+            let critic = index / objectives;
+            let objective = index % objectives;
+            Err(Error::invalid(
+                format!(
+                    "gradient of projection {} in {} of {ROWS} rows, first by critic {critic}'s \
+                     objective {objective}",
+                    projection.name(),
+                    wrong.len()
+                ),
+                format!("{slope} (central differences)"),
+                gradient,
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A bound of one row.
+struct Point<'a> {
+    projection: &'a dyn Projection,
+    objectives: usize,
+    weights: &'a [f32],
+    step: f32,
+}
+
+struct Difference {
+    index: usize,
+    gradient: f32,
+    slope: f32,
+}
+
+impl Point<'_> {
+    fn asked<'q>(&'q self, q: &'q [f32]) -> Result<Bound<'q>> {
+        let q = QView::new(q, q.len() / self.objectives, self.objectives)?;
+        Ok(Bound { q, weights: self.weights, step: self.step })
+    }
+
+    /// The bound's product with `grad_out`.
+    fn value(&self, q: &[f32], grad_out: &[f32]) -> Result<f32> {
+        let mut out = vec![0.0; self.objectives];
+        self.projection.project(self.asked(q)?, &mut Scratch::default(), &mut out)?;
+        Ok(out.iter().zip(grad_out).map(|(bound, grad)| bound * grad).sum())
+    }
+
+    /// Where the gradient first differs from the slope, if anywhere.
+    fn compare(&self, q: &[f32], grad_out: &[f32]) -> Result<Option<Difference>> {
+        let mut grad = vec![0.0; q.len()];
+        self.projection.vjp(self.asked(q)?, &mut Scratch::default(), grad_out, &mut grad)?;
+        let mut nudged = q.to_vec();
+        for (index, &gradient) in grad.iter().enumerate() {
+            nudged[index] = q[index] + NUDGE;
+            let up = self.value(&nudged, grad_out)?;
+            nudged[index] = q[index] - NUDGE;
+            let down = self.value(&nudged, grad_out)?;
+            nudged[index] = q[index];
+            let slope = (up - down) / (2.0 * NUDGE);
+            let difference = (gradient - slope).abs();
+            if difference.is_nan() || difference > TOLERANCE * (1.0 + slope.abs()) {
+                return Ok(Some(Difference { index, gradient, slope }));
+            }
+        }
+        Ok(None)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projection::{Diagonal, by_name, names};
+
+    #[test]
+    fn every_projection_of_the_library_passes() {
+        for name in names() {
+            let projection = by_name(name).unwrap();
+            for (critics, objectives) in [(2, 1), (4, 3), (6, 2)] {
+                check_projection(projection.as_ref(), critics, objectives)
+                    .unwrap_or_else(|error| panic!("{name}: {error}"));
+            }
+        }
+    }
+
+    /// Its gradient is twice what it should be.
+    #[derive(Debug)]
+    struct Doubled;
+
+    impl Projection for Doubled {
+        fn name(&self) -> &'static str {
+            "doubled"
+        }
+
+        fn project(&self, asked: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+            Diagonal.project(asked, scratch, out)
+        }
+
+        fn vjp(
+            &self,
+            asked: Bound<'_>,
+            scratch: &mut Scratch,
+            grad_out: &[f32],
+            grad_q: &mut [f32],
+        ) -> Result<()> {
+            Diagonal.vjp(asked, scratch, grad_out, grad_q)?;
+            for grad in grad_q {
+                *grad *= 2.0;
+            }
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_wrong_gradient_is_named() {
+        let error = check_projection(&Doubled, 3, 2).unwrap_err().to_string();
+        assert!(error.starts_with("gradient of projection doubled in 6"), "{error}");
+    }
+}
