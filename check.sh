@@ -16,7 +16,8 @@ mujoco=copq-envs-mujoco/render,copq-tests/mujoco-rs,copq-cli/render,copq-bench/m
 run cargo fmt --all --check
 run cargo clippy --workspace --all-targets --locked -- -D warnings
 if test "${1:-}" = quick; then
-    run cargo test -p copq -p copq-candle -p copq-envs -p copq-experiments -p copq-render --lib --tests --locked
+    # As a part of the workspace, so that nothing is compiled twice.
+    run cargo test --workspace --lib --test all --test animation --locked
     printf '\nquick checks passed\n'
     exit
 fi
