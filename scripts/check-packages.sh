@@ -16,4 +16,4 @@ for name in "${names[@]}"; do
     tar -xzf "target/package/$name-$version.crate" -C "$packages"
     printf '%s = { path = "%s-%s" }\n' "$name" "$name" "$version" >> "$packages/Cargo.toml"
 done
-cargo check --workspace --manifest-path "$packages/Cargo.toml" --target-dir target --offline
+cargo check --workspace --manifest-path "$packages/Cargo.toml" --target-dir target
