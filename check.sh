@@ -61,6 +61,6 @@ else
     printf '\n!! SKIPPED: feature `system` of copq-envs-mujoco, for there is no MuJoCo to test it on\n'
 fi
 
-# A crate outside the workspace writes its own projection and trains with it.
+# A crate outside the workspace trains with a projection, an environment and networks of its own.
 run cargo run --locked --manifest-path tests/foreign/Cargo.toml --target-dir target
 printf '\nall checks passed\n'

@@ -34,7 +34,7 @@ impl Env for Cart {
     }
 
     fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
-        // An episode depends on its seed alone; streams 100 to 999 are free.
+        // An episode depends on its seed alone.
         self.state = [Rng::new(seed, Stream::Custom).uniform_in(0.0, 2.0) as f32, 0.0];
         self.steps = 0;
         obs.copy_from_slice(&self.state);

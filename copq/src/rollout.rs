@@ -1,4 +1,4 @@
-//! The one episode loop: scale an action, step the world, add up what came.
+//! The episode loop of training and evaluation: scale an action, step the world, add up what came.
 
 use crate::error::check_len;
 use crate::{Env, Error, Outcome, Result, State};

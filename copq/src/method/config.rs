@@ -174,7 +174,6 @@ pub struct Optimism {
     pub shift: f64,
     /// The projection whose upper bound it is, by its name in
     /// [`by_name`](crate::projection::by_name); the method's own unless named.
-    #[serde(alias = "bound")]
     pub projection: Option<String>,
     /// Environment steps over which the shift shrinks to nothing, linearly; it stays unless given.
     /// The shift has its length however little the critics disagree, so that without an end the
