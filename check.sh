@@ -56,7 +56,7 @@ run $copq train --engine mujoco --preset paper \
 if exports=$(scripts/system-mujoco.sh); then
     eval "$exports"
     run cargo test --workspace --features copq-envs-mujoco/system,copq-tests/system --locked \
-        --lib --test engines --test engine --test golden_system --test missing_library --test doctor --test allocations
+        --lib --test engines --test mujoco
 else
     printf '\n!! SKIPPED: feature `system` of copq-envs-mujoco, for there is no MuJoCo to test it on\n'
 fi

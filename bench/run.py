@@ -68,7 +68,7 @@ LABELS = {
     "autograd": "candle autograd",
     "plain": "copq's plain candle networks",
     "td3": "copq, TD3 as Stable-Baselines3's",
-    "cop": "copq, TD3-COP with FAMO and OAC",
+    "cop": "copq, COP-TD3 with FAMO and OAC",
     "sbx": "SBX TD3 (JAX)",
     "sb3": "Stable-Baselines3 TD3 (PyTorch)",
 }

@@ -42,20 +42,17 @@ impl Env for Cart {
     }
 
     fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
-        let [position, velocity] = &mut self.state;
-        *velocity += TICK * action[0];
-        *position += TICK * *velocity;
+        self.state[1] += TICK * action[0];
+        self.state[0] += TICK * self.state[1];
         self.steps += 1;
-        let crashed = *position >= WALL;
-        reward.copy_from_slice(&[
-            if crashed { 0.0 } else { 1.0 },
-            -(WALL - 1.0 - *position).abs() / WALL,
-        ]);
+        let distance = WALL - self.state[0];
+        let safe = distance > 0.0;
+        reward.copy_from_slice(&[f32::from(safe), -(distance - 1.0).abs() / WALL]);
         obs.copy_from_slice(&self.state);
-        Ok(match (crashed, self.steps == self.spec.horizon) {
-            (true, _) => Outcome::Terminated, // nothing follows
-            (_, true) => Outcome::Truncated, // time ran out, but the state is worth what it is worth
-            _ => Outcome::Running,
+        Ok(match self.steps == self.spec.horizon {
+            _ if !safe => Outcome::Terminated, // nothing follows
+            true => Outcome::Truncated, // time ran out, but the state is worth what it is worth
+            false => Outcome::Running,
         })
     }
 }

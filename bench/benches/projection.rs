@@ -1,12 +1,14 @@
-//! What a projection costs by itself: the bound and its gradient for a batch of 256 rows.
+//! What a projection costs by itself: the bound and its gradient for a batch of 256 rows; and
+//! beside it faer's factors of the same rows, without bound or gradient.
 //!
 //! `cargo bench -p copq-bench --bench projection`; a filter picks some: `-- 'project.*cholesky'`.
 
 use std::fmt;
 
 use copq::projection::{by_name, names};
-use copq::{Bound, QView, Rng, Scratch, Stream};
-use divan::Bencher;
+use copq::{BoundQuery, QView, Rng, Scratch, Stream};
+use divan::{Bencher, black_box};
+use faer::Mat;
 
 const ROWS: usize = 256;
 
@@ -35,6 +37,44 @@ fn cases() -> Vec<Case> {
     shapes.into_iter().flat_map(case).collect()
 }
 
+/// Of faer's: its factors do not know about methods.
+fn shapes() -> Vec<Case> {
+    let shape = |n| Case { name: "faer", critics: n + 1, objectives: n };
+    [3, 10, 25, 50].map(shape).into()
+}
+
+/// The critics' deviations from their mean, `critics x objectives`, for each of the rows.
+fn deviations(case: &Case) -> Vec<Mat<f64>> {
+    let q = normals(case.critics * ROWS * case.objectives);
+    let mut rows = Vec::with_capacity(ROWS);
+    for row in 0..ROWS {
+        let at = |k, i| f64::from(q[(k * ROWS + row) * case.objectives + i]);
+        let mean = |i| (0..case.critics).map(|k| at(k, i)).sum::<f64>() / case.critics as f64;
+        rows.push(Mat::from_fn(case.critics, case.objectives, |k, i| at(k, i) - mean(i)));
+    }
+    rows
+}
+
+#[divan::bench(args = shapes())]
+fn singular_values_and_vectors(bencher: Bencher<'_, '_>, case: &Case) {
+    let rows = deviations(case);
+    bencher.bench_local(|| {
+        for x in &rows {
+            black_box(x.thin_svd().unwrap());
+        }
+    });
+}
+
+#[divan::bench(args = shapes())]
+fn qr(bencher: Bencher<'_, '_>, case: &Case) {
+    let rows = deviations(case);
+    bencher.bench_local(|| {
+        for x in &rows {
+            black_box(x.qr());
+        }
+    });
+}
+
 fn normals(len: usize) -> Vec<f32> {
     let mut values = vec![0.0; len];
     Rng::new(0, Stream::Batch).fill_normal(&mut values);
@@ -48,7 +88,7 @@ fn project(bencher: Bencher<'_, '_>, case: &Case) {
     let weights = vec![1.0; case.objectives];
     let mut out = vec![0.0; ROWS * case.objectives];
     let q = QView::new(&q, case.critics, case.objectives).unwrap();
-    let bound = Bound { q, weights: &weights, step: -1.0 };
+    let bound = BoundQuery { q, weights: &weights, step: -1.0 };
     let mut scratch = Scratch::default();
     bencher.bench_local(|| projection.project(bound, &mut scratch, &mut out).unwrap());
 }
@@ -61,7 +101,7 @@ fn vjp(bencher: Bencher<'_, '_>, case: &Case) {
     let grad = vec![1.0 / ROWS as f32; ROWS * case.objectives];
     let mut grad_q = vec![0.0; q.len()];
     let q = QView::new(&q, case.critics, case.objectives).unwrap();
-    let bound = Bound { q, weights: &weights, step: -1.0 };
+    let bound = BoundQuery { q, weights: &weights, step: -1.0 };
     let mut scratch = Scratch::default();
     bencher.bench_local(|| projection.vjp(bound, &mut scratch, &grad, &mut grad_q).unwrap());
 }

@@ -1,4 +1,4 @@
-"""One TD3-COP update in JAX, compiled whole: one update a call, or a scan over many.
+"""One COP-TD3 update in JAX, compiled whole: one update a call, or a scan over many.
 
     python jax_update.py FOLDER ACTOR_DELAY THREADS
 

@@ -1,4 +1,4 @@
-"""One TD3-COP update in PyTorch: separate critics and fused Adam, eager or compiled.
+"""One COP-TD3 update in PyTorch: separate critics and fused Adam, eager or compiled.
 
     python torch_update.py FOLDER ACTOR_DELAY THREADS
 

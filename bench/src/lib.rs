@@ -1,4 +1,4 @@
-//! What benchmarks share: clocks, medians, episodes, and one update of TD3-COP in several programs.
+//! What benchmarks share: clocks, medians, episodes, and one update of COP-TD3 in several programs.
 
 #![allow(missing_debug_implementations)] // Programs, not values to print.
 

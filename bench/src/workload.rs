@@ -1,4 +1,4 @@
-//! What is measured: sizes of one TD3-COP update, and the weights and batches that every program
+//! What is measured: sizes of one COP-TD3 update, and the weights and batches that every program
 //! starts from.
 
 use std::collections::HashMap;
@@ -39,7 +39,7 @@ pub struct Workload {
 }
 
 impl Workload {
-    /// `walker2d` and `humanoid` are TD3-COP on Gymnasium's robots of those names; `redq` has
+    /// `walker2d` and `humanoid` are COP-TD3 on Gymnasium's robots of those names; `redq` has
     /// walker2d's shapes with 10 critics and an actor that moves in every 20th update, the last of
     /// an environment step.
     pub fn named(name: &str, threads: usize) -> Result<Self> {

@@ -4,10 +4,10 @@
 use copq::{Error, Init, Result, Rng, State};
 
 use crate::init;
-use crate::shape::Shape;
+use crate::shape::{Array, Shape};
 
-/// Parameters, slow copy and optimiser state of one network; every buffer of numbers is laid out by
-/// its [`Shape`].
+/// Parameters, slow copy and optimiser state of one network; every buffer of numbers holds the
+/// network's [`Array`]s one after another.
 #[derive(Clone, Debug)]
 pub(crate) struct Learned<T = f32> {
     /// Trained parameters.
@@ -34,26 +34,25 @@ impl Learned {
         Self { target: online.clone(), online, m: zeros.clone(), v: zeros, steps: 0 }
     }
 
-    /// Writes online parameters alone: `layer.0.weight` (`output x input`), `layer.0.bias` and so
-    /// on.
-    pub fn export(online: &[f32], shape: &Shape, state: &mut State) {
-        for (name, dims, range) in shape.arrays() {
-            state.put_shaped(&name, &dims, &online[range]);
+    /// Writes online parameters alone, each array by its name.
+    pub fn export(online: &[f32], arrays: &[Array], state: &mut State) {
+        for Array { name, dims, range } in arrays {
+            state.put_shaped(name, dims, &online[range.clone()]);
         }
     }
 
     /// Reads what [`Learned::export`] wrote.
-    pub fn import(shape: &Shape, state: &State) -> Result<Vec<f32>> {
-        let mut online = vec![0.0; shape.len()];
-        for (name, _, range) in shape.arrays() {
-            state.read(&name, &mut online[range])?;
+    pub fn import(arrays: &[Array], state: &State) -> Result<Vec<f32>> {
+        let mut online = vec![0.0; arrays.last().map_or(0, |last| last.range.end)];
+        for Array { name, range, .. } in arrays {
+            state.read(name, &mut online[range.clone()])?;
         }
         Ok(online)
     }
 
-    /// Writes subtrees `online`, `target`, `adam_m`, `adam_v` of `layer.i.weight`
-    /// (`output x input`) and `layer.i.bias` arrays, and the count `steps`.
-    pub fn save(&self, shape: &Shape, state: &mut State) {
+    /// Writes subtrees `online`, `target`, `adam_m`, `adam_v` of arrays by their names, and the
+    /// count `steps`.
+    pub fn save(&self, arrays: &[Array], state: &mut State) {
         let parts = [
             ("online", &self.online),
             ("target", &self.target),
@@ -61,14 +60,14 @@ impl Learned {
             ("adam_v", &self.v),
         ];
         for (part, values) in parts {
-            Self::export(values, shape, state.child_mut(part));
+            Self::export(values, arrays, state.child_mut(part));
         }
         state.put("steps", [self.steps]);
     }
 
     /// Reads what [`Learned::save`] wrote.
-    pub fn load(shape: &Shape, state: &State) -> Result<Self> {
-        let part = |part| Self::import(shape, state.child(part)?);
+    pub fn load(arrays: &[Array], state: &State) -> Result<Self> {
+        let part = |part| Self::import(arrays, state.child(part)?);
         let [online, target, m, v] =
             [part("online")?, part("target")?, part("adam_m")?, part("adam_v")?];
         Ok(Self { online, target, m, v, steps: state.get_one("steps")? })
@@ -92,19 +91,23 @@ impl<T> Learned<T> {
 /// Writes an ensemble's networks as subtrees `critic.0`, `critic.1` and so on.
 pub(crate) fn save_critics(
     critics: impl Iterator<Item = Learned>,
-    shape: &Shape,
+    arrays: &[Array],
     state: &mut State,
 ) {
     for (k, learned) in critics.enumerate() {
-        learned.save(shape, state.child_mut(&format!("critic.{k}")));
+        learned.save(arrays, state.child_mut(&format!("critic.{k}")));
     }
 }
 
 /// Reads what [`save_critics`] wrote; there must be exactly `critics` networks.
-pub(crate) fn load_critics(critics: usize, shape: &Shape, state: &State) -> Result<Vec<Learned>> {
+pub(crate) fn load_critics(
+    critics: usize,
+    arrays: &[Array],
+    state: &State,
+) -> Result<Vec<Learned>> {
     let saved = state.children().filter(|(name, _)| name.starts_with("critic.")).count();
     if saved != critics {
         return Err(Error::invalid("saved critics", critics, saved));
     }
-    (0..critics).map(|k| Learned::load(shape, state.child(&format!("critic.{k}"))?)).collect()
+    (0..critics).map(|k| Learned::load(arrays, state.child(&format!("critic.{k}"))?)).collect()
 }

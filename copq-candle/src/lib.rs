@@ -34,8 +34,8 @@
 //!
 //! There are two implementations of each network, with the same initial weights and the same saved
 //! state: [`fused`], hand-written passes around matrix products for CPUs, which [`critic`] and
-//! [`actor`] return; and [`plain`], candle's tensors and autograd on any [`Device`], which is easy
-//! to read and is what the fused one must equal.
+//! [`actor`] return; and [`plain`], candle-nn's modules and autograd on any [`Device`], which is
+//! easy to read and is what the fused one must equal.
 //!
 //! Architectures of your own, as candle-nn modules, are [`Modules`].
 
@@ -46,7 +46,7 @@ mod check;
 pub mod fused;
 mod init;
 mod learned;
-pub mod modules;
+mod modules;
 pub mod plain;
 mod shape;
 mod squash;
@@ -54,7 +54,7 @@ mod weights;
 
 pub use candle_core::Device;
 use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Networks, Result, Rng};
-pub use modules::Modules;
+pub use modules::{MakeModule, Modules};
 
 /// K critics for an environment, in the fast implementation, with fresh weights from `rng`
 /// ([`copq::Stream::Init`]).

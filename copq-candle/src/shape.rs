@@ -28,6 +28,15 @@ impl Layer {
     }
 }
 
+/// One array of a network's parameters: its name, its dimensions, and where it lies in the flat
+/// buffer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Array {
+    pub name: String,
+    pub dims: Vec<usize>,
+    pub range: Range<usize>,
+}
+
 /// A multilayer perceptron's layers in order, packed one after another.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Shape {
@@ -50,7 +59,8 @@ impl Shape {
         Self::new(spec.obs_len, &networks.hidden, 2 * spec.action_len())
     }
 
-    fn new(input: usize, hidden: &[usize], output: usize) -> Self {
+    /// Layers of these widths, `input` first and `output` last.
+    pub fn new(input: usize, hidden: &[usize], output: usize) -> Self {
         let mut input = input;
         let mut start = 0;
         let mut layers = Vec::with_capacity(hidden.len() + 1);
@@ -72,13 +82,22 @@ impl Shape {
         self.layers.last().map_or(0, |last| last.bias().end)
     }
 
-    /// Every array by name, in the flat buffer's order: `layer.0.weight`, `layer.0.bias`,
-    /// `layer.1.weight` and so on, with its dimensions and where it lies.
-    pub fn arrays(&self) -> impl Iterator<Item = (String, Vec<usize>, Range<usize>)> {
-        self.layers.iter().enumerate().flat_map(|(i, layer)| {
-            let weight =
-                (format!("layer.{i}.weight"), vec![layer.output, layer.input], layer.weight());
-            [weight, (format!("layer.{i}.bias"), vec![layer.output], layer.bias())]
-        })
+    /// Every array in the flat buffer's order: `layer.0.weight` (`output x input`),
+    /// `layer.0.bias`, `layer.1.weight` and so on.
+    pub fn arrays(&self) -> Vec<Array> {
+        let mut arrays = Vec::with_capacity(2 * self.layers.len());
+        for (i, layer) in self.layers.iter().enumerate() {
+            arrays.push(Array {
+                name: format!("layer.{i}.weight"),
+                dims: vec![layer.output, layer.input],
+                range: layer.weight(),
+            });
+            arrays.push(Array {
+                name: format!("layer.{i}.bias"),
+                dims: vec![layer.output],
+                range: layer.bias(),
+            });
+        }
+        arrays
     }
 }

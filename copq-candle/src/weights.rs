@@ -7,24 +7,25 @@ use copq::{Error, Result, files};
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors};
 
-use crate::shape::Shape;
+use crate::shape::Array;
 
-/// Writes networks to a file, whole or not at all: `critic.0.layer.0.weight` (`output x input`) and
-/// so on, one prefix (`critic.0`) a network.
-pub(crate) fn save(path: &Path, networks: &[(String, Vec<f32>)], shape: &Shape) -> Result<()> {
+/// Writes networks of the same arrays to a file, whole or not at all: `critic.0.layer.0.weight`
+/// (`output x input`) and so on, one prefix (`critic.0`) a network.
+pub(crate) fn save(path: &Path, networks: &[(String, Vec<f32>)], arrays: &[Array]) -> Result<()> {
     let failed = |e: Box<dyn std::error::Error + Send + Sync>| {
         Error::other(format!("writing {}", path.display()), e)
     };
-    let mut arrays = Vec::new();
+    let mut tensors = Vec::new();
     for (prefix, values) in networks {
-        for (name, dims, range) in shape.arrays() {
-            let bytes: Vec<u8> = values[range].iter().flat_map(|x| x.to_le_bytes()).collect();
-            arrays.push((format!("{prefix}.{name}"), dims, bytes));
+        for Array { name, dims, range } in arrays {
+            let values = &values[range.clone()];
+            let bytes: Vec<u8> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
+            tensors.push((format!("{prefix}.{name}"), dims, bytes));
         }
     }
-    let views = arrays
+    let views = tensors
         .iter()
-        .map(|(name, dims, bytes)| Ok((name, TensorView::new(Dtype::F32, dims.clone(), bytes)?)));
+        .map(|(name, dims, bytes)| Ok((name, TensorView::new(Dtype::F32, dims.to_vec(), bytes)?)));
     let views = views
         .collect::<Result<Vec<_>, safetensors::SafeTensorError>>()
         .map_err(|e| failed(e.into()))?;
@@ -34,30 +35,31 @@ pub(crate) fn save(path: &Path, networks: &[(String, Vec<f32>)], shape: &Shape) 
 
 /// Reads the networks of these prefixes from a file that [`save`] or another tool wrote; their flat
 /// parameters.
-pub(crate) fn load(path: &Path, prefixes: &[String], shape: &Shape) -> Result<Vec<Vec<f32>>> {
+pub(crate) fn load(path: &Path, prefixes: &[String], arrays: &[Array]) -> Result<Vec<Vec<f32>>> {
     let what = || format!("reading {}", path.display());
     let bytes = std::fs::read(path).map_err(|e| Error::other(what(), e))?;
     let file = SafeTensors::deserialize(&bytes).map_err(|e| Error::other(what(), e))?;
-    prefixes.iter().map(|prefix| read(&file, path, prefix, shape)).collect()
+    prefixes.iter().map(|prefix| read(&file, path, prefix, arrays)).collect()
 }
 
-fn read(file: &SafeTensors<'_>, path: &Path, prefix: &str, shape: &Shape) -> Result<Vec<f32>> {
-    let mut values = vec![0.0; shape.len()];
-    for (name, dims, range) in shape.arrays() {
+fn read(file: &SafeTensors<'_>, path: &Path, prefix: &str, arrays: &[Array]) -> Result<Vec<f32>> {
+    let mut values = vec![0.0; arrays.last().map_or(0, |last| last.range.end)];
+    for Array { name, dims, range } in arrays {
         let name = format!("{prefix}.{name}");
         let what = format!("tensor '{name}' in {}", path.display());
         let wanted = format!("F32 {dims:?}");
         let Ok(tensor) = file.tensor(&name) else {
             return Err(Error::invalid(what, wanted, "no such tensor"));
         };
-        if tensor.dtype() != Dtype::F32 || tensor.shape() != dims {
+        if tensor.dtype() != Dtype::F32 || tensor.shape() != dims.as_slice() {
             return Err(Error::invalid(
                 what,
                 wanted,
                 format!("{:?} {:?}", tensor.dtype(), tensor.shape()),
             ));
         }
-        for (value, bytes) in values[range].iter_mut().zip(tensor.data().as_chunks::<4>().0) {
+        for (value, bytes) in values[range.clone()].iter_mut().zip(tensor.data().as_chunks::<4>().0)
+        {
             *value = f32::from_le_bytes(*bytes);
         }
     }

@@ -22,9 +22,7 @@ pub fn make_env(plan: &Plan) -> Result<Box<dyn Env>> {
 /// A plan's task on its engine, whose robot can be looked at.
 pub fn make_world(plan: &Plan) -> Result<World> {
     let options = Options { preset: plan.preset.parse()?, ..Options::default() };
-    let task = copq_envs::task_with(&plan.task, &options)?;
-    let physics = make_physics(&plan.engine, &task.robot)?;
-    Locomotion::new(task, physics)
+    Locomotion::make(&plan.task, &options, |robot| make_physics(&plan.engine, robot))
 }
 
 fn make_physics(engine: &str, robot: &RobotSpec) -> Result<Box<dyn Physics>> {

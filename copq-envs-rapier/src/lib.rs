@@ -50,7 +50,5 @@ pub fn make(name: &str) -> Result<Box<dyn Env>> {
 
 /// The environment of this name with these options.
 pub fn make_with(name: &str, options: &Options) -> Result<Box<dyn Env>> {
-    let task = copq_envs::task_with(name, options)?;
-    let physics = Rapier::new(&task.robot)?;
-    Ok(Box::new(Locomotion::new(task, physics)?))
+    Ok(Box::new(Locomotion::make(name, options, Rapier::new)?))
 }

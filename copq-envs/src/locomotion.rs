@@ -3,8 +3,8 @@
 use copq::error::check_len;
 use copq::{Env, EnvSpec, Error, Outcome, Result, Rng, State};
 
-use crate::task::Motion;
-use crate::{Physics, Readings, Task};
+use crate::task::{Motion, Options, task_with};
+use crate::{Physics, Readings, RobotSpec, Task};
 
 /// The stream of reset noise; [`copq::Stream`] keeps the small numbers for the learner.
 const NOISE_STREAM: u64 = 0x0065_6e76;
@@ -92,6 +92,18 @@ impl<P: Physics> Locomotion<P> {
             readings,
             place: [0.0; 2],
         })
+    }
+
+    /// The task of this name (see [`tasks`](crate::tasks)) with these options, on the engine that
+    /// `engine` puts its robot in; an unknown name is answered with the nearest ones.
+    pub fn make(
+        name: &str,
+        options: &Options,
+        engine: impl FnOnce(&RobotSpec) -> Result<P>,
+    ) -> Result<Self> {
+        let task = task_with(name, options)?;
+        let physics = engine(&task.robot)?;
+        Self::new(task, physics)
     }
 
     /// The task.

@@ -9,7 +9,6 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use copq::{Error, Result};
 use prost::Message;
 
-use crate::numbers::Numbers;
 use copq::files;
 
 /// `tensorflow.Event`, as far as scalars need it.
@@ -62,7 +61,7 @@ struct SessionLog {
 /// use copq_experiments::tensorboard::{EventFile, read_scalars};
 ///
 /// let mut events = EventFile::create(folder, 0)?;
-/// events.scalars(1_000, &vec![("q/safety".to_owned(), 0.5)])?;
+/// events.scalars(1_000, &[("q/safety".to_owned(), 0.5)])?;
 /// # let entry = std::fs::read_dir(folder).expect("a folder").next().expect("a file");
 /// # let path = entry.expect("a file").path();
 /// assert_eq!(read_scalars(&path)?, [(1_000, "q/safety".to_owned(), 0.5)]);
@@ -89,7 +88,7 @@ impl EventFile {
 
     /// Writes numbers at a step; tags that share what comes before the first `/` share a section of
     /// TensorBoard's page.
-    pub fn scalars(&mut self, step: u64, numbers: &Numbers) -> Result<()> {
+    pub fn scalars(&mut self, step: u64, numbers: &[(String, f64)]) -> Result<()> {
         let scalar = |(tag, number): &(String, f64)| Scalar {
             tag: tag.clone(),
             simple_value: *number as f32,
@@ -196,7 +195,7 @@ mod tests {
         let mut events = EventFile::create(folder.path(), 0).unwrap();
         let numbers = vec![("q/safety".to_owned(), 1.5), ("loss/critic".to_owned(), -2.0)];
         events.scalars(1_000, &numbers).unwrap();
-        events.scalars(2_000, &numbers[..1].to_vec()).unwrap();
+        events.scalars(2_000, &numbers[..1]).unwrap();
         let wanted =
             [(1_000, "q/safety", 1.5), (1_000, "loss/critic", -2.0), (2_000, "q/safety", 1.5)];
         let wanted = wanted.map(|(step, tag, value)| (step, tag.to_owned(), value));

@@ -7,18 +7,17 @@ use crate::{Error, Net, Result, State};
 pub struct Sample<'a> {
     /// Actions in [-1, 1], `rows x action`.
     pub action: &'a [f32],
-    /// log pi(a|s), one per row; empty for a deterministic policy.
-    pub log_prob: &'a [f32],
+    /// log pi(a|s), one per row; a deterministic policy has none.
+    pub log_prob: Option<&'a [f32]>,
 }
 
-/// dL/daction (`rows x action`) and dL/dlog_prob (`rows`, empty for a deterministic policy), to be
-/// filled.
+/// dL/daction (`rows x action`) and, of a stochastic policy, dL/dlog_prob (`rows`), to be filled.
 #[derive(Debug)]
 pub struct SampleGrad<'a> {
     /// dL/daction.
     pub action: &'a mut [f32],
     /// dL/dlog_prob.
-    pub log_prob: &'a mut [f32],
+    pub log_prob: Option<&'a mut [f32]>,
 }
 
 /// Given sampled actions, fills their gradients.
@@ -52,8 +51,8 @@ pub type ActionGrad<'a> = &'a mut dyn FnMut(Sample<'_>, SampleGrad<'_>) -> Resul
 ///         let mut grad_a = action.clone();
 ///         self.mode(Net::Online, obs, &mut action)?;
 ///         grad(
-///             Sample { action: &action, log_prob: &[] },
-///             SampleGrad { action: &mut grad_a, log_prob: &mut [] },
+///             Sample { action: &action, log_prob: None },
+///             SampleGrad { action: &mut grad_a, log_prob: None },
 ///         )?;
 ///         self.online -= 0.5 * obs.iter().zip(&grad_a).map(|(s, grad)| s * grad).sum::<f32>();
 ///         Ok(())

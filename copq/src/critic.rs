@@ -5,6 +5,22 @@ use crate::error::{check_chosen, check_len};
 use crate::{Error, QView, Result, State};
 
 /// Which copy of a network.
+///
+/// ```
+/// use copq::{Actor, Net, Result};
+///
+/// /// How far a policy has moved from its slow copy, at one observation.
+/// fn lead(actor: &mut dyn Actor, obs: &[f32]) -> Result<f32> {
+///     let mut online = vec![0.0; actor.action_len()];
+///     let mut target = online.clone();
+///     actor.mode(Net::Online, obs, &mut online)?;
+///     actor.mode(Net::Target, obs, &mut target)?;
+///     Ok(online.iter().zip(&target).map(|(online, target)| (online - target).abs()).sum())
+/// }
+/// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
+/// # assert_eq!(lead(&mut still::Still, &[0.1])?, 0.0);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Net {
     /// The one that is trained.

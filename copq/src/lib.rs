@@ -8,7 +8,7 @@
 //! double-Q minima) are here too, behind one trait, [`Projection`].
 //!
 //! ```
-//! use copq::projection::{Bound, Cholesky, Projection, QView, Scratch};
+//! use copq::projection::{BoundQuery, Cholesky, Projection, QView, Scratch};
 //!
 //! // Three critics, one row, two objectives in priority order: safety, then speed.
 //! let q = [10.0, 5.0,  12.0, 4.0,  11.0, 9.0];
@@ -17,7 +17,7 @@
 //! let mut low = [0.0; 2];
 //!
 //! // A step of -1 is the lower bound of the TD target.
-//! Cholesky.project(Bound { q, weights: &[1.0, 1.0], step: -1.0 }, &mut scratch, &mut low)?;
+//! Cholesky.project(BoundQuery { q, weights: &[1.0, 1.0], step: -1.0 }, &mut scratch, &mut low)?;
 //! assert!((low[0] - 10.422650).abs() < 1e-5 && (low[1] - 4.788675).abs() < 1e-5);
 //! # Ok::<(), copq::Error>(())
 //! ```
@@ -135,7 +135,7 @@ pub use normaliser::Normaliser;
 pub use observer::{Observer, Silent};
 pub use ordered::OrderedEnv;
 pub use policy::Policy;
-pub use projection::{Bound, Projection, QView, Scratch};
+pub use projection::{BoundQuery, Projection, QView, Scratch};
 pub use replay::Replay;
 pub use rng::{Rng, Stream};
 pub use rollout::{Episode, Rollout};

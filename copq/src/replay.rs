@@ -232,13 +232,15 @@ impl Replay {
 
     /// Writes the contents and the cursor.
     pub fn save(&self, state: &mut State) {
-        state.put("obs", self.obs.as_slice());
-        state.put("action", self.act.as_slice());
-        state.put("reward", self.reward.as_slice());
+        let rows = self.len();
+        state.put_shaped("obs", &[rows, self.observation], self.obs.as_slice());
+        state.put_shaped("action", &[rows, self.action], self.act.as_slice());
+        state.put_shaped("reward", &[rows, self.objectives], self.reward.as_slice());
         let end: Vec<u64> = self.end.iter().map(|&end| encode(end)).collect();
         state.put("end", end);
         state.put("latest", self.latest.as_slice());
-        state.put("finals", self.finals.iter().copied().collect::<Vec<_>>());
+        let finals: Vec<f32> = self.finals.iter().copied().collect();
+        state.put_shaped("finals", &[finals.len() / self.observation, self.observation], finals);
         state.put("cursor", [self.cursor as u64]);
         state.put("dropped", [u64::from(self.dropped)]);
         state.put("capacity", [self.capacity as u64]);

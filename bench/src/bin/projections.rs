@@ -1,4 +1,4 @@
-//! What each projection costs in a whole TD3-COP update on walker2d's shapes, against the clipped
+//! What each projection costs in a whole COP-TD3 update on walker2d's shapes, against the clipped
 //! double-Q choice by scalarised minimum with as many critics, and against that with two.
 
 use std::sync::Arc;

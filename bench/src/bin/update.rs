@@ -1,4 +1,4 @@
-//! What one TD3-COP update costs, in several programs whose losses agree.
+//! What one COP-TD3 update costs, in several programs whose losses agree.
 //!
 //! By itself it prints a table of medians over interleaved rounds. With `--serve` it measures on
 //! demand for `bench/run.py`: `check NAME UPDATES` is answered with the losses of a fresh start,
@@ -15,7 +15,7 @@ use copq_bench::rounds::{Running, interleave, ratio, text};
 use copq_bench::update::{NAMES, make};
 use copq_bench::workload::Workload;
 
-/// Times one TD3-COP update.
+/// Times one COP-TD3 update.
 #[derive(Parser)]
 struct Cli {
     /// walker2d, humanoid or redq.

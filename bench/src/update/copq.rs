@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use copq::projection::Cholesky;
-use copq::{Actor, Bound, Critic, Net, Projection, QView, Rng, Scratch, Stream};
+use copq::{Actor, BoundQuery, Critic, Net, Projection, QView, Rng, Scratch, Stream};
 use copq_candle::{Device, plain};
 
 use super::{Losses, Update};
@@ -138,6 +138,6 @@ impl Update for Copq {
     }
 }
 
-fn lower<'a>(q: QView<'a>, weights: &'a [f32]) -> Bound<'a> {
-    Bound { q, weights, step: -1.0 }
+fn lower<'a>(q: QView<'a>, weights: &'a [f32]) -> BoundQuery<'a> {
+    BoundQuery { q, weights, step: -1.0 }
 }

@@ -1,4 +1,4 @@
-//! One TD3-COP update, written in several ways that do the same.
+//! One COP-TD3 update, written in several ways that do the same.
 
 mod autograd;
 mod copq;

@@ -93,7 +93,7 @@ impl Actor for Deterministic {
         let dl = room(&mut self.grad, len);
         self.policy.forward(obs, rows, action);
         tanh(action);
-        grad(Sample { action, log_prob: &[] }, SampleGrad { action: dl, log_prob: &mut [] })?;
+        grad(Sample { action, log_prob: None }, SampleGrad { action: dl, log_prob: None })?;
         tanh_backward(dl, action);
         self.policy.learn(dl);
         Ok(())

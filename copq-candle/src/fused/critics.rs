@@ -90,14 +90,14 @@ impl Critics {
         let online = self.networks.iter().map(|network| network.learned().online);
         let named: Vec<_> =
             weights::critic_prefixes(self.networks.len()).into_iter().zip(online).collect();
-        weights::save(path.as_ref(), &named, self.shape())
+        weights::save(path.as_ref(), &named, &self.shape().arrays())
     }
 
     /// Starts from a safetensors file's parameters: the targets become equal to them and the
     /// optimiser begins anew.
     pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
         let prefixes = weights::critic_prefixes(self.networks.len());
-        let online = weights::load(path.as_ref(), &prefixes, self.shape())?;
+        let online = weights::load(path.as_ref(), &prefixes, &self.shape().arrays())?;
         self.set_learned(online.into_iter().map(Learned::from_online));
         Ok(())
     }
@@ -107,10 +107,9 @@ impl Critics {
     }
 
     fn set_learned(&mut self, learned: impl Iterator<Item = Learned>) {
-        self.networks
-            .iter_mut()
-            .zip(learned)
-            .for_each(|(network, learned)| network.set_learned(&learned));
+        for (network, learned) in self.networks.iter_mut().zip(learned) {
+            network.set_learned(&learned);
+        }
     }
 
     /// Checks a batch and takes its observations and actions, side by side, as the input; the
@@ -216,12 +215,12 @@ impl Critic for Critics {
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
-        save_critics(self.networks.iter().map(Network::learned), self.shape(), state);
+        save_critics(self.networks.iter().map(Network::learned), &self.shape().arrays(), state);
         Ok(())
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
-        let learned = load_critics(self.networks.len(), self.shape(), state)?;
+        let learned = load_critics(self.networks.len(), &self.shape().arrays(), state)?;
         self.set_learned(learned.into_iter());
         Ok(())
     }

@@ -146,11 +146,11 @@ impl Actor for Gaussian {
         let action = room(&mut self.sample, noise.len());
         let log_prob = room(&mut self.log_prob, rows);
         squash(&self.output, noise, action, log_prob);
-        let (grad_action, grad_log_prob) =
-            (room(&mut self.grad_action, noise.len()), room(&mut self.grad_log_prob, rows));
+        let grad_action = room(&mut self.grad_action, noise.len());
+        let grad_log_prob = room(&mut self.grad_log_prob, rows);
         grad(
-            Sample { action, log_prob },
-            SampleGrad { action: grad_action, log_prob: grad_log_prob },
+            Sample { action, log_prob: Some(log_prob) },
+            SampleGrad { action: grad_action, log_prob: Some(grad_log_prob) },
         )?;
         let out = room(&mut self.grad, rows * 2 * self.policy.action);
         for (at, &noise) in noise.iter().enumerate() {

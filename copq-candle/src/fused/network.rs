@@ -121,12 +121,12 @@ impl Network {
 
     /// Writes what it has learned.
     pub fn save(&self, state: &mut State) {
-        self.learned().save(self.shape(), state);
+        self.learned().save(&self.shape().arrays(), state);
     }
 
     /// Restores what [`Network::save`] wrote.
     pub fn load(&mut self, state: &State) -> Result<()> {
-        self.set_learned(&Learned::load(self.shape(), state)?);
+        self.set_learned(&Learned::load(&self.shape().arrays(), state)?);
         Ok(())
     }
 }

@@ -83,24 +83,25 @@ impl Policy {
 
     pub fn save_safetensors(&self, path: &Path) -> Result<()> {
         let named = [(weights::actor_prefix(), self.network.learned().online)];
-        weights::save(path, &named, self.network.shape())
+        weights::save(path, &named, &self.network.shape().arrays())
     }
 
     pub fn load_safetensors(&mut self, path: &Path) -> Result<()> {
-        let online = weights::load(path, &[weights::actor_prefix()], self.network.shape())?;
-        online
-            .into_iter()
-            .for_each(|online| self.network.set_learned(&Learned::from_online(online)));
+        let arrays = self.network.shape().arrays();
+        for online in weights::load(path, &[weights::actor_prefix()], &arrays)? {
+            self.network.set_learned(&Learned::from_online(online));
+        }
         Ok(())
     }
 
     pub fn export(&self, state: &mut State) -> Result<()> {
-        Learned::export(&self.network.learned().online, self.network.shape(), state);
+        let arrays = self.network.shape().arrays();
+        Learned::export(&self.network.learned().online, &arrays, state);
         Ok(())
     }
 
     pub fn import(&mut self, state: &State) -> Result<()> {
-        let online = Learned::import(self.network.shape(), state)?;
+        let online = Learned::import(&self.network.shape().arrays(), state)?;
         self.network.set_learned(&Learned::from_online(online));
         Ok(())
     }

@@ -1,30 +1,60 @@
-//! A deterministic actor of candle tensors.
+//! A deterministic actor as a candle-nn module.
 
 use std::path::Path;
 
 use candle_core::{Device, Tensor};
 use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, SampleGrad, State};
 
-use super::network::values;
 use super::policy::Policy;
-use super::{failed, loss_of};
-use crate::check;
-use crate::shape::Shape;
+use super::{failed, loss_of, values};
+use crate::{MakeModule, check};
 
-/// TD3's policy: observation -> hidden layers with ReLU -> tanh. It needs no noise and has no
-/// log-probability.
+/// TD3's policy: observation -> network -> tanh. It needs no noise and has no log-probability.
+///
+/// ```
+/// use candle_nn::{VarBuilder, linear};
+/// use copq::{Actor, EnvSpec, Net, Networks, Rng, Stream};
+/// use copq_candle::{Device, plain};
+///
+/// // A linear policy, as a module of one layer.
+/// let make = |vars: VarBuilder<'_>, input, output| Ok(Box::new(linear(input, output, vars)?) as _);
+/// let spec = EnvSpec::new("example", 3, 2).reward("safety", 1.0);
+/// let mut rng = Rng::new(0, Stream::Init);
+/// let networks = Networks::default();
+/// let mut actor =
+///     plain::Deterministic::of_module(&make, &spec, &networks, &mut rng, &Device::Cpu)?;
+///
+/// let mut action = [0.0; 2];
+/// actor.mode(Net::Online, &[0.1, 0.2, 0.3], &mut action)?;
+/// assert!(action.iter().all(|a| a.abs() < 1.0));
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Deterministic(Policy);
 
 impl Deterministic {
-    /// An actor on a device, with fresh weights: the same as the fused one from an equal `rng`.
+    /// A multilayer perceptron on a device, with fresh weights: the same as the fused one from an
+    /// equal `rng`.
     pub fn new(
         spec: &EnvSpec,
         networks: &Networks,
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        Ok(Self(Policy::new(spec, networks, Shape::actor, rng, device)?))
+        Ok(Self(Policy::new(spec, networks, spec.action_len(), rng, device)?))
+    }
+
+    /// A module on a device, with fresh weights from `rng`. It gets an observation and answers with
+    /// one number an action component.
+    pub fn of_module(
+        make: &MakeModule,
+        spec: &EnvSpec,
+        networks: &Networks,
+        rng: &mut Rng,
+        device: &Device,
+    ) -> Result<Self> {
+        let output = spec.action_len();
+        Ok(Self(Policy::of_module(make, spec, networks, output, rng, device)?))
     }
 
     /// Writes the online parameters to a safetensors file, as the fused actor does.
@@ -42,8 +72,8 @@ impl Deterministic {
     }
 
     /// Actions for a checked batch, `rows x action`.
-    fn forward(&self, net: Net, obs: &[f32], rows: usize) -> candle_core::Result<Tensor> {
-        self.0.forward(net, obs, rows)?.tanh()
+    fn forward(&self, net: Net, obs: &[f32], rows: usize) -> Result<Tensor> {
+        self.0.forward(net, obs, rows)?.tanh().map_err(failed)
     }
 }
 
@@ -52,25 +82,19 @@ impl Actor for Deterministic {
         self.0.action
     }
 
-    fn noise_len(&self) -> usize {
-        0
-    }
-
     fn mode(&mut self, net: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
         let rows = self.0.rows(obs)?;
         check::batch("actions", action, rows, self.0.action)?;
-        action.copy_from_slice(
-            &self.forward(net, obs, rows).and_then(|a| values(&a)).map_err(failed)?,
-        );
+        action.copy_from_slice(&values(&self.forward(net, obs, rows)?).map_err(failed)?);
         Ok(())
     }
 
     fn improve(&mut self, obs: &[f32], noise: &[f32], grad: ActionGrad<'_>) -> Result<()> {
         let rows = self.0.rows(obs)?;
         check::deterministic(noise)?;
-        let output = self.forward(Net::Online, obs, rows).map_err(failed)?;
+        let output = self.forward(Net::Online, obs, rows)?;
         let filled = &mut |action: &[f32], dl: &mut [f32]| {
-            grad(Sample { action, log_prob: &[] }, SampleGrad { action: dl, log_prob: &mut [] })
+            grad(Sample { action, log_prob: None }, SampleGrad { action: dl, log_prob: None })
         };
         let grads = loss_of(&output, filled)?.backward().map_err(failed)?;
         self.0.step(&grads).map_err(failed)

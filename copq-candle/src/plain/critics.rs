@@ -1,19 +1,20 @@
-//! K critics of candle tensors.
+//! K critics as candle-nn modules.
 
 use std::path::Path;
 
 use candle_core::{Device, Tensor, Var};
 use copq::error::check_len;
-use copq::{Activation, Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
+use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
 
-use super::network::{Network, values};
-use super::{failed, loss_of, tensors};
+use super::network::Network;
+use super::perceptron::perceptron;
+use super::{failed, loss_of, tensors, values};
 use crate::learned::{Learned, load_critics, save_critics};
-use crate::shape::Shape;
-use crate::{check, weights};
+use crate::shape::{Array, Shape};
+use crate::{MakeModule, check, weights};
 
-/// An ensemble of separately initialised multilayer perceptrons (observation and action in, N
-/// values out).
+/// An ensemble of separately initialised networks (observation and action in, N values out):
+/// multilayer perceptrons, or modules of your own.
 ///
 /// ```
 /// use copq::{Critic, EnvSpec, Net, Networks, Rng, Stream};
@@ -34,18 +35,16 @@ use crate::{check, weights};
 #[derive(Debug)]
 pub struct Critics {
     networks: Vec<Network>,
-    shape: Shape,
     observation: usize,
     action: usize,
     objectives: usize,
     lr: f64,
-    activation: Activation,
     device: Device,
 }
 
 impl Critics {
-    /// `critics` networks on a device, with fresh weights: the same as the fused ones from an equal
-    /// `rng`.
+    /// `critics` multilayer perceptrons on a device, with fresh weights: the same as the fused ones
+    /// from an equal `rng`.
     pub fn new(
         spec: &EnvSpec,
         critics: usize,
@@ -53,47 +52,70 @@ impl Critics {
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
+        let shape = Shape::critic(spec, networks);
+        let network = &mut || perceptron(&shape, networks, rng, device);
+        Self::ensemble(spec, critics, networks, device, network)
+    }
+
+    /// `critics` modules on a device, each with fresh weights from `rng`. A module gets
+    /// `obs_len + action_len` numbers and answers with one per objective.
+    pub fn of_modules(
+        make: &MakeModule,
+        spec: &EnvSpec,
+        critics: usize,
+        networks: &Networks,
+        rng: &mut Rng,
+        device: &Device,
+    ) -> Result<Self> {
+        let input = spec.obs_len + spec.action_len();
+        let output = spec.objectives.len();
+        let network = &mut || Network::new(make, input, output, rng, device).map_err(failed);
+        Self::ensemble(spec, critics, networks, device, network)
+    }
+
+    fn ensemble(
+        spec: &EnvSpec,
+        critics: usize,
+        networks: &Networks,
+        device: &Device,
+        network: &mut dyn FnMut() -> Result<Network>,
+    ) -> Result<Self> {
         check::settings(spec, networks)?;
         check::positive("critics", critics)?;
-        let shape = Shape::critic(spec, networks);
-        let learned: Vec<_> =
-            (0..critics).map(|_| Learned::new(&shape, networks.init, rng)).collect();
         Ok(Self {
-            networks: place(&shape, networks.activation, &learned, device)?,
-            shape,
+            networks: (0..critics).map(|_| network()).collect::<Result<_>>()?,
             observation: spec.obs_len,
             action: spec.action_len(),
             objectives: spec.objectives.len(),
             lr: networks.critic_lr,
-            activation: networks.activation,
             device: device.clone(),
         })
     }
 
     /// Writes the online parameters to a safetensors file, as the fused critics do.
     pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
-        let learned = self.learned()?;
-        let prefixes = weights::critic_prefixes(learned.len());
-        let named: Vec<_> =
-            prefixes.into_iter().zip(learned.into_iter().map(|learned| learned.online)).collect();
-        weights::save(path.as_ref(), &named, &self.shape)
+        let mut named = Vec::new();
+        for (prefix, network) in
+            weights::critic_prefixes(self.networks.len()).into_iter().zip(&self.networks)
+        {
+            named.push((prefix, network.learned()?.online));
+        }
+        weights::save(path.as_ref(), &named, self.arrays())
     }
 
     /// Starts from a safetensors file's parameters: the targets become equal to them and the
     /// optimiser begins anew.
     pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
-        let online = weights::load(
-            path.as_ref(),
-            &weights::critic_prefixes(self.networks.len()),
-            &self.shape,
-        )?;
-        let learned: Vec<_> = online.into_iter().map(Learned::from_online).collect();
-        self.networks = place(&self.shape, self.activation, &learned, &self.device)?;
+        let prefixes = weights::critic_prefixes(self.networks.len());
+        let online = weights::load(path.as_ref(), &prefixes, self.arrays())?;
+        for (network, online) in self.networks.iter_mut().zip(online) {
+            network.set_learned(&Learned::from_online(online))?;
+        }
         Ok(())
     }
 
-    fn learned(&self) -> Result<Vec<Learned>> {
-        self.networks.iter().map(|network| network.learned().map_err(failed)).collect()
+    fn arrays(&self) -> &[Array] {
+        self.networks[0].arrays() // There is at least one critic.
     }
 
     /// A checked batch as tensors: observations `rows x observation` and actions `rows x action`.
@@ -102,14 +124,16 @@ impl Critics {
     }
 
     /// Every critic's values, `critics x rows x objectives`.
-    fn forward(&self, net: Net, obs: &Tensor, act: &Tensor) -> candle_core::Result<Tensor> {
-        let input = Tensor::cat(&[obs, act], 1)?;
-        let q: Vec<_> = self
-            .networks
-            .iter()
-            .map(|network| network.forward(net, &input))
-            .collect::<Result<_, _>>()?;
-        Tensor::stack(&q, 0)
+    fn forward(&self, net: Net, obs: &Tensor, act: &Tensor) -> Result<Tensor> {
+        let input = Tensor::cat(&[obs, act], 1).map_err(failed)?;
+        let mut q = Vec::with_capacity(self.networks.len());
+        for network in &self.networks {
+            q.push(network.forward(net, &input).map_err(failed)?);
+        }
+        let q = Tensor::stack(&q, 0).map_err(failed)?;
+        let wanted = self.networks.len() * obs.dims()[0] * self.objectives;
+        check_len("a critic module's values", q.elem_count(), wanted)?;
+        Ok(q)
     }
 
     /// A loss whose gradient to q is what `grad` fills.
@@ -130,21 +154,20 @@ impl Critic for Critics {
     fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
         let (obs, act) = self.tensors(obs, act)?;
         check_len("critic values", q.len(), self.networks.len() * obs.dims()[0] * self.objectives)?;
-        q.copy_from_slice(&self.forward(net, &obs, &act).and_then(|q| values(&q)).map_err(failed)?);
+        q.copy_from_slice(&values(&self.forward(net, &obs, &act)?).map_err(failed)?);
         Ok(())
     }
 
     fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, tau: f32) -> Result<()> {
         check::tau(tau)?;
         let (obs, act) = self.tensors(obs, act)?;
-        let q = self.forward(Net::Online, &obs, &act).map_err(failed)?;
+        let q = self.forward(Net::Online, &obs, &act)?;
         let grads = self.loss(&q, grad)?.backward().map_err(failed)?;
-        let mut networks = self.networks.iter_mut();
-        networks
-            .try_for_each(|network| {
-                network.step(&grads, self.lr).and_then(|()| network.update_target(tau))
-            })
-            .map_err(failed)
+        for network in &mut self.networks {
+            network.step(&grads, self.lr).map_err(failed)?;
+            network.update_target(tau).map_err(failed)?;
+        }
+        Ok(())
     }
 
     fn action_grad(
@@ -157,7 +180,7 @@ impl Critic for Critics {
         let (obs, act) = self.tensors(obs, act)?;
         check::batch("action gradients", out, obs.dims()[0], self.action)?;
         let act = Var::from_tensor(&act).map_err(failed)?;
-        let q = self.forward(Net::Online, &obs, &act).map_err(failed)?;
+        let q = self.forward(Net::Online, &obs, &act)?;
         let grads = self.loss(&q, grad)?.backward().map_err(failed)?;
         match grads.get(&act) {
             Some(grad) => out.copy_from_slice(&values(grad).map_err(failed)?),
@@ -167,25 +190,16 @@ impl Critic for Critics {
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
-        save_critics(self.learned()?.into_iter(), &self.shape, state);
+        let learned: Result<Vec<_>> = self.networks.iter().map(Network::learned).collect();
+        save_critics(learned?.into_iter(), self.arrays(), state);
         Ok(())
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
-        let learned = load_critics(self.networks.len(), &self.shape, state)?;
-        self.networks = place(&self.shape, self.activation, &learned, &self.device)?;
+        let learned = load_critics(self.networks.len(), self.arrays(), state)?;
+        for (network, learned) in self.networks.iter_mut().zip(&learned) {
+            network.set_learned(learned)?;
+        }
         Ok(())
     }
-}
-
-fn place(
-    shape: &Shape,
-    activation: Activation,
-    learned: &[Learned],
-    device: &Device,
-) -> Result<Vec<Network>> {
-    learned
-        .iter()
-        .map(|learned| Network::new(shape, activation, learned, device).map_err(failed))
-        .collect()
 }

@@ -1,30 +1,42 @@
-//! A squashed Gaussian actor of candle tensors.
+//! A squashed Gaussian actor as a candle-nn module.
 
 use std::path::Path;
 
 use candle_core::{Device, Tensor, Var};
 use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, SampleGrad, State};
 
-use super::failed;
-use super::network::values;
 use super::policy::Policy;
-use crate::check;
-use crate::shape::Shape;
+use super::{failed, values};
 use crate::squash::LOG_STD;
+use crate::{MakeModule, check};
 
 /// SAC's policy, like the fused one: see [`crate::fused::Gaussian`].
 #[derive(Debug)]
 pub struct Gaussian(Policy);
 
 impl Gaussian {
-    /// An actor on a device, with fresh weights: the same as the fused one from an equal `rng`.
+    /// A multilayer perceptron on a device, with fresh weights: the same as the fused one from an
+    /// equal `rng`.
     pub fn new(
         spec: &EnvSpec,
         networks: &Networks,
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        Ok(Self(Policy::new(spec, networks, Shape::gaussian, rng, device)?))
+        Ok(Self(Policy::new(spec, networks, 2 * spec.action_len(), rng, device)?))
+    }
+
+    /// A module on a device, with fresh weights from `rng`. It gets an observation and answers with
+    /// the means of all action components before the tanh, then their log stds.
+    pub fn of_module(
+        make: &MakeModule,
+        spec: &EnvSpec,
+        networks: &Networks,
+        rng: &mut Rng,
+        device: &Device,
+    ) -> Result<Self> {
+        let output = 2 * spec.action_len();
+        Ok(Self(Policy::of_module(make, spec, networks, output, rng, device)?))
     }
 
     /// Writes the online parameters to a safetensors file, as the fused actor does.
@@ -42,33 +54,40 @@ impl Gaussian {
     }
 
     /// A checked batch's mean and log std, each `rows x action`.
-    fn forward(&self, net: Net, obs: &[f32], rows: usize) -> candle_core::Result<(Tensor, Tensor)> {
+    fn forward(&self, net: Net, obs: &[f32], rows: usize) -> Result<(Tensor, Tensor)> {
         let output = self.0.forward(net, obs, rows)?;
-        let mean = output.narrow(1, 0, self.0.action)?;
-        let log_std = output.narrow(1, self.0.action, self.0.action)?;
-        Ok((mean, log_std.clamp(LOG_STD.0, LOG_STD.1)?))
+        let split = || {
+            let mean = output.narrow(1, 0, self.0.action)?;
+            let log_std = output.narrow(1, self.0.action, self.0.action)?;
+            Ok((mean, log_std.clamp(LOG_STD.0, LOG_STD.1)?))
+        };
+        split().map_err(failed)
     }
 
     /// Actions (`rows x action`) and log-probabilities (`rows`) for noise (`rows x action`).
-    fn squashed(
-        &self,
-        net: Net,
-        obs: &[f32],
-        noise: &Tensor,
-    ) -> candle_core::Result<(Tensor, Tensor)> {
+    fn squashed(&self, net: Net, obs: &[f32], noise: &Tensor) -> Result<(Tensor, Tensor)> {
         let (mean, log_std) = self.forward(net, obs, noise.dims()[0])?;
-        let x = (mean + (log_std.exp()? * noise)?)?;
-        let gaussian = ((noise.sqr()? * -0.5)? - log_std)?;
-        // log(1 - tanh(x)^2) = 2 (log 2 - x - softplus(-2x))
-        let correction = ((softplus(&(&x * -2.0)?)? + &x)?.neg()? * 2.0)?;
-        let constants = -0.5 * libm::log(std::f64::consts::TAU) - 2.0 * std::f64::consts::LN_2;
-        let log_prob = ((gaussian - correction)? + constants)?.sum(1)?;
-        Ok((x.tanh()?, log_prob))
+        squash(&mean, &log_std, noise).map_err(failed)
     }
 
     fn noise_tensor(&self, noise: &[f32], rows: usize) -> Result<Tensor> {
         Tensor::from_slice(noise, (rows, self.0.action), &self.0.device).map_err(failed)
     }
+}
+
+/// tanh(mean + std noise), and its log-probability.
+fn squash(
+    mean: &Tensor,
+    log_std: &Tensor,
+    noise: &Tensor,
+) -> candle_core::Result<(Tensor, Tensor)> {
+    let x = (mean + (log_std.exp()? * noise)?)?;
+    let gaussian = ((noise.sqr()? * -0.5)? - log_std)?;
+    // log(1 - tanh(x)^2) = 2 (log 2 - x - softplus(-2x))
+    let correction = ((softplus(&(&x * -2.0)?)? + &x)?.neg()? * 2.0)?;
+    let constants = -0.5 * libm::log(std::f64::consts::TAU) - 2.0 * std::f64::consts::LN_2;
+    let log_prob = ((gaussian - correction)? + constants)?.sum(1)?;
+    Ok((x.tanh()?, log_prob))
 }
 
 /// log(1 + exp(y)), for any y.
@@ -88,8 +107,8 @@ impl Actor for Gaussian {
     fn mode(&mut self, net: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
         let rows = self.0.rows(obs)?;
         check::batch("actions", action, rows, self.0.action)?;
-        let mode = self.forward(net, obs, rows).and_then(|(mean, _)| mean.tanh());
-        action.copy_from_slice(&mode.and_then(|mode| values(&mode)).map_err(failed)?);
+        let (mean, _) = self.forward(net, obs, rows)?;
+        action.copy_from_slice(&mean.tanh().and_then(|mode| values(&mode)).map_err(failed)?);
         Ok(())
     }
 
@@ -104,7 +123,7 @@ impl Actor for Gaussian {
         let rows = self.0.rows(obs)?;
         check::sample(noise, action, log_prob, rows, self.0.action)?;
         let noise = self.noise_tensor(noise, rows)?;
-        let (sampled, log) = self.squashed(net, obs, &noise).map_err(failed)?;
+        let (sampled, log) = self.squashed(net, obs, &noise)?;
         action.copy_from_slice(&values(&sampled).map_err(failed)?);
         log_prob.copy_from_slice(&values(&log).map_err(failed)?);
         Ok(())
@@ -114,13 +133,13 @@ impl Actor for Gaussian {
         let rows = self.0.rows(obs)?;
         check::batch("noise", noise, rows, self.0.action)?;
         let noise = self.noise_tensor(noise, rows)?;
-        let (sampled, log) = self.squashed(Net::Online, obs, &noise).map_err(failed)?;
+        let (sampled, log) = self.squashed(Net::Online, obs, &noise)?;
         let action = values(&sampled).map_err(failed)?;
         let log_prob = values(&log).map_err(failed)?;
         let mut da = vec![0.0; action.len()];
         let mut dlog = vec![0.0; rows];
-        let sample = Sample { action: &action, log_prob: &log_prob };
-        grad(sample, SampleGrad { action: &mut da, log_prob: &mut dlog })?;
+        let sample = Sample { action: &action, log_prob: Some(&log_prob) };
+        grad(sample, SampleGrad { action: &mut da, log_prob: Some(&mut dlog) })?;
         let Self(policy) = self;
         let step = || {
             // A loss with these gradients: sum(action * da) + sum(log_prob * dlog), with da and
@@ -147,8 +166,8 @@ impl Actor for Gaussian {
             check::batch(what, values, rows, self.0.action)?;
         }
         let noise = Var::from_tensor(&self.noise_tensor(noise, rows)?).map_err(failed)?;
+        let (sampled, _) = self.squashed(Net::Online, obs, &noise)?;
         let slopes = || {
-            let (sampled, _) = self.squashed(Net::Online, obs, &noise)?;
             let grad = Tensor::from_slice(grad_action, sampled.dims(), &self.0.device)?;
             let grads = (sampled * grad)?.sum_all()?.backward()?;
             grads.get(&noise).map_or(Ok(vec![0.0; grad_action.len()]), values)

@@ -1,10 +1,13 @@
-//! The readable path: candle's tensors and autograd on any device, the oracle for the fused one.
+//! The readable path: candle-nn modules and autograd on any device, the oracle for the fused one,
+//! and the home of architectures of your own.
 
 mod actor;
 mod critics;
 mod gaussian;
 mod network;
+mod perceptron;
 mod policy;
+mod seeded;
 
 pub use actor::Deterministic;
 pub use critics::Critics;
@@ -12,21 +15,25 @@ pub use gaussian::Gaussian;
 
 use candle_core::{Device, Tensor};
 use copq::{Error, Result};
-pub(crate) use network::values;
 
 use crate::check;
 
 /// A failure inside candle as copq's error.
-pub(crate) fn failed(error: candle_core::Error) -> Error {
+fn failed(error: candle_core::Error) -> Error {
     Error::other("candle", error)
 }
 
+/// A tensor's values in row-major order.
+fn values(tensor: &Tensor) -> candle_core::Result<Vec<f32>> {
+    tensor.flatten_all()?.to_vec1()
+}
+
 /// Shown an output's values, fills the loss's gradient to them.
-pub(crate) type Fill<'a> = &'a mut dyn FnMut(&[f32], &mut [f32]) -> Result<()>;
+type Fill<'a> = &'a mut dyn FnMut(&[f32], &mut [f32]) -> Result<()>;
 
 /// A loss whose gradient to `output` is what `fill` makes of its values: sum(output * gradient),
 /// the gradient a constant.
-pub(crate) fn loss_of(output: &Tensor, fill: Fill<'_>) -> Result<Tensor> {
+fn loss_of(output: &Tensor, fill: Fill<'_>) -> Result<Tensor> {
     let shown = values(output).map_err(failed)?;
     let mut gradient = vec![0.0; shown.len()];
     fill(&shown, &mut gradient)?;
@@ -35,7 +42,7 @@ pub(crate) fn loss_of(output: &Tensor, fill: Fill<'_>) -> Result<Tensor> {
 }
 
 /// A batch, checked, as tensors: observations and actions of these widths, `rows x width` each.
-pub(crate) fn tensors(
+fn tensors(
     obs: &[f32],
     act: &[f32],
     [observation, action]: [usize; 2],

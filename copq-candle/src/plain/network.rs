@@ -1,118 +1,150 @@
-//! A multilayer perceptron of candle tensors, with its target and its optimiser.
+//! One network as a candle-nn module, with its target and its optimiser.
 
-use candle_core::{DType, Device, Result, Tensor, Var};
-use copq::{Activation, Net};
+use std::fmt;
+use std::sync::Mutex;
 
+use candle_core::backprop::GradStore;
+use candle_core::{DType, Device, Module, Result, Tensor, Var};
+use candle_nn::VarBuilder;
+use copq::{Net, Rng, Stream};
+
+use super::seeded::{Seeded, Variables};
+use super::{failed, values};
+use crate::MakeModule;
 use crate::adam::{BETA1, BETA2, EPSILON, Step};
 use crate::learned::Learned;
-use crate::shape::Shape;
+use crate::shape::Array;
 
-/// One network; every list holds layer 0's weight (`output x input`), layer 0's bias, layer 1's
-/// weight and so on.
-#[derive(Debug)]
+/// A module twice, online and target, and Adam's moments of each variable.
 pub(super) struct Network {
-    online: Vec<Var>,
-    target: Vec<Tensor>,
-    m: Vec<Tensor>,
-    v: Vec<Tensor>,
+    online: Box<dyn Module + Send>,
+    target: Box<dyn Module + Send>,
+    variables: Vec<Variable>,
+    /// What the variables are called, and where each lies among the numbers of a [`Learned`].
+    arrays: Vec<Array>,
     steps: u64,
-    activation: Activation,
+}
+
+struct Variable {
+    online: Var,
+    target: Var,
+    m: Tensor,
+    v: Tensor,
+}
+
+impl fmt::Debug for Network {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Network").field("arrays", &self.arrays).finish_non_exhaustive()
+    }
 }
 
 impl Network {
-    /// Puts what was learned on a device.
+    /// Makes both copies with the same weights, drawn from `rng`.
     pub fn new(
-        shape: &Shape,
-        activation: Activation,
-        learned: &Learned,
+        make: &MakeModule,
+        input: usize,
+        output: usize,
+        rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        let tensors = |values: &[f32]| -> Result<Vec<Tensor>> {
-            shape
-                .arrays()
-                .map(|(_, dims, range)| Tensor::from_slice(&values[range], dims, device))
-                .collect()
+        let seed = rng.next_u64();
+        let build = || {
+            let variables = Variables::default();
+            let backend = Seeded {
+                variables: variables.clone(),
+                rng: Mutex::new(Rng::new(seed, Stream::Init)),
+            };
+            let backend = VarBuilder::from_backend(Box::new(backend), DType::F32, device.clone());
+            Ok::<_, candle_core::Error>((make(backend, input, output)?, variables.taken()))
         };
-        Ok(Self {
-            online: tensors(&learned.online)?
-                .iter()
-                .map(Var::from_tensor)
-                .collect::<Result<_>>()?,
-            target: tensors(&learned.target)?,
-            m: tensors(&learned.m)?,
-            v: tensors(&learned.v)?,
-            steps: learned.steps,
-            activation,
-        })
-    }
-
-    /// Fetches what was learned from the device.
-    pub fn learned(&self) -> Result<Learned> {
-        let online: Vec<Tensor> = self.online.iter().map(|var| var.as_tensor().clone()).collect();
-        Ok(Learned {
-            online: flat(&online)?,
-            target: flat(&self.target)?,
-            m: flat(&self.m)?,
-            v: flat(&self.v)?,
-            steps: self.steps,
-        })
-    }
-
-    /// `rows x input` to `rows x output`; the activation after every layer but the last.
-    pub fn forward(&self, net: Net, input: &Tensor) -> Result<Tensor> {
-        let parameter = |i: usize| match net {
-            Net::Online => self.online[i].as_tensor(),
-            Net::Target => &self.target[i],
-        };
-        let layers = self.target.len() / 2;
-        let mut x = input.clone();
-        for layer in 0..layers {
-            x = x.matmul(&parameter(2 * layer).t()?)?.broadcast_add(parameter(2 * layer + 1))?;
-            if layer + 1 < layers {
-                x = match self.activation {
-                    Activation::Relu => relu(&x)?,
-                    Activation::Tanh => x.tanh()?,
-                    Activation::Silu => x.silu()?,
-                };
-            }
+        let (online, online_variables) = build()?;
+        let (target, target_variables) = build()?;
+        let mut variables = Vec::new();
+        let mut arrays = Vec::new();
+        let mut start = 0;
+        for ((name, online), (_, target)) in online_variables.into_iter().zip(target_variables) {
+            let end = start + online.elem_count();
+            arrays.push(Array { name, dims: online.dims().to_vec(), range: start..end });
+            start = end;
+            let zeros = online.zeros_like()?;
+            variables.push(Variable { online, target, m: zeros.clone(), v: zeros });
         }
-        Ok(x)
+        Ok(Self { online, target, variables, arrays, steps: 0 })
+    }
+
+    /// The variables, in the order in which the module asked for them.
+    pub fn arrays(&self) -> &[Array] {
+        &self.arrays
+    }
+
+    /// `rows x input` to `rows x output`.
+    pub fn forward(&self, net: Net, input: &Tensor) -> Result<Tensor> {
+        match net {
+            Net::Online => self.online.forward(input),
+            Net::Target => self.target.forward(input),
+        }
     }
 
     /// One Adam step (no weight decay) that lowers a loss made with the online parameters.
-    pub fn step(&mut self, grads: &candle_core::backprop::GradStore, lr: f64) -> Result<()> {
+    pub fn step(&mut self, grads: &GradStore, lr: f64) -> Result<()> {
         self.steps += 1;
         let Step { rate, root } = Step::new(lr, self.steps);
-        for (i, var) in self.online.iter().enumerate() {
-            let Some(grad) = grads.get(var) else { continue };
-            self.m[i] = ((&self.m[i] * BETA1)? + (grad * (1.0 - BETA1))?)?.detach();
-            self.v[i] = ((&self.v[i] * BETA2)? + (grad.sqr()? * (1.0 - BETA2))?)?.detach();
-            let scale = ((self.v[i].sqrt()? * (1.0 / root))? + EPSILON)?;
-            var.set(&(var.as_detached_tensor() - ((&self.m[i] * rate)? / scale)?)?)?;
+        for Variable { online, m, v, .. } in &mut self.variables {
+            let Some(grad) = grads.get(online) else { continue };
+            *m = ((&*m * BETA1)? + (grad * (1.0 - BETA1))?)?.detach();
+            *v = ((&*v * BETA2)? + (grad.sqr()? * (1.0 - BETA2))?)?.detach();
+            let scale = ((v.sqrt()? * (1.0 / root))? + EPSILON)?;
+            online.set(&(online.as_detached_tensor() - ((&*m * rate)? / scale)?)?)?;
         }
         Ok(())
     }
 
     /// Polyak averaging: target <- (1 - tau) target + tau online.
     pub fn update_target(&mut self, tau: f32) -> Result<()> {
-        for (target, online) in self.target.iter_mut().zip(&self.online) {
-            *target = ((&*target * f64::from(1.0 - tau))?
-                + (online.as_detached_tensor() * f64::from(tau))?)?;
+        for Variable { online, target, .. } in &self.variables {
+            let kept = (target.as_detached_tensor() * f64::from(1.0 - tau))?;
+            target.set(&(kept + (online.as_detached_tensor() * f64::from(tau))?)?)?;
         }
         Ok(())
     }
-}
 
-/// max(0, x), with derivative 0 at exactly 0 as in PyTorch; candle's own has 1 there.
-fn relu(x: &Tensor) -> Result<Tensor> {
-    x * x.gt(0f32)?.to_dtype(DType::F32)?
-}
+    /// Fetches what was learned from the device.
+    pub fn learned(&self) -> copq::Result<Learned> {
+        Ok(Learned {
+            online: self.flat(|variable| variable.online.as_tensor())?,
+            target: self.flat(|variable| variable.target.as_tensor())?,
+            m: self.flat(|variable| &variable.m)?,
+            v: self.flat(|variable| &variable.v)?,
+            steps: self.steps,
+        })
+    }
 
-/// A tensor's values in row-major order.
-pub(crate) fn values(tensor: &Tensor) -> Result<Vec<f32>> {
-    tensor.flatten_all()?.to_vec1()
-}
+    /// Replaces what was learned; it must be of the same arrays.
+    pub fn set_learned(&mut self, learned: &Learned) -> copq::Result<()> {
+        self.steps = learned.steps;
+        self.place(learned).map_err(failed)
+    }
 
-fn flat(tensors: &[Tensor]) -> Result<Vec<f32>> {
-    Ok(tensors.iter().map(values).collect::<Result<Vec<_>>>()?.concat())
+    fn flat(&self, part: impl Fn(&Variable) -> &Tensor) -> copq::Result<Vec<f32>> {
+        let mut flat = Vec::new();
+        for variable in &self.variables {
+            flat.extend(values(part(variable)).map_err(failed)?);
+        }
+        Ok(flat)
+    }
+
+    fn place(&mut self, learned: &Learned) -> Result<()> {
+        for (variable, array) in self.variables.iter_mut().zip(&self.arrays) {
+            let Variable { online, target, m, v } = variable;
+            let device = online.device().clone();
+            let tensor = |numbers: &[f32]| {
+                Tensor::from_slice(&numbers[array.range.clone()], array.dims.as_slice(), &device)
+            };
+            online.set(&tensor(&learned.online)?)?;
+            target.set(&tensor(&learned.target)?)?;
+            *m = tensor(&learned.m)?;
+            *v = tensor(&learned.v)?;
+        }
+        Ok(())
+    }
 }

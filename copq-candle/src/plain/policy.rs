@@ -4,48 +4,74 @@ use std::path::Path;
 
 use candle_core::backprop::GradStore;
 use candle_core::{Device, Tensor};
-use copq::{Activation, EnvSpec, Net, Networks, Result, Rng, State};
+use copq::error::check_len;
+use copq::{EnvSpec, Net, Networks, Result, Rng, State};
 
 use super::failed;
 use super::network::Network;
+use super::perceptron::perceptron;
 use crate::learned::Learned;
 use crate::shape::Shape;
-use crate::{check, weights};
+use crate::{MakeModule, check, weights};
 
 /// A network from observations to whatever an actor makes actions of.
 #[derive(Debug)]
 pub(super) struct Policy {
     network: Network,
-    shape: Shape,
     observation: usize,
     /// Components of an action.
     pub action: usize,
+    /// Numbers that the network answers with.
+    output: usize,
     lr: f64,
-    activation: Activation,
     pub device: Device,
 }
 
 impl Policy {
-    /// A network of the shape that an actor wants, with fresh weights drawn from `rng`.
+    /// A multilayer perceptron with fresh weights drawn from `rng`, which answers with `output`
+    /// numbers.
     pub fn new(
         spec: &EnvSpec,
         networks: &Networks,
-        shape: impl Fn(&EnvSpec, &Networks) -> Shape,
+        output: usize,
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
         check::settings(spec, networks)?;
-        let shape = shape(spec, networks);
-        let learned = Learned::new(&shape, networks.init, rng);
-        Ok(Self {
-            network: Network::new(&shape, networks.activation, &learned, device).map_err(failed)?,
-            shape,
+        let shape = Shape::new(spec.obs_len, &networks.hidden, output);
+        let network = perceptron(&shape, networks, rng, device)?;
+        Ok(Self::around(network, spec, networks, output, device))
+    }
+
+    /// A module with fresh weights drawn from `rng`, which answers with `output` numbers.
+    pub fn of_module(
+        make: &MakeModule,
+        spec: &EnvSpec,
+        networks: &Networks,
+        output: usize,
+        rng: &mut Rng,
+        device: &Device,
+    ) -> Result<Self> {
+        check::settings(spec, networks)?;
+        let network = Network::new(make, spec.obs_len, output, rng, device).map_err(failed)?;
+        Ok(Self::around(network, spec, networks, output, device))
+    }
+
+    fn around(
+        network: Network,
+        spec: &EnvSpec,
+        networks: &Networks,
+        output: usize,
+        device: &Device,
+    ) -> Self {
+        Self {
+            network,
             observation: spec.obs_len,
             action: spec.action_len(),
+            output,
             lr: networks.actor_lr,
-            activation: networks.activation,
             device: device.clone(),
-        })
+        }
     }
 
     /// The number of rows in a batch of observations.
@@ -54,8 +80,12 @@ impl Policy {
     }
 
     /// The network's output for a checked batch, `rows x output`.
-    pub fn forward(&self, net: Net, obs: &[f32], rows: usize) -> candle_core::Result<Tensor> {
-        self.network.forward(net, &Tensor::from_slice(obs, (rows, self.observation), &self.device)?)
+    pub fn forward(&self, net: Net, obs: &[f32], rows: usize) -> Result<Tensor> {
+        let obs =
+            Tensor::from_slice(obs, (rows, self.observation), &self.device).map_err(failed)?;
+        let output = self.network.forward(net, &obs).map_err(failed)?;
+        check_len("a policy module's output", output.elem_count(), rows * self.output)?;
+        Ok(output)
     }
 
     /// See [`Network::step`].
@@ -69,36 +99,33 @@ impl Policy {
     }
 
     pub fn save_safetensors(&self, path: &Path) -> Result<()> {
-        let learned = self.network.learned().map_err(failed)?;
-        weights::save(path, &[(weights::actor_prefix(), learned.online)], &self.shape)
+        let named = [(weights::actor_prefix(), self.network.learned()?.online)];
+        weights::save(path, &named, self.network.arrays())
     }
 
     pub fn load_safetensors(&mut self, path: &Path) -> Result<()> {
-        let online = weights::load(path, &[weights::actor_prefix()], &self.shape)?;
-        online.into_iter().try_for_each(|online| self.place(&Learned::from_online(online)))
+        for online in weights::load(path, &[weights::actor_prefix()], self.network.arrays())? {
+            self.network.set_learned(&Learned::from_online(online))?;
+        }
+        Ok(())
     }
 
     pub fn export(&self, state: &mut State) -> Result<()> {
-        Learned::export(&self.network.learned().map_err(failed)?.online, &self.shape, state);
+        Learned::export(&self.network.learned()?.online, self.network.arrays(), state);
         Ok(())
     }
 
     pub fn import(&mut self, state: &State) -> Result<()> {
-        self.place(&Learned::from_online(Learned::import(&self.shape, state)?))
+        let online = Learned::import(self.network.arrays(), state)?;
+        self.network.set_learned(&Learned::from_online(online))
     }
 
     pub fn save(&self, state: &mut State) -> Result<()> {
-        self.network.learned().map_err(failed)?.save(&self.shape, state);
+        self.network.learned()?.save(self.network.arrays(), state);
         Ok(())
     }
 
     pub fn load(&mut self, state: &State) -> Result<()> {
-        self.place(&Learned::load(&self.shape, state)?)
-    }
-
-    fn place(&mut self, learned: &Learned) -> Result<()> {
-        self.network =
-            Network::new(&self.shape, self.activation, learned, &self.device).map_err(failed)?;
-        Ok(())
+        self.network.set_learned(&Learned::load(self.network.arrays(), state)?)
     }
 }

@@ -47,7 +47,7 @@ fn sample(actor: &mut dyn Actor, case: &Case, seed: u64) -> (Vec<f32>, Vec<f32>)
 fn improve(actor: &mut dyn Actor, case: &Case, seed: u64, da: &[f32], dlog: &[f32]) {
     let grad = &mut |_: Sample<'_>, grad: SampleGrad<'_>| {
         grad.action.copy_from_slice(da);
-        grad.log_prob.copy_from_slice(dlog);
+        grad.log_prob.unwrap().copy_from_slice(dlog);
         Ok(())
     };
     actor.improve(&case.obs(seed), &case.noise(seed), grad).unwrap();

@@ -6,8 +6,8 @@ use candle_core::{Module, Tensor};
 use candle_nn::{VarBuilder, layer_norm_no_bias, linear};
 use copq::projection::Cholesky;
 use copq::{
-    ActorKind, Backend, Critic, EnvSpec, Learner, Method, Net, Networks, Policy, QView, Result,
-    Rng, Silent, State, Stream,
+    ActionGrad, Actor, ActorKind, Backend, Critic, EnvSpec, Learner, Method, Net, Networks, Policy,
+    QView, Result, Rng, Silent, State, Stream,
 };
 use copq::{Agent, Mode, Outcome, Transition};
 use copq_candle::{Candle, Device, Modules, plain};
@@ -73,6 +73,37 @@ fn a_module_of_the_same_layers_learns_as_the_plain_networks_do() {
     plain.action_grad(&obs, &act, &mut to_target, &mut a).unwrap();
     module.action_grad(&obs, &act, &mut to_target, &mut b).unwrap();
     assert_abs_diff_eq!(a[..], b[..], epsilon = 1e-6);
+}
+
+#[test]
+fn a_stochastic_policy_of_a_module_is_the_plain_one_of_the_same_layers() {
+    let networks = Networks { hidden: vec![8], actor_lr: 0.01, ..Networks::default() };
+    let mut rng = Rng::new(2, Stream::Init);
+    let mut plain = plain::Gaussian::new(&spec(), &networks, &mut rng, &Device::Cpu).unwrap();
+    let backend = Modules::critics(normed).actor(perceptron);
+    let kind = ActorKind::Gaussian;
+    let mut module = Backend::actor(&backend, &spec(), &networks, kind, &mut rng).unwrap();
+    let mut state = State::default();
+    plain.save(&mut state).unwrap();
+    module.load(&state).unwrap();
+    let obs = [0.1, -0.4, 0.8, 0.3, 0.2, -0.9];
+    let noise = [0.5, -0.5, 0.7, 0.1];
+    let uphill: ActionGrad<'_> = &mut |sample, grad| {
+        grad.action.copy_from_slice(sample.action);
+        grad.log_prob.unwrap().fill(0.1);
+        Ok(())
+    };
+    let mut sampled = [[0.0; 4]; 2];
+    let mut log_prob = [[0.0; 2]; 2];
+    let actors: [&mut dyn Actor; 2] = [&mut plain, module.as_mut()];
+    for (i, actor) in actors.into_iter().enumerate() {
+        for _ in 0..5 {
+            actor.improve(&obs, &noise, uphill).unwrap();
+        }
+        actor.sample(Net::Online, &obs, &noise, &mut sampled[i], &mut log_prob[i]).unwrap();
+    }
+    assert_abs_diff_eq!(sampled[0][..], sampled[1][..], epsilon = 1e-6);
+    assert_abs_diff_eq!(log_prob[0][..], log_prob[1][..], epsilon = 1e-5);
 }
 
 fn learner(seed: u64) -> Learner {
@@ -158,11 +189,9 @@ fn what_a_module_cannot_be_is_a_readable_error() {
     });
     let error = twice.critics(&spec(), &networks, 2, &mut rng).err().unwrap().to_string();
     assert!(error.contains("candle"), "{error}");
-    let stochastic = Modules::critics(normed).actor(normed);
-    let error = Backend::actor(&stochastic, &spec(), &networks, ActorKind::Gaussian, &mut rng)
-        .err()
-        .unwrap();
-    let wanted = "a policy made of a module: wanted a deterministic method, such as TD3, got a \
-         stochastic one";
-    assert_eq!(error.to_string(), wanted);
+    let narrow = wide.actor(|vars, input, _| Ok(Box::new(linear(input, 2, vars)?) as _));
+    let kind = ActorKind::Gaussian;
+    let mut actor = Backend::actor(&narrow, &spec(), &networks, kind, &mut rng).unwrap();
+    let error = actor.mode(Net::Online, &[0.0; 3], &mut [0.0; 2]).unwrap_err().to_string();
+    assert_eq!(error, "a policy module's output: wanted 4 values, got 2");
 }

@@ -17,9 +17,7 @@ pub fn make(name: &str) -> Result<Box<dyn Env>> {
 
 /// The environment of this name with these options.
 pub fn make_with(name: &str, options: &Options) -> Result<Box<dyn Env>> {
-    let task = copq_envs::task_with(name, options)?;
-    let physics = physics(&task.robot)?;
-    Ok(Box::new(Locomotion::new(task, physics)?))
+    Ok(Box::new(Locomotion::make(name, options, physics)?))
 }
 
 /// The engine with this robot in it.

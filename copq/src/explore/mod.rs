@@ -91,7 +91,20 @@ pub trait Explore: Debug + Send {
     }
 }
 
-/// The policy's action plus clipped Gaussian noise (TD3).
+/// The policy's action plus Gaussian noise, clipped to [-1, 1] (TD3). It is what a deterministic
+/// method explores with unless told otherwise, at [`Config::exploration_std`](crate::Config):
+///
+/// ```
+/// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
+/// # let backend = still::Still;
+/// use copq::{EnvSpec, GaussianNoise, Learner, Method};
+///
+/// let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("speed", 1.0);
+/// let learner = Learner::new(Method::cop_td3(), &spec, &backend, 0)?;
+/// let louder = learner.explore(GaussianNoise { std: 0.5 });
+/// assert!(format!("{louder:?}").contains("GaussianNoise { std: 0.5 }"));
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussianNoise {
     /// Standard deviation, in units of half the action range.
@@ -108,7 +121,29 @@ impl Explore for GaussianNoise {
     }
 }
 
-/// A sample of a stochastic policy (SAC).
+/// A sample of a stochastic policy (SAC), what a stochastic method explores with unless told
+/// otherwise. A deterministic policy has none to give:
+///
+/// ```
+/// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
+/// # let backend = still::Still;
+/// use copq::{Agent, EnvSpec, Learner, Method, Mode, PolicySamples};
+///
+/// let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("speed", 1.0);
+/// let learner = Learner::new(Method::cop_td3().warm_up(1), &spec, &backend, 0)?;
+/// let mut learner = learner.explore(PolicySamples::default());
+/// # learner.observe(copq::Transition {
+/// #     obs: &[0.0; 2],
+/// #     action: &[0.0],
+/// #     reward: &[0.0; 2],
+/// #     next_obs: &[0.0; 2],
+/// #     outcome: copq::Outcome::Running,
+/// # })?;
+/// // After the warm-up of one step:
+/// let error = learner.act(&[0.1, 0.2], Mode::Explore, &mut [0.0]).unwrap_err();
+/// assert!(error.to_string().contains("this policy is deterministic"));
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PolicySamples {
     noise: Vec<f32>,
@@ -122,7 +157,24 @@ impl Explore for PolicySamples {
     }
 }
 
-/// Uniform actions, whatever the policy says.
+/// Uniform actions in [-1, 1], whatever the policy says: the warm-up of
+/// [`WarmUp::Uniform`](crate::WarmUp). A learner that explores with it forever learns from data
+/// that no policy has gathered:
+///
+/// ```
+/// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
+/// # let backend = still::Still;
+/// use copq::{Agent, EnvSpec, Learner, Method, Mode, UniformActions};
+///
+/// let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("speed", 1.0);
+/// let learner = Learner::new(Method::cop_td3(), &spec, &backend, 0)?;
+/// let mut learner = learner.explore(UniformActions);
+///
+/// let mut action = [0.0];
+/// learner.act(&[0.1, 0.2], Mode::Explore, &mut action)?;
+/// assert!(action[0] != 0.0 && action[0].abs() <= 1.0);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UniformActions;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{Context, Explore};
 use crate::error::check_not_negative;
-use crate::projection::{Bound, Directions, Projection, by_name};
+use crate::projection::{BoundQuery, Directions, Projection, by_name};
 use crate::{Net, Optimism, QView, Result};
 
 /// Optimistic Actor Critic (Ciosek et al. 2019) with any projection's upper bound: COP-OAC with
@@ -100,7 +100,7 @@ impl Optimistic {
         let Buffers { grad_bound, grad_action, .. } = buffers;
         let upper = &mut |q: QView<'_>, grad_q: &mut [f32]| {
             projection.vjp(
-                Bound { q, weights, step: optimism.beta as f32 },
+                BoundQuery { q, weights, step: optimism.beta as f32 },
                 scratch,
                 grad_bound,
                 grad_q,

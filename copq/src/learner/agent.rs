@@ -14,8 +14,7 @@ use crate::{
 const OBSERVATION: &str = "the environment returned it; check its physics";
 
 impl Learner {
-    /// An error unless a saved learner was made as this one is. Those from before that was written
-    /// down are trusted.
+    /// An error unless a saved learner was made as this one is.
     fn check_maker(&self, state: &State) -> Result<()> {
         let objectives = self.objectives.join(",");
         let bound = format!("{:?}", self.projection);
@@ -23,7 +22,7 @@ impl Learner {
         check_made_by(state, "bound", &bound)?;
         check_made_by(state, "task", &self.spec.name)?;
         check_made_by(state, "objectives", &objectives)?;
-        let Ok(made) = state.child("made_by") else { return Ok(()) };
+        let made = state.child("made_by")?;
         let seed = made.get_one::<u64>("seed")?;
         if seed != self.seed {
             return Err(Error::invalid("seed of the saved learner", self.seed, seed));
@@ -49,8 +48,7 @@ impl Learner {
 
 /// An error if a saved learner says something else of itself.
 pub(crate) fn check_made_by(state: &State, what: &str, own: &str) -> Result<()> {
-    let Ok(made) = state.child("made_by") else { return Ok(()) };
-    let saved = made.get_text(what)?;
+    let saved = state.child("made_by")?.get_text(what)?;
     if saved == own {
         return Ok(());
     }

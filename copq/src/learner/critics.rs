@@ -3,7 +3,7 @@
 use super::Learner;
 use super::buffers::{Buffers, column_means, log_each};
 use crate::loss::{check_finite, check_finite_losses, squared_error_grad, squared_errors};
-use crate::{Bound, Net, Observer, QView, Result};
+use crate::{BoundQuery, Net, Observer, QView, Result};
 
 impl Learner {
     /// One step of all critics on the same TD targets, the objectives' losses weighted by FAMO;
@@ -31,7 +31,8 @@ impl Learner {
             }
             squared_error_grad(q, target, loss_weights, grad);
             names.log_values(log, *steps, q);
-            let lower = Bound { q, weights: multiplier.weights(), step: -config.pessimism as f32 };
+            let lower =
+                BoundQuery { q, weights: multiplier.weights(), step: -config.pessimism as f32 };
             projection.project(lower, scratch, bound)
         };
         critic.fit(&batch.obs, &batch.action, grad, tau)?;
@@ -64,7 +65,7 @@ impl Learner {
         let q = QView::new(q, self.critic.critics(), self.objectives.len())?;
         let step = -self.config.pessimism as f32;
         self.projection.project(
-            Bound { q, weights: self.multiplier.weights(), step },
+            BoundQuery { q, weights: self.multiplier.weights(), step },
             scratch,
             bound,
         )?;

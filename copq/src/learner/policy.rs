@@ -3,7 +3,7 @@
 use super::Learner;
 use super::buffers::Buffers;
 use crate::loss::margin;
-use crate::{Bound, Net, Observer, QView, Result};
+use crate::{BoundQuery, Net, Observer, QView, Result};
 
 impl Learner {
     /// a' = clip(mu'(s') + clip(noise)), TD3's smoothed target actions; of a stochastic policy a
@@ -48,11 +48,12 @@ impl Learner {
         let mut pessimism = 0.0;
         self.streams.smoothing.fill_normal(policy_noise);
         actor.improve(&batch.obs, policy_noise, &mut |sample, grad| {
-            mean_log_prob =
-                sample.log_prob.iter().map(|&log_prob| f64::from(log_prob)).sum::<f64>() / rows;
-            grad.log_prob.fill(grad_log_prob as f32);
+            if let (Some(log_prob), Some(grad)) = (sample.log_prob, grad.log_prob) {
+                mean_log_prob = log_prob.iter().map(|&x| f64::from(x)).sum::<f64>() / rows;
+                grad.fill(grad_log_prob as f32);
+            }
             let grad_q = &mut |q: QView<'_>, grad_q: &mut [f32]| {
-                let lower = Bound { q, weights: multiplier.weights(), step };
+                let lower = BoundQuery { q, weights: multiplier.weights(), step };
                 projection.project(lower, scratch, bound)?;
                 pessimism = margin(q, bound, weights);
                 projection.vjp(lower, scratch, grad_bound, grad_q)

@@ -3,7 +3,7 @@
 use super::Learner;
 use super::buffers::{Buffers, column_means, log_each};
 use crate::loss::{check_finite, margin};
-use crate::{Batch, Bound, Net, Observer, QView, Result, Rng};
+use crate::{Batch, BoundQuery, Net, Observer, QView, Result, Rng};
 
 impl Learner {
     /// y = r + gamma (1 - d) (lower bound of the target critics at s', a'), less alpha log
@@ -16,7 +16,7 @@ impl Learner {
         let Buffers { q, target, log_prob, scratch, mean, .. } = &mut self.buffers;
         let chosen = QView::new(&q[..critics * shared], critics, n)?;
         let step = -self.config.pessimism as f32;
-        let bound = Bound { q: chosen, weights: self.multiplier.weights(), step };
+        let bound = BoundQuery { q: chosen, weights: self.multiplier.weights(), step };
         self.projection.project(bound, scratch, &mut target[..shared])?;
         let pessimism = margin(chosen, &target[..shared], self.multiplier.actor_weights());
         log.scalar(self.steps, "pessimism/target", pessimism);

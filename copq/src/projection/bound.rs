@@ -7,20 +7,20 @@ use crate::{Error, Result};
 /// The bound that is asked for: `critics' mean + step * offset(u)`, row by row.
 ///
 /// ```
-/// use copq::projection::{Bound, Cholesky, Projection, QView, Scratch};
+/// use copq::projection::{BoundQuery, Cholesky, Projection, QView, Scratch};
 ///
 /// // Two critics of one objective say 2 and 5: the mean is 3.5, the standard deviation 1.5.
 /// let q = QView::new(&[2.0, 5.0], 2, 1)?;
 /// for (step, wanted) in [(-1.0, 2.0), (0.0, 3.5), (2.0, 6.5)] {
 ///     let mut out = [0.0];
-///     let bound = Bound { q, weights: &[1.0], step };
+///     let bound = BoundQuery { q, weights: &[1.0], step };
 ///     Cholesky.project(bound, &mut Scratch::default(), &mut out)?;
 ///     assert_eq!(out, [wanted]);
 /// }
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct Bound<'a> {
+pub struct BoundQuery<'a> {
     /// The critics' values, `critics x rows x objectives`.
     pub q: QView<'a>,
     /// Raw scalarisation weights w, one per objective (`N`) or one set per row (`B x N`); u = w /
@@ -31,7 +31,7 @@ pub struct Bound<'a> {
     pub step: f32,
 }
 
-impl<'a> Bound<'a> {
+impl<'a> BoundQuery<'a> {
     /// Checks everything that [`Projection::project`](super::Projection::project) is given; returns
     /// the directions.
     pub fn check(self, out: &[f32]) -> Result<Directions<'a>> {

@@ -1,6 +1,6 @@
 //! What the author of a projection runs first: is the gradient that of the bound?
 
-use super::{Bound, Projection, QView, Scratch};
+use super::{BoundQuery, Projection, QView, Scratch};
 use crate::{Error, Result, Rng, Stream};
 
 const ROWS: usize = 64;
@@ -73,9 +73,9 @@ struct Difference {
 }
 
 impl Point<'_> {
-    fn asked<'q>(&'q self, q: &'q [f32]) -> Result<Bound<'q>> {
+    fn asked<'q>(&'q self, q: &'q [f32]) -> Result<BoundQuery<'q>> {
         let q = QView::new(q, q.len() / self.objectives, self.objectives)?;
-        Ok(Bound { q, weights: self.weights, step: self.step })
+        Ok(BoundQuery { q, weights: self.weights, step: self.step })
     }
 
     /// The bound's product with `grad_out`.
@@ -131,13 +131,18 @@ mod tests {
             "doubled"
         }
 
-        fn project(&self, asked: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        fn project(
+            &self,
+            asked: BoundQuery<'_>,
+            scratch: &mut Scratch,
+            out: &mut [f32],
+        ) -> Result<()> {
             Diagonal.project(asked, scratch, out)
         }
 
         fn vjp(
             &self,
-            asked: Bound<'_>,
+            asked: BoundQuery<'_>,
             scratch: &mut Scratch,
             grad_out: &[f32],
             grad_q: &mut [f32],

@@ -30,13 +30,13 @@ use super::{Deviations, Ellipsoid, Work};
 ///   depends on where one comes from; the clip counts as not fired.
 ///
 /// ```
-/// use copq::projection::{Bound, Cholesky, Projection, QView, Scratch};
+/// use copq::projection::{BoundQuery, Cholesky, Projection, QView, Scratch};
 ///
 /// // Three critics, two objectives that disagree in opposite ways: the clip fires.
 /// let q = QView::new(&[10.0, 5.0, 12.0, -4.0, 11.0, 2.0], 3, 2)?;
 /// let mut scratch = Scratch::default();
 /// let mut low = [0.0; 2];
-/// Cholesky.project(Bound { q, weights: &[1.0, 1.0], step: -1.0 }, &mut scratch, &mut low)?;
+/// Cholesky.project(BoundQuery { q, weights: &[1.0, 1.0], step: -1.0 }, &mut scratch, &mut low)?;
 /// assert!((low[0] - 10.803884).abs() < 1e-5 && (low[1] - 1.196116).abs() < 1e-5);
 /// assert_eq!(scratch.clip_rate(), 1.0);
 /// # Ok::<(), copq::Error>(())

@@ -9,12 +9,12 @@ use super::{Deviations, Ellipsoid, Work};
 /// An objective on which all critics agree has the kink of |x| at zero; its gradient is the mean's.
 ///
 /// ```
-/// use copq::projection::{Bound, Diagonal, Projection, QView, Scratch};
+/// use copq::projection::{BoundQuery, Diagonal, Projection, QView, Scratch};
 ///
 /// // Two critics, two objectives. First they rise together, then one rises as the other falls.
 /// let mut low = [[0.0; 2]; 2];
 /// for (low, q) in low.iter_mut().zip([[1.0, 1.0, 3.0, 5.0], [1.0, 5.0, 3.0, 1.0]]) {
-///     let bound = Bound { q: QView::new(&q, 2, 2)?, weights: &[3.0, 4.0], step: -1.0 };
+///     let bound = BoundQuery { q: QView::new(&q, 2, 2)?, weights: &[3.0, 4.0], step: -1.0 };
 ///     Diagonal.project(bound, &mut Scratch::default(), low)?;
 /// }
 /// // Means 2 and 3, less 0.6 and 0.8 of the standard deviations 1 and 2.

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Bound, Projection, QView, Scratch};
+use super::{BoundQuery, Projection, QView, Scratch};
 use crate::error::check_len;
 use crate::{Error, Result};
 
@@ -85,7 +85,7 @@ impl Disagreement {
     ) -> Result<DVector<f64>> {
         let mut out = vec![0.0; self.mean.len()];
         let q = QView::new(&self.q, self.deviations.ncols(), self.mean.len())?;
-        projection.project(Bound { q, weights, step }, &mut Scratch::default(), &mut out)?;
+        projection.project(BoundQuery { q, weights, step }, &mut Scratch::default(), &mut out)?;
         Ok(DVector::from_iterator(out.len(), out.into_iter().map(f64::from)))
     }
 

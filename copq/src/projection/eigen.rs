@@ -14,11 +14,11 @@ use super::{Deviations, Ellipsoid, Work};
 /// With more than eight objectives the last bits depend on the width of the processor's vectors.
 ///
 /// ```
-/// use copq::projection::{Bound, Eigen, Projection, QView, Scratch};
+/// use copq::projection::{BoundQuery, Eigen, Projection, QView, Scratch};
 ///
 /// let bound = |q: &[f32]| -> copq::Result<[f32; 2]> {
 ///     let mut low = [0.0; 2];
-///     let bound = Bound { q: QView::new(q, 3, 2)?, weights: &[1.0, 1.0], step: -1.0 };
+///     let bound = BoundQuery { q: QView::new(q, 3, 2)?, weights: &[1.0, 1.0], step: -1.0 };
 ///     Eigen.project(bound, &mut Scratch::default(), &mut low)?;
 ///     Ok(low)
 /// };

@@ -3,7 +3,7 @@
 
 use std::fmt::Debug;
 
-use super::{Bound, Deviations, Projection, Scratch, Work};
+use super::{BoundQuery, Deviations, Projection, Scratch, Work};
 use crate::{Ensemble, Result};
 
 /// A projection of the form `mean + step * C R u` (paper App. B), told apart by its offset alone.
@@ -13,7 +13,7 @@ use crate::{Ensemble, Result};
 /// must depend on the deviations only.
 ///
 /// ```
-/// use copq::projection::{Bound, Deviations, Ellipsoid, Projection, QView, Scratch, Work};
+/// use copq::projection::{BoundQuery, Deviations, Ellipsoid, Projection, QView, Scratch, Work};
 ///
 /// /// Half of each objective's own standard deviation: a milder `Diagonal`.
 /// #[derive(Debug)]
@@ -50,7 +50,7 @@ use crate::{Ensemble, Result};
 /// // objective only.
 /// let q = QView::new(&[1.0, 10.0, 3.0, 20.0], 2, 2)?;
 /// let mut low = [0.0; 2];
-/// let bound = Bound { q, weights: &[1.0, 0.0], step: -1.0 };
+/// let bound = BoundQuery { q, weights: &[1.0, 0.0], step: -1.0 };
 /// Half.project(bound, &mut Scratch::default(), &mut low)?;
 /// assert_eq!(low, [1.5, 15.0]);
 /// # Ok::<(), copq::Error>(())
@@ -90,9 +90,9 @@ impl<E: Ellipsoid> Projection for E {
         Ellipsoid::ensemble(self)
     }
 
-    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+    fn project(&self, bound: BoundQuery<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
         let directions = bound.check(out)?;
-        let Bound { q, step, .. } = bound;
+        let BoundQuery { q, step, .. } = bound;
         let (row, work) = scratch.parts();
         let mut clips = 0;
         row.resize(q);
@@ -109,13 +109,13 @@ impl<E: Ellipsoid> Projection for E {
 
     fn vjp(
         &self,
-        bound: Bound<'_>,
+        bound: BoundQuery<'_>,
         scratch: &mut Scratch,
         grad_out: &[f32],
         grad_q: &mut [f32],
     ) -> Result<()> {
         let directions = bound.check_vjp(grad_out, grad_q)?;
-        let Bound { q, step, .. } = bound;
+        let BoundQuery { q, step, .. } = bound;
         let (row, work) = scratch.parts();
         row.resize(q);
         for at in 0..q.rows() {

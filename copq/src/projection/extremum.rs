@@ -10,12 +10,12 @@ use super::{Deviations, Ellipsoid, Work};
 /// the offset jumps unless Sigma is zero too; offset and gradient count as zero.
 ///
 /// ```
-/// use copq::projection::{Bound, Extremum, Projection, QView, Scratch};
+/// use copq::projection::{BoundQuery, Extremum, Projection, QView, Scratch};
 ///
 /// // Three critics; their totals are 15, 8 and 13: 12 with a standard deviation of 2.943920.
 /// let q = QView::new(&[10.0, 5.0, 12.0, -4.0, 11.0, 2.0], 3, 2)?;
 /// let mut low = [0.0; 2];
-/// let bound = Bound { q, weights: &[1.0, 1.0], step: -1.0 };
+/// let bound = BoundQuery { q, weights: &[1.0, 1.0], step: -1.0 };
 /// Extremum.project(bound, &mut Scratch::default(), &mut low)?;
 /// assert!((low[0] + low[1] - (12.0 - 2.943920)).abs() < 1e-5);
 /// // The second objective bears it all: the first, whose mean is 11, rises.

@@ -1,7 +1,7 @@
 //! Clipped double-Q for every objective on its own.
 
 use super::selection::{blend, blend_vjp, worst};
-use super::{Bound, Projection, QView, Scratch};
+use super::{BoundQuery, Projection, QView, Scratch};
 use crate::{Ensemble, Result};
 
 /// Every objective's least value over the critics for a negative step, or its greatest for a
@@ -12,16 +12,16 @@ use crate::{Ensemble, Result};
 /// NaN in any critic makes its objective's bound NaN.
 ///
 /// ```
-/// use copq::projection::{Bound, IndependentMin, Projection, QView, Scratch};
+/// use copq::projection::{BoundQuery, IndependentMin, Projection, QView, Scratch};
 ///
 /// let q = QView::new(&[10.0, 5.0, 12.0, -4.0, 11.0, 2.0], 3, 2)?; // three critics
 /// let mut low = [0.0; 2];
-/// let rewards = Bound { q, weights: &[1.0, 1.0], step: -1.0 };
+/// let rewards = BoundQuery { q, weights: &[1.0, 1.0], step: -1.0 };
 /// IndependentMin.project(rewards, &mut Scratch::default(), &mut low)?;
 /// assert_eq!(low, [10.0, -4.0]); // the first critic's and the second's
 ///
 /// // If the first is a cost, pessimism takes its largest value.
-/// let cost_first = Bound { weights: &[-1.0, 1.0], ..rewards };
+/// let cost_first = BoundQuery { weights: &[-1.0, 1.0], ..rewards };
 /// IndependentMin.project(cost_first, &mut Scratch::default(), &mut low)?;
 /// assert_eq!(low, [12.0, -4.0]);
 /// # Ok::<(), copq::Error>(())
@@ -38,8 +38,8 @@ impl Projection for IndependentMin {
         Ensemble::Separate { cost: 2, reward: 2 }
     }
 
-    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
-        let Bound { q, step, .. } = bound;
+    fn project(&self, bound: BoundQuery<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        let BoundQuery { q, step, .. } = bound;
         let directions = bound.check(out)?;
         for (row, out) in out.chunks_exact_mut(q.objectives()).enumerate() {
             let weights = directions.weights(row);
@@ -54,12 +54,12 @@ impl Projection for IndependentMin {
 
     fn vjp(
         &self,
-        bound: Bound<'_>,
+        bound: BoundQuery<'_>,
         _scratch: &mut Scratch,
         grad_out: &[f32],
         grad_q: &mut [f32],
     ) -> Result<()> {
-        let Bound { q, step, .. } = bound;
+        let BoundQuery { q, step, .. } = bound;
         let directions = bound.check_vjp(grad_out, grad_q)?;
         for (row, grad) in grad_out.chunks_exact(q.objectives()).enumerate() {
             let weights = directions.weights(row);

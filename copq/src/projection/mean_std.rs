@@ -10,14 +10,14 @@ use super::{Deviations, Ellipsoid, Work};
 /// An objective on which all critics agree has the kink of |x| at zero; its gradient is the mean's.
 ///
 /// ```
-/// use copq::projection::{Bound, MeanStd, Projection, QView, Scratch};
+/// use copq::projection::{BoundQuery, MeanStd, Projection, QView, Scratch};
 ///
 /// // Two critics of a cost and a reward: means 11 and 3, standard deviations 1 and 2.
 /// let q = QView::new(&[10.0, 5.0, 12.0, 1.0], 2, 2)?;
 /// let bounds = MeanStd { cost: 0.5, reward: 1.0 };
 /// for weights in [[-1.0, 1.0], [-0.1, 7.0]] {
 ///     let mut out = [0.0; 2];
-///     let bound = Bound { q, weights: &weights, step: -1.0 };
+///     let bound = BoundQuery { q, weights: &weights, step: -1.0 };
 ///     bounds.project(bound, &mut Scratch::default(), &mut out)?;
 ///     assert_eq!(out, [11.5, 1.0]); // whatever the weights' sizes
 /// }

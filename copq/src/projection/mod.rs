@@ -31,7 +31,7 @@ mod view;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-pub use bound::Bound;
+pub use bound::BoundQuery;
 pub use check::check_projection;
 pub use cholesky::Cholesky;
 pub use confidence::{confidence, step_length};
@@ -55,22 +55,22 @@ use crate::{Ensemble, Result};
 /// A rule that turns the critics' disagreement into one vector a row: `mean + step * offset` for
 /// ellipsoid methods.
 ///
-/// What is asked for comes as one [`Bound`]: values, weights (one set for all rows, or one per row)
-/// and a signed step. A zero or non-finite set of weights is an error.
+/// What is asked for comes as one [`BoundQuery`]: values, weights (one set for all rows, or one per
+/// row) and a signed step. A zero or non-finite set of weights is an error.
 ///
 /// The same input gives the same output, bit for bit. A NaN among the critics' values makes the
 /// bound of its objective NaN: finding it is left to the caller, who knows the objective's name.
 ///
 /// A method of your own is either an [`Ellipsoid`], which only has to say how far from the mean to
-/// go, or a `Projection` written out. The latter starts with [`Bound::check`] or
-/// [`Bound::check_vjp`].
+/// go, or a `Projection` written out. The latter starts with [`BoundQuery::check`] or
+/// [`BoundQuery::check_vjp`].
 ///
 /// ```
-/// use copq::projection::{Bound, Cholesky, Projection, QView, Scratch};
+/// use copq::projection::{BoundQuery, Cholesky, Projection, QView, Scratch};
 ///
 /// // Two critics value one state-action pair, one objective: the lower bound is clipped
 /// // double-Q's minimum.
-/// let bound = Bound { q: QView::new(&[2.0, 5.0], 2, 1)?, weights: &[1.0], step: -1.0 };
+/// let bound = BoundQuery { q: QView::new(&[2.0, 5.0], 2, 1)?, weights: &[1.0], step: -1.0 };
 /// let mut scratch = Scratch::default();
 ///
 /// let mut low = [0.0];
@@ -93,13 +93,13 @@ pub trait Projection: Debug + Send + Sync {
     }
 
     /// Writes the bound, `rows x objectives`, into `out`.
-    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()>;
+    fn project(&self, bound: BoundQuery<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()>;
 
     /// Writes d(grad_out . bound)/dq, laid out like `bound.q`, into `grad_q`; weights are
     /// constants.
     fn vjp(
         &self,
-        bound: Bound<'_>,
+        bound: BoundQuery<'_>,
         scratch: &mut Scratch,
         grad_out: &[f32],
         grad_q: &mut [f32],
@@ -117,13 +117,13 @@ impl Projection for Arc<dyn Projection> {
         self.as_ref().ensemble()
     }
 
-    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+    fn project(&self, bound: BoundQuery<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
         self.as_ref().project(bound, scratch, out)
     }
 
     fn vjp(
         &self,
-        bound: Bound<'_>,
+        bound: BoundQuery<'_>,
         scratch: &mut Scratch,
         grad_out: &[f32],
         grad_q: &mut [f32],

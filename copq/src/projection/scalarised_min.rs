@@ -2,7 +2,7 @@
 //! worst.
 
 use super::selection::{blend, blend_vjp, worst};
-use super::{Bound, Projection, QView, Scratch};
+use super::{BoundQuery, Projection, QView, Scratch};
 use crate::{Ensemble, Result};
 
 /// The values of the critic with the smallest `u . Q_k` for a negative step, or the greatest for a
@@ -14,12 +14,12 @@ use crate::{Ensemble, Result};
 /// whichever is taken.
 ///
 /// ```
-/// use copq::projection::{Bound, Projection, QView, ScalarisedMin, Scratch};
+/// use copq::projection::{BoundQuery, Projection, QView, ScalarisedMin, Scratch};
 ///
 /// // Three critics, whose totals are 15, 8 and 13: all that the second says.
 /// let q = QView::new(&[10.0, 5.0, 12.0, -4.0, 11.0, 2.0], 3, 2)?;
 /// let mut low = [0.0; 2];
-/// let bound = Bound { q, weights: &[1.0, 1.0], step: -1.0 };
+/// let bound = BoundQuery { q, weights: &[1.0, 1.0], step: -1.0 };
 /// ScalarisedMin.project(bound, &mut Scratch::default(), &mut low)?;
 /// assert_eq!(low, [12.0, -4.0]);
 /// # Ok::<(), copq::Error>(())
@@ -36,8 +36,8 @@ impl Projection for ScalarisedMin {
         Ensemble::Joint(2)
     }
 
-    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
-        let Bound { q, step, .. } = bound;
+    fn project(&self, bound: BoundQuery<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+        let BoundQuery { q, step, .. } = bound;
         let directions = bound.check(out)?;
         for (row, out) in out.chunks_exact_mut(q.objectives()).enumerate() {
             let chosen = choose(q, row, directions.weights(row), step);
@@ -51,12 +51,12 @@ impl Projection for ScalarisedMin {
 
     fn vjp(
         &self,
-        bound: Bound<'_>,
+        bound: BoundQuery<'_>,
         _scratch: &mut Scratch,
         grad_out: &[f32],
         grad_q: &mut [f32],
     ) -> Result<()> {
-        let Bound { q, step, .. } = bound;
+        let BoundQuery { q, step, .. } = bound;
         let directions = bound.check_vjp(grad_out, grad_q)?;
         for (row, grad) in grad_out.chunks_exact(q.objectives()).enumerate() {
             let chosen = choose(q, row, directions.weights(row), step);

@@ -12,14 +12,14 @@ use super::row::Row;
 /// allocation.
 ///
 /// ```
-/// use copq::projection::{Bound, Cholesky, Projection, QView, Scratch};
+/// use copq::projection::{BoundQuery, Cholesky, Projection, QView, Scratch};
 ///
 /// let mut scratch = Scratch::default();
 /// let mut low = [0.0; 4];
 /// // Two rows: in the first the critics disagree in opposite ways about the two objectives, in the
 /// // second in the same way.
 /// let q = QView::new(&[1.0, -1.0, 1.0, 1.0, -1.0, 4.0, -1.0, -1.0], 2, 2)?;
-/// Cholesky.project(Bound { q, weights: &[1.0, 1.0], step: -1.0 }, &mut scratch, &mut low)?;
+/// Cholesky.project(BoundQuery { q, weights: &[1.0, 1.0], step: -1.0 }, &mut scratch, &mut low)?;
 /// assert_eq!(scratch.clip_rate(), 0.5);
 /// # Ok::<(), copq::Error>(())
 /// ```

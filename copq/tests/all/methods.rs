@@ -690,7 +690,7 @@ fn the_order_matters_to_cholesky_alone() {
         let q = QView::new(q, 3, 2).unwrap();
         method
             .project(
-                Bound { q, weights: &[1.0, 1.0], step: -1.0 },
+                BoundQuery { q, weights: &[1.0, 1.0], step: -1.0 },
                 &mut Scratch::default(),
                 &mut out,
             )

@@ -183,7 +183,7 @@ fn updates_see_normalised_batches() {
             .collect();
         let wanted = if call == "target" { 1.0 } else { -1.0 };
         assert!(
-            !rows.is_empty() && rows.iter().all(|s| (s - wanted).abs() < 0.1),
+            !rows.is_empty() && rows.iter().all(|s| abs_diff_eq!(*s, wanted, epsilon = 0.1)),
             "{call}: {rows:?}"
         );
     }

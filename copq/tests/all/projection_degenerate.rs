@@ -8,7 +8,7 @@ use crate::bounds;
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use bounds::{Ensemble, ellipsoids, projections};
 use copq::projection::{
-    Bound, Cholesky, Deviations, Eigen, Ellipsoid, IndependentMin, Projection, QView,
+    BoundQuery, Cholesky, Deviations, Eigen, Ellipsoid, IndependentMin, Projection, QView,
     ScalarisedMin, Scratch, Work, by_name,
 };
 use copq::{Error, Result};
@@ -311,7 +311,7 @@ fn a_nan_comes_through() {
 fn refusal(weights: &[f32], step: f32, out: usize, grad: usize) -> String {
     let q = QView::new(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], 2, 2).unwrap();
     let texts = projections().map(|method| {
-        let bound = Bound { q, weights, step };
+        let bound = BoundQuery { q, weights, step };
         let mut scratch = Scratch::default();
         let projected = method.project(bound, &mut scratch, &mut vec![0.0; out]);
         let backward = method.vjp(bound, &mut scratch, &vec![0.0; out], &mut vec![0.0; grad]);
@@ -387,7 +387,7 @@ fn unusable_inputs_are_named() {
 fn an_error_leaves_the_output_alone() {
     let q = QView::new(&[1.0, 2.0, 3.0, 4.0], 2, 1).unwrap();
     let mut out = [7.0; 2];
-    let bound = Bound { q, weights: &[1.0, f32::NAN], step: -1.0 };
+    let bound = BoundQuery { q, weights: &[1.0, f32::NAN], step: -1.0 };
     assert!(Cholesky.project(bound, &mut Scratch::default(), &mut out).is_err());
     assert_eq!(out, [7.0; 2]);
 }
@@ -428,7 +428,7 @@ fn a_foreign_ellipsoid_is_centred_and_counted() {
     let q = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
     let mut scratch = Scratch::default();
     let mut out = [0.0; 2];
-    let bound = Bound { q: QView::new(&q, 3, 1).unwrap(), weights: &[2.0], step: 1.0 };
+    let bound = BoundQuery { q: QView::new(&q, 3, 1).unwrap(), weights: &[2.0], step: 1.0 };
     TowardsFirst.project(bound, &mut scratch, &mut out).unwrap();
     assert_eq!((out, scratch.clip_rate()), ([1.0, 2.0], 1.0));
     let gradient = bounds::vjp(&TowardsFirst, &q, 3, &[2.0], 1.0, &[1.0, 3.0]);
@@ -444,13 +444,19 @@ impl Projection for FirstCritic {
         "first-critic"
     }
 
-    fn project(&self, bound: Bound<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
+    fn project(&self, bound: BoundQuery<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
         out.copy_from_slice(&bound.q.values()[..out.len()]);
         scratch.report_clips(1, bound.q.rows());
         Ok(())
     }
 
-    fn vjp(&self, _: Bound<'_>, _: &mut Scratch, grad: &[f32], grad_q: &mut [f32]) -> Result<()> {
+    fn vjp(
+        &self,
+        _: BoundQuery<'_>,
+        _: &mut Scratch,
+        grad: &[f32],
+        grad_q: &mut [f32],
+    ) -> Result<()> {
         grad_q.fill(0.0);
         grad_q[..grad.len()].copy_from_slice(grad);
         Ok(())
@@ -463,7 +469,7 @@ fn a_foreign_projection_is_like_the_built_in() {
     let q = [1.0, 2.0, 3.0, 4.0];
     let mut scratch = Scratch::default();
     let mut out = [0.0; 2];
-    let bound = Bound { q: QView::new(&q, 2, 1).unwrap(), weights: &[1.0], step: -1.0 };
+    let bound = BoundQuery { q: QView::new(&q, 2, 1).unwrap(), weights: &[1.0], step: -1.0 };
     boxed.project(bound, &mut scratch, &mut out).unwrap();
     assert_eq!((out, scratch.clip_rate()), ([1.0, 2.0], 0.5));
     assert_eq!((boxed.name(), boxed.ensemble()), ("first-critic", copq::Ensemble::Spanning));

@@ -109,13 +109,13 @@ fn g_a_fired_clip_can_raise_the_first_objective() {
 
 #[test]
 fn the_clip_rate_counts_the_rows_that_fire() {
-    use copq::projection::{Bound, QView, Scratch, by_name};
+    use copq::projection::{BoundQuery, QView, Scratch, by_name};
     // Rows A, B, A, A, critic by critic.
     let a = a().q;
     let b = b().q;
     let critic = |k: usize| [&a, &b, &a, &a].map(|row| row[2 * k..2 * k + 2].to_vec()).concat();
     let q = [critic(0), critic(1), critic(2)].concat();
-    let bound = Bound { q: QView::new(&q, 3, 2).unwrap(), weights: &[1.0, 1.0], step: -1.0 };
+    let bound = BoundQuery { q: QView::new(&q, 3, 2).unwrap(), weights: &[1.0, 1.0], step: -1.0 };
     let mut scratch = Scratch::default();
     let mut out = [0.0; 8];
     assert_eq!(scratch.clip_rate(), 0.0);

@@ -5,7 +5,7 @@ use crate::bounds;
 
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use bounds::widen;
-use copq::projection::{Bound, Projection, QView, Scratch, by_name};
+use copq::projection::{BoundQuery, Projection, QView, Scratch, by_name};
 use nalgebra::DVector;
 use serde_json::Value;
 
@@ -54,7 +54,9 @@ fn bound(method: &dyn Projection, case: &Value, step: f32) -> (DVector<f64>, f64
     let view = QView::new(&q, critics(case), objectives(case)).unwrap();
     let mut scratch = Scratch::default();
     let mut out = vec![f32::NAN; objectives(case)];
-    method.project(Bound { q: view, weights: &weights, step }, &mut scratch, &mut out).unwrap();
+    method
+        .project(BoundQuery { q: view, weights: &weights, step }, &mut scratch, &mut out)
+        .unwrap();
     (widen(&out), scratch.clip_rate())
 }
 

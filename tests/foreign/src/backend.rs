@@ -198,8 +198,8 @@ impl Actor for LinearActor {
         let mut action = vec![0.0; obs.len()];
         let mut grad_action = vec![0.0; obs.len()];
         self.mode(Net::Online, obs, &mut action)?;
-        let sample = Sample { action: &action, log_prob: &[] };
-        grad(sample, SampleGrad { action: &mut grad_action, log_prob: &mut [] })?;
+        let sample = Sample { action: &action, log_prob: None };
+        grad(sample, SampleGrad { action: &mut grad_action, log_prob: None })?;
         let mut grad = [0.0; 2];
         for ((s, a), grad_a) in obs.iter().zip(&action).zip(grad_action) {
             let through_tanh = grad_a * (1.0 - a * a);

@@ -4,8 +4,8 @@
 #![allow(dead_code)]
 
 use copq::projection::{
-    Bound, Cholesky, Deviations, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin, MeanStd,
-    Projection, QView, ScalarisedMin, Scratch, Work,
+    BoundQuery, Cholesky, Deviations, Diagonal, Eigen, Ellipsoid, Extremum, IndependentMin,
+    MeanStd, Projection, QView, ScalarisedMin, Scratch, Work,
 };
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -193,7 +193,7 @@ pub fn project(
 
 pub fn project_rows(method: &dyn Projection, q: QView<'_>, weights: &[f32], step: f32) -> Vec<f32> {
     let mut out = vec![f32::NAN; q.values().len() / q.critics()];
-    method.project(Bound { q, weights, step }, &mut Scratch::default(), &mut out).unwrap();
+    method.project(BoundQuery { q, weights, step }, &mut Scratch::default(), &mut out).unwrap();
     out
 }
 
@@ -216,7 +216,7 @@ pub fn vjp_rows(
     grad: &[f32],
 ) -> Vec<f32> {
     let mut out = vec![f32::NAN; q.values().len()];
-    method.vjp(Bound { q, weights, step }, &mut Scratch::default(), grad, &mut out).unwrap();
+    method.vjp(BoundQuery { q, weights, step }, &mut Scratch::default(), grad, &mut out).unwrap();
     out
 }
 

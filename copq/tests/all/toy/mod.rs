@@ -345,8 +345,8 @@ impl Actor for LinearActor {
         grad_action.resize(obs.len(), 0.0);
         self.mode(Net::Online, obs, &mut action)?;
         grad(
-            Sample { action: &action, log_prob: &[] },
-            SampleGrad { action: &mut grad_action, log_prob: &mut [] },
+            Sample { action: &action, log_prob: None },
+            SampleGrad { action: &mut grad_action, log_prob: None },
         )?;
         let mut g = [0.0; 2];
         for ((&s, &a), &da) in obs.iter().zip(&action).zip(&grad_action) {
@@ -436,8 +436,8 @@ impl Actor for GaussianActor {
         let [action, log_prob, grad_action, grad_log_prob] = &mut sample;
         self.sample(Net::Online, obs, noise, action, log_prob)?;
         grad(
-            Sample { action, log_prob },
-            SampleGrad { action: grad_action, log_prob: grad_log_prob },
+            Sample { action, log_prob: Some(log_prob) },
+            SampleGrad { action: grad_action, log_prob: Some(grad_log_prob) },
         )?;
         let mut g = [0.0; 3];
         for (i, (s, noise)) in obs.iter().zip(noise).enumerate() {

@@ -2,7 +2,7 @@
 //! environment.
 #![allow(dead_code)]
 
-#[path = "../../../copq-envs/tests/all/support/table.rs"]
+#[path = "../../../../copq-envs/tests/all/support/table.rs"]
 mod table;
 
 mod engines;
@@ -15,7 +15,7 @@ use copq::{Env, Outcome, State};
 use copq_envs::robot::{Preset, Senses};
 use copq_envs::{Field, Locomotion, Options, Physics, RobotSpec, Task, task_with};
 use copq_envs_mujoco::Mujoco;
-pub use engines::Make;
+pub use engines::{ENGINES, Make};
 pub use start::Start;
 pub use table::Table;
 

@@ -1,5 +1,4 @@
 //! The engines that this build has.
-#![allow(dead_code)]
 
 use copq_envs::RobotSpec;
 use copq_envs_mujoco::Mujoco;

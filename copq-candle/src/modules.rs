@@ -1,28 +1,21 @@
 //! Networks of your own architecture: any candle-nn module as critic or policy, by autograd.
 
-mod actor;
-mod critics;
-mod network;
-mod seeded;
-
 use std::fmt;
 use std::sync::Arc;
 
-pub use actor::ModuleActor;
 use candle_core::{Device, Module};
 use candle_nn::VarBuilder;
-use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Error, Networks, Result, Rng};
-pub use critics::ModuleCritics;
+use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Networks, Result, Rng};
 
-use crate::Candle;
+use crate::{Candle, plain};
 
-/// Builds a module: variables from a `VarBuilder`, numbers in, numbers out.
-pub type Make = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>>
+/// Builds a module: variables from a `VarBuilder`, how many numbers come in, how many go out.
+pub type MakeModule = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>>
     + Send
     + Sync;
 
-/// A backend whose critics, and if you like whose deterministic policy, are modules of yours; the
-/// rest is [`Candle`]'s.
+/// A backend whose critics, and if you like whose policy, are modules of yours; the rest is
+/// [`Candle`]'s.
 ///
 /// Variables are drawn by candle's rules from copq's random numbers, saved by their paths, and
 /// stepped by the same Adam as all other networks; only [`Networks`]' step sizes count, its layers
@@ -51,8 +44,8 @@ pub type Make = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<
 /// ```
 #[derive(Clone)]
 pub struct Modules {
-    critic: Arc<Make>,
-    actor: Option<Arc<Make>>,
+    critic: Arc<MakeModule>,
+    actor: Option<Arc<MakeModule>>,
     device: Device,
 }
 
@@ -74,8 +67,8 @@ impl Modules {
         Self { critic: Arc::new(make), actor: None, device: Device::Cpu }
     }
 
-    /// A deterministic policy that maps an observation to one number per action component, which
-    /// tanh brings to [-1, 1].
+    /// A policy that maps an observation to one number per action component, which tanh brings to
+    /// [-1, 1]; a stochastic one (SAC) is asked for twice as many, means and then log stds.
     pub fn actor<F>(self, make: F) -> Self
     where
         F: Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>>
@@ -100,14 +93,9 @@ impl Backend for Modules {
         count: usize,
         rng: &mut Rng,
     ) -> Result<Box<dyn Critic>> {
-        Ok(Box::new(ModuleCritics::new(
-            self.critic.as_ref(),
-            spec,
-            networks,
-            count,
-            rng,
-            &self.device,
-        )?))
+        let make = self.critic.as_ref();
+        let critics = plain::Critics::of_modules(make, spec, count, networks, rng, &self.device)?;
+        Ok(Box::new(critics))
     }
 
     fn actor(
@@ -117,16 +105,17 @@ impl Backend for Modules {
         kind: ActorKind,
         rng: &mut Rng,
     ) -> Result<Box<dyn Actor>> {
-        match (&self.actor, kind) {
-            (None, _) => Candle::default().actor(spec, networks, kind, rng),
-            (Some(make), ActorKind::Deterministic) => {
-                Ok(Box::new(ModuleActor::new(make.as_ref(), spec, networks, rng, &self.device)?))
+        let Some(make) = self.actor.as_deref() else {
+            return Candle::default().actor(spec, networks, kind, rng);
+        };
+        let device = &self.device;
+        Ok(match kind {
+            ActorKind::Deterministic => {
+                Box::new(plain::Deterministic::of_module(make, spec, networks, rng, device)?)
             }
-            (Some(_), ActorKind::Gaussian) => Err(Error::invalid(
-                "a policy made of a module",
-                "a deterministic method, such as TD3",
-                "a stochastic one",
-            )),
-        }
+            ActorKind::Gaussian => {
+                Box::new(plain::Gaussian::of_module(make, spec, networks, rng, device)?)
+            }
+        })
     }
 }

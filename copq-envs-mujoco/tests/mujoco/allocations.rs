@@ -1,13 +1,9 @@
 //! A step allocates nothing on our side, contact forces and all: counted by the allocator itself.
-#![cfg(any(feature = "mujoco-rs", feature = "system"))]
 
-#[path = "support/engines.rs"]
-mod engines;
-
+use crate::support::ENGINES;
 use copq::Env;
 use copq_envs::robot::{Preset, Senses};
 use copq_envs::{Locomotion, Options, task_with};
-use engines::ENGINES;
 
 #[test]
 fn a_step_allocates_nothing() {

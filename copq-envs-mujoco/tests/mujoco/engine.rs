@@ -1,16 +1,12 @@
 //! What MuJoCo would do by itself and this engine must not: reset in silence, write files, lose
 //! what a snapshot needs.
-#![cfg(any(feature = "mujoco-rs", feature = "system"))]
 
-#[path = "support/engines.rs"]
-mod engines;
-
+use crate::support::ENGINES;
 use approx::assert_abs_diff_eq;
 use copq::{Error, State};
 use copq_envs::robot::{Preset, ant, hopper, humanoid};
 use copq_envs::{Field, Physics, RobotSpec};
 use copq_envs_mujoco::Mujoco;
-use engines::ENGINES;
 
 const FIELDS: [Field; 6] = [
     Field::BodyPosition,

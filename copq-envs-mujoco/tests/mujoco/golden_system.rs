@@ -1,14 +1,11 @@
 //! The installed MuJoCo against what 3.17.0 recorded: within what was measured between 2.2.2 and
 //! 3.17.0.
-#![cfg(feature = "system")]
 
-mod support;
-
-use copq_envs::robot::Preset;
-use copq_envs_mujoco::system::{physics, version};
-use support::{
+use crate::support::{
     ROBOTS, close, golden, observation, one_step_errors, one_steps, rollout_errors, task,
 };
+use copq_envs::robot::Preset;
+use copq_envs_mujoco::system::{physics, version};
 
 /// The humanoid's solvers stop before they have converged: versions between the two that were
 /// measured stop elsewhere.

@@ -1,16 +1,13 @@
 //! MuJoCo 3.17.0 against Gymnasium v5, and against the paper's preset, recorded on the same
 //! library.
-#![cfg(feature = "mujoco-rs")]
 
-mod support;
-
-use copq::Outcome;
-use copq_envs::robot::Preset;
-use copq_envs_mujoco::mujoco_rs::physics;
-use support::{
+use crate::support::{
     BENCHMARKS, ROBOTS, Replay, close, golden, observation, one_steps, rewards, rollout,
     rollout_errors, state_error, task,
 };
+use copq::Outcome;
+use copq_envs::robot::Preset;
+use copq_envs_mujoco::mujoco_rs::physics;
 
 #[test]
 fn every_bit_of_a_rollout_is_gymnasiums() {

@@ -2,17 +2,14 @@
 //! precision.
 //!
 //! The robots and conventions are the same, the solver of contacts and limits is not.
-//! `cargo test -p copq-envs-mujoco --features mujoco-rs --test brax -- --nocapture --test-threads 1`
+//! `cargo test -p copq-envs-mujoco --features mujoco-rs --test mujoco brax -- --nocapture --test-threads 1`
 //! prints more than DESIGN.md quotes.
-#![cfg(feature = "mujoco-rs")]
 
-mod support;
-
+use crate::support::{ROBOTS, Replay, Table, largest, own_data, task};
 use copq::Outcome;
 use copq_envs::robot::Preset;
 use copq_envs::{Physics, RobotSpec, Task};
 use copq_envs_mujoco::mujoco_rs::physics;
-use support::{ROBOTS, Replay, Table, largest, own_data, task};
 
 /// A step that begins and ends this high above the floor (m) touches nothing,
 const ROOM: f64 = 0.01;

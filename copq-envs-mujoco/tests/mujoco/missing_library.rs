@@ -1,5 +1,4 @@
 //! A library that is not there, or not the right one, is an error at run time that says what to do.
-#![cfg(feature = "system")]
 
 use std::process::Command;
 
@@ -9,7 +8,7 @@ use copq_envs_mujoco::system;
 /// What a process says whose `COPQ_MUJOCO_LIBRARY` is this.
 fn answer(library: &str) -> String {
     let child = Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", "child", "--ignored", "--nocapture"])
+        .args(["--exact", "missing_library::child", "--ignored", "--nocapture"])
         .env("COPQ_MUJOCO_LIBRARY", library)
         .output()
         .unwrap();
