@@ -7,7 +7,7 @@
 use copq::{
     Activation, Actor, Critic, Net, Networks, QView, Result, Rng, Sample, SampleGrad, Stream,
 };
-use copq_bench::workload::{Batch, Workload};
+use copq_bench::workload::{Inputs, Workload};
 use copq_candle::{Device, plain};
 use divan::Bencher;
 use divan::counter::ItemsCount;
@@ -72,7 +72,7 @@ fn fill(_: QView<'_>, grad: &mut [f32]) -> Result<()> {
 fn values(bencher: Bencher<'_, '_>, implementation: &str) {
     let w = workload();
     let mut critic = critic(implementation);
-    let Batch { obs, action, .. } = w.batch();
+    let Inputs { obs, action, .. } = w.batch();
     let mut q = vec![0.0; w.critics * w.rows * w.objectives];
     bencher
         .counter(ItemsCount::new(critics_operations().0))
@@ -81,7 +81,7 @@ fn values(bencher: Bencher<'_, '_>, implementation: &str) {
 
 #[divan::bench(args = IMPLEMENTATIONS)]
 fn fit(bencher: Bencher<'_, '_>, implementation: &str) {
-    let Batch { obs, action, .. } = workload().batch();
+    let Inputs { obs, action, .. } = workload().batch();
     let mut critic = critic(implementation);
     let (forward, hidden) = critics_operations();
     bencher
@@ -97,7 +97,7 @@ fn fit_with(bencher: Bencher<'_, '_>, activation: Activation) {
     let mut rng = Rng::new(0, Stream::Init);
     let networks = Networks { activation, ..w.networks() };
     let mut critic = copq_candle::critic(&w.spec(), w.critics, &networks, &mut rng).unwrap();
-    let Batch { obs, action, .. } = w.batch();
+    let Inputs { obs, action, .. } = w.batch();
     let (forward, hidden) = critics_operations();
     bencher
         .counter(ItemsCount::new(2 * forward + hidden))
@@ -108,7 +108,7 @@ fn fit_with(bencher: Bencher<'_, '_>, activation: Activation) {
 fn action_grad(bencher: Bencher<'_, '_>, implementation: &str) {
     let w = workload();
     let mut critic = critic(implementation);
-    let Batch { obs, action, .. } = w.batch();
+    let Inputs { obs, action, .. } = w.batch();
     let (forward, hidden) = critics_operations();
     let to_actions = 2 * w.critics * w.rows * w.width * w.action;
     let mut out = action.clone();

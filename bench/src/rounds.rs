@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::Result;
 
 use crate::update::Update;
-use crate::workload::{Batch, Workload};
+use crate::workload::{Inputs, Workload};
 use crate::{process_time, spread};
 
 /// Time of an update (ms): on the wall, and of all the process's threads on their processors.
@@ -21,7 +21,7 @@ pub struct Time {
 /// A program in the middle of its updates.
 pub struct Running {
     update: Box<dyn Update>,
-    batches: Vec<Batch>,
+    batches: Vec<Inputs>,
     done: usize,
 }
 

@@ -73,14 +73,14 @@ impl Workload {
     }
 
     /// The batches, always the same.
-    pub fn batches(&self) -> Vec<Batch> {
+    pub fn batches(&self) -> Vec<Inputs> {
         let mut rng = Rng::new(0, Stream::Batch);
-        (0..BATCHES).map(|_| Batch::random(self, &mut rng)).collect()
+        (0..BATCHES).map(|_| Inputs::random(self, &mut rng)).collect()
     }
 
     /// The first of the batches.
-    pub fn batch(&self) -> Batch {
-        Batch::random(self, &mut Rng::new(0, Stream::Batch))
+    pub fn batch(&self) -> Inputs {
+        Inputs::random(self, &mut Rng::new(0, Stream::Batch))
     }
 
     /// Writes what the peers need: `critics.safetensors`, `actor.safetensors` and
@@ -109,9 +109,9 @@ impl Workload {
     }
 }
 
-/// Transitions, and the clipped noise that smooths their next actions (TD3).
+/// What one update reads: transitions, and the clipped noise that smooths their next actions (TD3).
 #[derive(Clone, Debug)]
-pub struct Batch {
+pub struct Inputs {
     /// `rows x observation`
     pub obs: Vec<f32>,
     /// `rows x action`
@@ -126,7 +126,7 @@ pub struct Batch {
     pub noise: Vec<f32>,
 }
 
-impl Batch {
+impl Inputs {
     fn random(workload: &Workload, rng: &mut Rng) -> Self {
         let rows = workload.rows;
         let mut normals = |width: usize| {

@@ -7,7 +7,7 @@ use candle_nn::{AdamW, Linear, Module, Optimizer, ParamsAdamW};
 use copq::{Actor, Critic, Rng, State, Stream};
 
 use super::{Losses, Update};
-use crate::workload::{Batch, DISCOUNT, LR, TAU, Workload};
+use crate::workload::{DISCOUNT, Inputs, LR, TAU, Workload};
 
 /// Critics, actor, their targets and their optimisers.
 pub struct Autograd {
@@ -79,7 +79,7 @@ impl Autograd {
 }
 
 impl Update for Autograd {
-    fn update(&mut self, number: usize, batch: &Batch) -> Result<Losses> {
+    fn update(&mut self, number: usize, batch: &Inputs) -> Result<Losses> {
         let batch = Tensors::new(batch)?;
         let critic = self.fit_critics(&batch)?;
         let actor = number
@@ -105,7 +105,7 @@ struct Tensors {
 }
 
 impl Tensors {
-    fn new(batch: &Batch) -> Result<Self> {
+    fn new(batch: &Inputs) -> Result<Self> {
         let rows = batch.alive.len();
         let tensor =
             |values: &[f32]| Tensor::from_slice(values, (rows, values.len() / rows), &Device::Cpu);

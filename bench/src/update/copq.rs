@@ -8,7 +8,7 @@ use copq::{Actor, BoundQuery, Critic, Net, Projection, QView, Rng, Scratch, Stre
 use copq_candle::{Device, plain};
 
 use super::{Losses, Update};
-use crate::workload::{Batch, DISCOUNT, TAU, Workload};
+use crate::workload::{DISCOUNT, Inputs, TAU, Workload};
 
 /// Critics, actor and the projection between them.
 pub struct Copq {
@@ -76,7 +76,7 @@ impl Copq {
     }
 
     /// y = r + gamma (1 - d) (lower bound at s', a').
-    fn targets(&mut self, batch: &Batch) -> Result<()> {
+    fn targets(&mut self, batch: &Inputs) -> Result<()> {
         self.actor.mode(Net::Target, &batch.next_obs, &mut self.next_action)?;
         for (action, noise) in self.next_action.iter_mut().zip(&batch.noise) {
             *action = (*action + noise).clamp(-1.0, 1.0);
@@ -93,7 +93,7 @@ impl Copq {
         Ok(())
     }
 
-    fn fit_critics(&mut self, batch: &Batch) -> Result<Vec<f32>> {
+    fn fit_critics(&mut self, batch: &Inputs) -> Result<Vec<f32>> {
         let Self { critic, target, weights, .. } = self;
         let mut losses = vec![0.0; weights.len()];
         let grad = &mut |q: QView<'_>, grad: &mut [f32]| {
@@ -112,7 +112,7 @@ impl Copq {
         Ok(losses)
     }
 
-    fn improve_actor(&mut self, batch: &Batch) -> Result<f32> {
+    fn improve_actor(&mut self, batch: &Inputs) -> Result<f32> {
         let Self { critic, actor, projection, weights, scratch, bound, grad_bound, .. } = self;
         actor.improve(&batch.obs, &[], &mut |sample, grad| {
             let grad_q = &mut |q: QView<'_>, grad_q: &mut [f32]| {
@@ -126,7 +126,7 @@ impl Copq {
 }
 
 impl Update for Copq {
-    fn update(&mut self, number: usize, batch: &Batch) -> Result<Losses> {
+    fn update(&mut self, number: usize, batch: &Inputs) -> Result<Losses> {
         self.targets(batch)?;
         let critic = self.fit_critics(batch)?;
         let actor = number

@@ -5,7 +5,7 @@ use copq::{Agent, Ensemble, Learner, Method, Outcome, Silent, Transition};
 use copq_candle::Candle;
 
 use super::{Losses, Update};
-use crate::workload::{Batch, Workload};
+use crate::workload::{Inputs, Workload};
 
 /// A learner whose replay holds the benchmark's batches.
 pub struct Full(Learner);
@@ -30,13 +30,13 @@ impl Full {
 }
 
 impl Update for Full {
-    fn update(&mut self, _number: usize, _batch: &Batch) -> Result<Losses> {
+    fn update(&mut self, _number: usize, _batch: &Inputs) -> Result<Losses> {
         self.0.update(&mut Silent)?;
         Ok(Losses::default())
     }
 }
 
-fn transition<'a>(batch: &'a Batch, row: usize, workload: &Workload) -> Transition<'a> {
+fn transition<'a>(batch: &'a Inputs, row: usize, workload: &Workload) -> Transition<'a> {
     let cut = |values: &'a [f32], width: usize| &values[row * width..(row + 1) * width];
     Transition {
         obs: cut(&batch.obs, workload.observation),

@@ -11,12 +11,12 @@ pub use self::autograd::Autograd;
 pub use self::copq::Copq;
 pub use self::learner::Full;
 pub use self::products::Products;
-use crate::workload::{Batch, Workload};
+use crate::workload::{Inputs, Workload};
 
 /// A program that does one update after another.
 pub trait Update {
     /// The `number`-th update, counted from 1, on a batch.
-    fn update(&mut self, number: usize, batch: &Batch) -> Result<Losses>;
+    fn update(&mut self, number: usize, batch: &Inputs) -> Result<Losses>;
 }
 
 /// What an update reports, by which programs are shown to agree; empty for what computes none.

@@ -5,7 +5,7 @@ use anyhow::Result;
 use rayon::prelude::*;
 
 use super::{Losses, Update};
-use crate::workload::{Batch, Workload};
+use crate::workload::{Inputs, Workload};
 
 /// The networks' arrays, of the sizes and in the number that an update touches.
 pub struct Products {
@@ -55,7 +55,7 @@ impl Products {
 }
 
 impl Update for Products {
-    fn update(&mut self, number: usize, _batch: &Batch) -> Result<Losses> {
+    fn update(&mut self, number: usize, _batch: &Inputs) -> Result<Losses> {
         self.actor.forward(false);
         self.each_critic(|critic| critic.forward(false));
         self.each_critic(|critic| critic.forward(true));
