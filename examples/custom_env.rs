@@ -59,7 +59,7 @@ impl Env for Cart {
 
 fn main() -> Result<()> {
     let steps = copq_examples::steps(20_000)?;
-    println!("{:?}", check_env(&mut Cart::new())?); // first of all
+    print!("{}", check_env(&mut Cart::new())?); // first of all
 
     let mut method = Method::cop_td3().warm_up((steps / 10).max(1));
     method.config.networks.hidden = vec![64, 64];

@@ -19,7 +19,19 @@ pub(crate) fn rows(obs: &[f32], observation: usize) -> Result<usize> {
             obs.len(),
         ));
     }
+    finite("observations", obs, observation)?;
     Ok(obs.len() / observation)
+}
+
+/// An error that names the first row of an input with a NaN or an infinity in it.
+pub(crate) fn finite(what: &str, values: &[f32], width: usize) -> Result<()> {
+    match values.iter().position(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(i) => {
+            let got = format!("{} in row {}", values[i], i / width);
+            Err(Error::invalid(what, "finite numbers", got))
+        }
+    }
 }
 
 /// An error unless `values` is `rows x width`.
@@ -45,6 +57,7 @@ pub(crate) fn sample(
 ) -> Result<()> {
     batch("actions", action, rows, width)?;
     batch("noise", noise, rows, width)?;
+    finite("noise", noise, width)?;
     batch("log-probabilities", log_prob, rows, 1)
 }
 

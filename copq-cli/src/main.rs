@@ -29,7 +29,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    Train(train::Train),
+    Train(Box<train::Train>),
     Resume(resume::Resume),
     Evaluate(evaluate::Evaluate),
     Rollout(rollout::Rollout),

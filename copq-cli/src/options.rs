@@ -10,6 +10,11 @@ pub fn say(text: &str) -> std::io::Result<()> {
     }
 }
 
+/// A word on the side, on standard error; that nobody listens is no reason to stop.
+pub fn note(text: &str) {
+    writeln!(std::io::stderr(), "note: {text}").unwrap_or_default();
+}
+
 /// A whole number from 0 on. Clap would take the minus of -1 for an option's.
 pub fn whole(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| "wanted a whole number from 0 on".to_owned())

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use copq_experiments::{RunConfig, RunFolder};
+use copq_experiments::{OnEnvError, RunConfig, RunFolder};
 
 use crate::options::{count, positive};
 use crate::saved;
-use crate::train::train;
+use crate::train::{on_env_error, train};
 
 /// Goes on with a run from its last checkpoint, as if it had never stopped.
 ///
@@ -20,6 +20,18 @@ pub struct Resume {
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     steps: Option<u64>,
 
+    /// Goes back to the checkpoint before the last one, if that is damaged.
+    #[arg(long)]
+    previous: bool,
+
+    /// Checkpoints that stay from now on. [default: the run's own]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    keep: Option<usize>,
+
+    /// What to do from now on when the environment fails: stop or reset. [default: the run's own]
+    #[arg(long, value_name = "WHAT", value_parser = on_env_error)]
+    on_env_error: Option<OnEnvError>,
+
     /// Threads inside this run; they change no bit of the result. [default: the run's own]
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     threads: Option<usize>,
@@ -31,6 +43,14 @@ impl Resume {
         let method = saved::method(&plan, settings)?;
         plan.run.steps = self.steps.unwrap_or(plan.run.steps);
         plan.threads = self.threads.unwrap_or(plan.threads);
-        train(method, plan, |plan, config| Ok(RunFolder::resume(self.run, plan, config)?))
+        plan.run.keep = self.keep.unwrap_or(plan.run.keep);
+        plan.run.on_env_error = self.on_env_error.unwrap_or(plan.run.on_env_error);
+        train(method, plan, |plan, config| {
+            let folder = RunFolder::resume(self.run, plan, config)?;
+            if self.previous {
+                folder.go_back()?;
+            }
+            Ok(folder)
+        })
     }
 }

@@ -1,6 +1,6 @@
 //! A run's folder, read again: its method, world and policy.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use copq::projection::{self, Cholesky};
 use copq::{Config, EnvSpec, Error, Method, Policy};
@@ -26,6 +26,20 @@ pub fn method(plan: &Plan, settings: Config) -> copq::Result<Method> {
     method.critics = plan.critics;
     method.config = settings;
     Ok(method)
+}
+
+/// The policy's file of a run's folder, the best one if there is one; or the file itself.
+pub fn policy_file(path: &Path) -> copq::Result<PathBuf> {
+    if path.is_file() {
+        return Ok(path.to_owned());
+    }
+    let names = ["policy-best.safetensors", "policy.safetensors"];
+    let files = names.map(|name| path.join(name));
+    files.into_iter().find(|file| file.is_file()).ok_or_else(|| {
+        let wanted = "a policy's file, or a run's folder with one (copq export writes it for \
+             older runs)";
+        Error::invalid(format!("'{}'", path.display()), wanted, "neither")
+    })
 }
 
 /// What the run in a folder has learned so far.

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use anyhow::{bail, ensure};
 use copq::{Config, Ensemble, EnvSpec, Method, projection};
 use copq_candle::Candle;
-use copq_experiments::{Plan, Run, RunFolder, RunSettings, with_changes};
+use copq_experiments::{OnEnvError, Plan, Run, RunConfig, RunFolder, RunSettings, with_changes};
 
-use crate::options::{count, positive, whole};
+use crate::options::{count, note, positive, say, whole};
+use crate::saved;
 use crate::world::make_env;
 
 /// Trains a method on a robot.
@@ -16,12 +17,19 @@ use crate::world::make_env;
 /// saves and exits; copq resume goes on, bit for bit.
 #[derive(clap::Args)]
 pub struct Train {
-    /// What to learn by; copq methods describes each.
-    #[arg(
-        default_value = "cop-td3",
-        value_parser = clap::builder::PossibleValuesParser::new(Method::names())
-    )]
-    method: String,
+    /// What to learn by; copq methods describes each. [default: cop-td3]
+    #[arg(value_parser = clap::builder::PossibleValuesParser::new(Method::names()))]
+    method: Option<String>,
+
+    /// Begins like the run in this folder: its method, task, settings and cadence, where no other
+    /// is given here. Its seed, too, unless --seed says another.
+    #[arg(long, value_name = "DIR", conflicts_with = "method")]
+    like: Option<PathBuf>,
+
+    /// Begins with the policy of a run's folder or policy file: its weights and its normaliser, but
+    /// not its critics, optimiser or replay.
+    #[arg(long, value_name = "DIR")]
+    init_from: Option<PathBuf>,
 
     /// Robot and task: what moves, and which rewards it gets, by priority; copq tasks lists them.
     /// [default: a/hopper; b/hopper under a limit, gym/hopper for td3]
@@ -43,8 +51,9 @@ pub struct Train {
     /// Physics engine: rapier (pure Rust, nothing to install), mujoco or system (your libmujoco).
     ///
     /// Engines differ a little in contacts and integration; compare runs of one engine only.
-    #[arg(long, value_name = "NAME", default_value = "rapier")]
-    engine: String,
+    /// [default: rapier]
+    #[arg(long, value_name = "NAME")]
+    engine: Option<String>,
 
     /// Whose robots: gym-v5 (Gymnasium's) or paper (Brax's, as in the paper). [default: gym-v5;
     /// paper for cop-td3-paper]
@@ -67,15 +76,9 @@ pub struct Train {
     /// Seed of every random number. The same seed on the same machine gives the same run, bit for
     /// bit.
     ///
-    /// Compare methods over several seeds, each a process of its own.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 0,
-        value_parser = whole,
-        allow_negative_numbers = true
-    )]
-    seed: u64,
+    /// Compare methods over several seeds, each a process of its own. [default: 0]
+    #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
+    seed: Option<u64>,
 
     /// New folder for everything the run leaves behind. [default: runs/METHOD-TASK-BOUND-sSEED]
     ///
@@ -83,60 +86,41 @@ pub struct Train {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Environment steps between two evaluations without exploration.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 5_000,
-        value_parser = positive,
-        allow_negative_numbers = true
-    )]
-    eval_every: u64,
+    /// Environment steps between two evaluations without exploration; 0 for none. [default: 5000]
+    #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
+    eval_every: Option<u64>,
 
     /// Episodes of an evaluation, on the same seeds every time; more make a smoother curve.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 10,
-        value_parser = count,
-        allow_negative_numbers = true
-    )]
-    eval_episodes: usize,
+    /// [default: 10]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    eval_episodes: Option<usize>,
 
     /// Environment steps between two checkpoints: what a crash can cost you.
     ///
     /// A checkpoint holds the replay buffer, so it grows to hundreds of megabytes, and writing or
-    /// loading one needs as much memory again. Ctrl-C writes one too.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 20_000,
-        value_parser = positive,
-        allow_negative_numbers = true
-    )]
-    checkpoint_every: u64,
+    /// loading one needs as much memory again. Ctrl-C writes one too. [default: 20000]
+    #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
+    checkpoint_every: Option<u64>,
 
-    /// Environment steps that one row of metrics.csv averages over.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1_000,
-        value_parser = positive,
-        allow_negative_numbers = true
-    )]
-    log_every: u64,
+    /// Checkpoints that stay, the newest among them; copq resume --previous goes on from the one
+    /// before. [default: 2]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    keep: Option<usize>,
 
-    /// Threads inside this run; copq resume lets you change them.
+    /// What to do when the environment fails, as an unstable simulation can: save and stop, or
+    /// count the episode as truncated and go on. [default: stop]
+    #[arg(long, value_name = "WHAT", value_parser = on_env_error)]
+    on_env_error: Option<OnEnvError>,
+
+    /// Environment steps that one row of metrics.csv averages over. [default: 1000]
+    #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
+    log_every: Option<u64>,
+
+    /// Threads inside this run; copq resume lets you change them. [default: 1]
     ///
     /// They change no bit of the result. Seeds run best as processes of one thread each.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        value_parser = count,
-        allow_negative_numbers = true
-    )]
-    threads: usize,
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    threads: Option<usize>,
 
     /// Another value for one of the settings that config.toml lists, such as batch=512; may be
     /// given several times.
@@ -151,16 +135,40 @@ pub struct Train {
 
 impl Train {
     pub fn run(self) -> anyhow::Result<()> {
-        let method = self.method()?;
-        let plan = self.plan(&method);
+        let (base, method) = self.base()?;
+        let method = self.method(method)?;
+        let plan = self.plan(base, &method);
         let folder =
             self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(self.folder_name(&plan)));
         train(method, plan, |plan, config| Ok(RunFolder::create(folder, plan, config)?))
     }
 
-    /// The method of that name with the options over it.
-    fn method(&self) -> anyhow::Result<Method> {
-        let mut method = Method::by_name(&self.method)?;
+    /// What the options change: the plan and method of another run, or a method's usual ones.
+    fn base(&self) -> anyhow::Result<(Plan, Method)> {
+        if let Some(folder) = &self.like {
+            let RunConfig { plan, settings, .. } = saved::config(folder)?;
+            let method = saved::method(&plan, settings)?;
+            return Ok((plan, method));
+        }
+        let method = Method::by_name(self.method.as_deref().unwrap_or("cop-td3"))?;
+        let paper = method.name == "cop-td3-paper";
+        let benchmark = match &method.config.constraint {
+            Some(_) => "b",
+            None if method.name == "td3" => "gym",
+            None => "a",
+        };
+        let usual = Plan::new(&method);
+        let plan = Plan {
+            task: format!("{benchmark}/hopper"),
+            preset: if paper { "paper".to_owned() } else { usual.preset.clone() },
+            run: RunSettings { steps: if paper { 1_000_000 } else { 100_000 }, ..usual.run },
+            ..usual
+        };
+        Ok((plan, method))
+    }
+
+    /// The method with the options over it.
+    fn method(&self, mut method: Method) -> anyhow::Result<Method> {
         if let Some(bound) = &self.bound {
             let name = &method.name;
             let own = method.bound.name();
@@ -172,34 +180,36 @@ impl Train {
         }
         let before = method.config;
         method.config = with_changes(&before, &self.set)?;
-        self.check_name(&before, &method.config)?;
+        check_name(&method.name, &before, &method.config)?;
         Ok(method)
     }
 
-    /// An error for settings that make another method of it than its name says.
-    fn check_name(&self, before: &Config, after: &Config) -> anyhow::Result<()> {
-        let has_oac = Method::names().any(|name| name == format!("{}-oac", self.method));
-        if (has_oac || self.method.ends_with("-oac"))
-            && before.optimism.is_some() != after.optimism.is_some()
-        {
-            let other = match self.method.strip_suffix("-oac") {
-                Some(plain) => format!("{plain}, which explores by noise alone"),
-                None => format!("{}-oac, which explores towards the upper bound", self.method),
-            };
-            bail!("--set optimism: {} would be another method; choose {other}", self.method);
+    /// The plan with the options over it.
+    fn plan(&self, base: Plan, method: &Method) -> Plan {
+        let run = RunSettings {
+            steps: self.steps.unwrap_or(base.run.steps),
+            seed: self.seed.unwrap_or(base.run.seed),
+            eval_every: self.eval_every.unwrap_or(base.run.eval_every),
+            eval_episodes: self.eval_episodes.unwrap_or(base.run.eval_episodes),
+            log_every: self.log_every.unwrap_or(base.run.log_every),
+            checkpoint_every: self.checkpoint_every.unwrap_or(base.run.checkpoint_every),
+            keep: self.keep.unwrap_or(base.run.keep),
+            on_env_error: self.on_env_error.unwrap_or(base.run.on_env_error),
+        };
+        let benchmark = base.task.split('/').next().unwrap_or_default();
+        let of_robot = self.robot.as_ref().map(|robot| format!("{benchmark}/{robot}"));
+        Plan {
+            task: self.task.clone().or(of_robot).unwrap_or(base.task),
+            order: self.order.clone().or(base.order),
+            engine: self.engine.clone().unwrap_or(base.engine),
+            preset: self.preset.clone().unwrap_or(base.preset),
+            threads: self.threads.unwrap_or(base.threads),
+            init_from: self.init_from.clone().or(base.init_from),
+            bound: method.bound.name().to_owned(),
+            critics: method.critics,
+            run,
+            ..base
         }
-        for (key, before, after) in [
-            ("constraint", before.constraint.is_some(), after.constraint.is_some()),
-            ("subset", before.subset.is_some(), after.subset.is_some()),
-        ] {
-            let other = if after { "one that has it" } else { "one without" };
-            ensure!(
-                before == after,
-                "--set {key}: {} would be another method; choose {other} (copq methods)",
-                self.method
-            );
-        }
-        Ok(())
     }
 
     /// The usual name, with the settings that are not the method's own.
@@ -214,38 +224,39 @@ impl Train {
             self.set.iter().map(|setting| format!("-{}", tidy(setting))).collect();
         format!("{stem}{}{seed}", changes.concat())
     }
+}
 
-    fn plan(&self, method: &Method) -> Plan {
-        let paper = method.name == "cop-td3-paper";
-        let benchmark = match &method.config.constraint {
-            Some(_) => "b",
-            None if method.name == "td3" => "gym",
-            None => "a",
-        };
-        let robot = self.robot.as_deref().unwrap_or("hopper");
-        let run = RunSettings {
-            steps: self.steps.unwrap_or(if paper { 1_000_000 } else { 100_000 }),
-            seed: self.seed,
-            eval_every: self.eval_every,
-            eval_episodes: self.eval_episodes,
-            log_every: self.log_every,
-            checkpoint_every: self.checkpoint_every,
-        };
-        let usual = Plan::new(method);
-        Plan {
-            task: self.task.clone().unwrap_or_else(|| format!("{benchmark}/{robot}")),
-            order: self.order.clone(),
-            engine: self.engine.clone(),
-            preset: self.preset.clone().unwrap_or(if paper {
-                "paper".to_owned()
-            } else {
-                usual.preset
-            }),
-            threads: self.threads,
-            run,
-            ..usual
-        }
+/// What to do when the environment fails.
+pub fn on_env_error(text: &str) -> Result<OnEnvError, String> {
+    match text {
+        "stop" => Ok(OnEnvError::Stop),
+        "reset" => Ok(OnEnvError::Reset),
+        _ => Err("wanted stop or reset".to_owned()),
     }
+}
+
+/// An error for settings that make another method of it than its name says.
+fn check_name(name: &str, before: &Config, after: &Config) -> anyhow::Result<()> {
+    let has_oac = Method::names().any(|known| known == format!("{name}-oac"));
+    if (has_oac || name.ends_with("-oac")) && before.optimism.is_some() != after.optimism.is_some()
+    {
+        let other = match name.strip_suffix("-oac") {
+            Some(plain) => format!("{plain}, which explores by noise alone"),
+            None => format!("{name}-oac, which explores towards the upper bound"),
+        };
+        bail!("--set optimism: {name} would be another method; choose {other}");
+    }
+    for (key, before, after) in [
+        ("constraint", before.constraint.is_some(), after.constraint.is_some()),
+        ("subset", before.subset.is_some(), after.subset.is_some()),
+    ] {
+        let other = if after { "one that has it" } else { "one without" };
+        ensure!(
+            before == after,
+            "--set {key}: {name} would be another method; choose {other} (copq methods)"
+        );
+    }
+    Ok(())
 }
 
 /// Trains to the end of a plan, in the folder that `open` makes or reopens when all else has proved
@@ -259,11 +270,17 @@ pub fn train(
     let env = make_env(&plan)?;
     check_task(&method, env.spec())?;
     let config = method.config.clone();
-    let learner =
+    let mut learner =
         copq::Learner::new(method, env.spec(), &Candle::threads(plan.threads), plan.run.seed)?;
+    if let Some(from) = &plan.init_from {
+        learner.start_from(saved::policy_file(from)?)?;
+    }
     let trainer = copq::Trainer::new(env, Box::new(learner) as Box<dyn copq::Agent>)?;
     let folder = open(&plan, &config)?;
-    println!("{}", Run::new(trainer, make_env(&plan)?, folder, plan.run)?.train()?);
+    let eval_env = if plan.run.eval_every > 0 { Some(make_env(&plan)?) } else { None };
+    let ending = Run::new(trainer, eval_env, folder, plan.run)?.train()?;
+    // The run is done and says so in its log, too; that nobody reads it here is no failure.
+    say(&format!("{ending}\n")).unwrap_or_default();
     Ok(())
 }
 
@@ -280,10 +297,9 @@ fn check_task(method: &Method, spec: &EnvSpec) -> anyhow::Result<()> {
         if method.config.constraint.is_none() {
             let cost = &objective.name;
             let weight = objective.weight;
-            eprintln!(
-                "note: nothing holds the {cost}'s limit here, its weight is {weight}; cop-cal \
-                 holds it"
-            );
+            note(&format!(
+                "nothing holds the {cost}'s limit here, its weight is {weight}; cop-cal holds it"
+            ));
         }
     }
     Ok(())

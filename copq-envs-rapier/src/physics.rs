@@ -1,6 +1,7 @@
 //! The engine: one robot in one rapier world.
 
 use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use copq::{Result, State};
 use copq_envs::{Dims, Field, Identity, Physics, RobotSpec};
@@ -190,8 +191,20 @@ impl Physics for Rapier {
     fn load(&mut self, state: &State) -> Result<()> {
         self.identity.check(state)?;
         self.motors.load(state)?;
-        self.world = World::from_bytes(state.get("world")?)?;
+        let bytes: &[u8] = state.get("world")?;
+        // rapier trusts its indices, so a world that somebody else has written may make it panic. A
+        // copy of it takes a step first; what that leaves in the pipeline is forgotten by a restart.
+        let pipeline = &mut self.pipeline;
+        let index = self.index;
+        let tried = catch_unwind(AssertUnwindSafe(|| {
+            let mut copy = World::from_bytes(bytes)?;
+            copy.multibody(index);
+            pipeline.step(&mut copy, index);
+            World::from_bytes(bytes)
+        }));
         self.pipeline.restart();
+        let damaged = || self.identity.error("the saved world is damaged: rapier cannot move it");
+        self.world = tried.map_err(|_| damaged())??;
         Ok(())
     }
 

@@ -82,11 +82,15 @@ fn processor() -> Option<String> {
     Some(line.split_once(':')?.1.trim().to_owned())
 }
 
+/// A configuration as its file has it; an error for a number that TOML cannot hold.
+pub(crate) fn encode<S: Serialize>(config: &RunConfig<S>) -> Result<String> {
+    let text = toml::to_string(config).map_err(|e| Error::other("encoding config.toml", e))?;
+    Ok(format!("{HEADING}{text}"))
+}
+
 /// Writes a configuration, atomically.
 pub(crate) fn write<S: Serialize>(path: &Path, config: &RunConfig<S>) -> Result<()> {
-    let text = toml::to_string(config)
-        .map_err(|e| Error::other(format!("encoding '{}'", path.display()), e))?;
-    files::replace(path, format!("{HEADING}{text}").as_bytes())
+    files::replace(path, encode(config)?.as_bytes())
 }
 
 /// Reads a configuration; the error for a wrong or unknown key shows the line and the keys there
@@ -101,11 +105,11 @@ pub(crate) fn read<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
 }
 
 /// An error that names the first of the caller's settings that is not what the run was made with.
-pub(crate) fn check_same<S: Serialize>(path: &Path, saved: &S, now: &S) -> Result<()> {
+pub(crate) fn check_same<S: Serialize>(path: &Path, what: &str, saved: &S, now: &S) -> Result<()> {
     let value = |settings: &S| {
         toml::Value::try_from(settings).map_err(|e| Error::other("encoding the settings", e))
     };
-    match difference("settings", &value(saved)?, &value(now)?) {
+    match difference(what, &value(saved)?, &value(now)?) {
         None => Ok(()),
         Some((key, saved, now)) => {
             let what = format!("{key} (a run goes on with what made it, '{}')", path.display());
@@ -255,9 +259,9 @@ mod tests {
     fn a_changed_setting_is_named() {
         let path = Path::new("runs/x/config.toml");
         let saved = config().settings;
-        check_same(path, &saved, &config().settings).unwrap();
+        check_same(path, "settings", &saved, &config().settings).unwrap();
         let changed = Settings { limit: Some(25.0), ..config().settings };
-        let message = check_same(path, &saved, &changed).unwrap_err().to_string();
+        let message = check_same(path, "settings", &saved, &changed).unwrap_err().to_string();
         assert!(message.starts_with("settings.limit ") && message.contains("got 25"), "{message}");
     }
 

@@ -1,7 +1,5 @@
 //! `evaluations.csv`: what the policy returns without exploration, and what its critics expected.
 
-use std::path::Path;
-
 use copq::{EnvSpec, Evaluation, Result};
 
 use crate::numbers::{Numbers, grouped, weighted_total};
@@ -15,9 +13,13 @@ pub(crate) struct Evaluations {
 }
 
 impl Evaluations {
-    /// Opens or makes the file; rows whose step `keep` refuses are dropped.
-    pub(crate) fn open(path: &Path, keep: impl Fn(u64) -> bool) -> Result<Self> {
-        Ok(Self { table: Table::open(path, keep)? })
+    pub(crate) fn of(table: Table) -> Self {
+        Self { table }
+    }
+
+    /// See [`Table::rows`].
+    pub(crate) fn rows(&self, every: u64) -> u64 {
+        self.table.rows(every)
     }
 
     /// Writes a row and returns the numbers that TensorBoard gets.
@@ -94,13 +96,10 @@ pub(crate) fn describe(step: u64, evaluation: &Evaluation, spec: &EnvSpec) -> St
         pairs.map(|(name, value)| format!("{name} {value:.1}")).collect::<Vec<_>>().join(", ")
     };
     format!(
-        "{:>9} steps: weighted total {:.1} ({}) in {:.0} steps an episode; Q at the start {}, \
-         observed {}",
+        "{:>9} steps: total {:.1} ({}), episodes of {:.0} steps",
         grouped(step),
         mean(&totals(evaluation, spec)),
         named(&evaluation.mean()),
         evaluation.mean_length(),
-        named(&evaluation.q_start),
-        named(&evaluation.discounted),
     )
 }

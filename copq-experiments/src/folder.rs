@@ -21,7 +21,11 @@ use copq::files;
 /// | `timings.csv` | where the time went |
 /// | `events.out.tfevents.*` | the means of these numbers for TensorBoard |
 /// | `curve.svg`, `curve.png` | the evaluations as a picture |
+/// | `policy.safetensors` | the policy of the last evaluation or checkpoint ([`copq::Policy`]) |
+/// | `policy-best.safetensors` | that of the best evaluation: costs within their limits first, then the weighted total |
 /// | `checkpoint.safetensors` | everything needed to go on |
+/// | `checkpoint.1.safetensors` | the checkpoint before that; as many as [`RunSettings::keep`](crate::RunSettings) says |
+/// | `log.txt` | what the run said on the screen |
 ///
 /// Columns of `metrics.csv`, NAME being an objective's; all but the first three are of the updates'
 /// batches:
@@ -76,13 +80,15 @@ use copq::files;
 #[derive(Debug)]
 pub struct RunFolder {
     path: PathBuf,
+    keep: usize,
     // Held for as long as the run writes; the system lets go of it when the process ends, however
     // it ends.
     _lock: File,
 }
 
 impl RunFolder {
-    /// Makes the folder with its `config.toml`. Errors if there is something at `path` already.
+    /// Makes the folder with its `config.toml`, or takes an empty one. Errors if there is anything
+    /// in it already.
     pub fn create<S: Serialize>(
         path: impl Into<PathBuf>,
         plan: &Plan,
@@ -90,23 +96,20 @@ impl RunFolder {
     ) -> Result<Self> {
         let path = path.into();
         plan.check()?;
+        let made_with = MadeWith::here();
+        let config = config::encode(&RunConfig { plan: plan.clone(), settings, made_with })?;
         if is_taken(&path) {
             return Err(taken(&path));
         }
-        let part = part_of(&path)?;
-        let made_with = MadeWith::here();
-        config::write(
-            &part.join("config.toml"),
-            &RunConfig { plan: plan.clone(), settings, made_with },
-        )?;
-        // A folder appears with its configuration or not at all; an empty one may be in its place.
-        fs::rename(&part, &path).map_err(|e| {
-            // What is left of it matters less than why.
-            fs::remove_dir_all(&part).unwrap_or_default();
-            files::failed("making", &path)(e)
-        })?;
-        files::sync_folder_of(&path)?;
-        Ok(Self { _lock: lock(&path)?, path })
+        let is_new = !path.exists();
+        fs::create_dir_all(&path).map_err(files::failed("making", &path))?;
+        let begun = begin(&path, &config);
+        if begun.is_err() && is_new {
+            // Why it failed says more than that an empty folder was left.
+            fs::remove_file(path.join(LOCK)).unwrap_or_default();
+            fs::remove_dir(&path).unwrap_or_default();
+        }
+        Ok(Self { _lock: begun?, path, keep: plan.run.keep })
     }
 
     /// Reopens a folder to go on with its run.
@@ -119,10 +122,11 @@ impl RunFolder {
         settings: &S,
     ) -> Result<Self> {
         let path = path.into();
-        let folder = Self { _lock: lock(&path)?, path };
+        read_config::<toml::Table>(&path)?;
+        let folder = Self { _lock: lock(&path)?, path, keep: plan.run.keep };
         let file = folder.file("config.toml");
         let mut saved: RunConfig<S> = config::read(&file)?;
-        config::check_same(&file, &saved.settings, settings)?;
+        config::check_same(&file, "settings", &saved.settings, settings)?;
         check_plan(&folder.path, &saved.plan, plan)?;
         if *plan != saved.plan {
             saved.plan = plan.clone();
@@ -141,16 +145,88 @@ impl RunFolder {
         self.path.join(name)
     }
 
-    /// Replaces the checkpoint; the one before stays until the new one is complete.
+    /// Replaces the checkpoint by one that is read back before it takes its place; those before
+    /// become `checkpoint.1.safetensors` and so on.
     pub fn save(&self, state: &State) -> Result<()> {
-        state.write_file(self.file("checkpoint.safetensors"))
+        let newest = self.checkpoint(0);
+        let aside = self.file(".checkpoint.before");
+        let has_older = self.keep > 1 && newest.exists();
+        if has_older {
+            fs::remove_file(&aside).unwrap_or_default(); // a killed run's
+            // A second name costs nothing, but not every disk has such.
+            let named = fs::hard_link(&newest, &aside);
+            named
+                .or_else(|_| fs::copy(&newest, &aside).map(drop))
+                .map_err(files::failed("keeping", &newest))?;
+        }
+        let saved = state.write_file(&newest);
+        if saved.is_err() {
+            fs::remove_file(&aside).unwrap_or_default();
+        }
+        saved?;
+        if has_older {
+            for age in (1..self.keep - 1).rev() {
+                move_if_there(&self.checkpoint(age), &self.checkpoint(age + 1))?;
+            }
+            move_if_there(&aside, &self.checkpoint(1))?;
+        }
+        Ok(())
     }
 
-    /// The last checkpoint; none if the run was stopped before the first.
+    /// The last checkpoint; none if the run was stopped before the first. The error for a damaged
+    /// one says whether there is one before it.
     pub fn load(&self) -> Result<Option<State>> {
-        let path = self.file("checkpoint.safetensors");
-        if path.exists() { State::read_file(&path).map(Some) } else { Ok(None) }
+        let path = self.checkpoint(0);
+        if !path.exists() {
+            return Ok(None);
+        }
+        State::read_file(&path).map(Some).map_err(|e| {
+            let older = self.checkpoint(1);
+            if !older.exists() {
+                return e;
+            }
+            let shown = self.path.display();
+            let advice = format!(
+                "the checkpoint before it is there: copq resume {shown} --previous goes on from it"
+            );
+            Error::other(advice, e)
+        })
     }
+
+    /// Goes back to the checkpoint before the last one, which stays as
+    /// `checkpoint.damaged.safetensors`.
+    pub fn go_back(&self) -> Result<()> {
+        let older = self.checkpoint(1);
+        if !older.exists() {
+            let what = format!("run folder '{}'", self.path.display());
+            return Err(Error::invalid(what, "a checkpoint before the last", "none"));
+        }
+        State::read_file(&older)?;
+        move_if_there(&self.checkpoint(0), &self.file("checkpoint.damaged.safetensors"))?;
+        for age in 1.. {
+            if !self.checkpoint(age).exists() {
+                break;
+            }
+            move_if_there(&self.checkpoint(age), &self.checkpoint(age - 1))?;
+        }
+        Ok(())
+    }
+
+    /// The file of the checkpoint that is so many older than the newest.
+    fn checkpoint(&self, age: usize) -> PathBuf {
+        match age {
+            0 => self.file("checkpoint.safetensors"),
+            _ => self.file(&format!("checkpoint.{age}.safetensors")),
+        }
+    }
+}
+
+fn move_if_there(from: &Path, to: &Path) -> Result<()> {
+    if !from.exists() {
+        return Ok(());
+    }
+    fs::rename(from, to).map_err(files::failed("moving", from))?;
+    files::sync_folder_of(to)
 }
 
 /// The plan of the run in a folder.
@@ -182,11 +258,30 @@ pub fn read_checkpoint(path: &Path) -> Result<State> {
     State::read_file(&file)
 }
 
+/// Held open and locked by the process that writes.
+const LOCK: &str = ".lock";
+
+/// Whether anything but what a killed start or a new disk leaves is at a path.
 fn is_taken(path: &Path) -> bool {
+    let of_nobody = [LOCK, ".config.toml.part", "lost+found"];
     match fs::read_dir(path) {
-        Ok(mut entries) => entries.next().is_some(),
+        Ok(entries) => entries.into_iter().any(|entry| {
+            entry.is_ok_and(|entry| !of_nobody.iter().any(|n| entry.file_name() == *n))
+        }),
         Err(_) => path.exists(),
     }
+}
+
+/// Makes an empty folder a run's: its lock and its configuration.
+fn begin(path: &Path, config: &str) -> Result<File> {
+    let lock = lock(path)?;
+    // Another process may have begun since it was looked at.
+    if is_taken(path) {
+        return Err(taken(path));
+    }
+    files::replace(&path.join("config.toml"), config.as_bytes())?;
+    files::sync_folder_of(path)?;
+    Ok(lock)
 }
 
 fn taken(path: &Path) -> Error {
@@ -201,17 +296,8 @@ fn taken(path: &Path) -> Error {
     Error::invalid(format!("run folder '{shown}'"), wanted, "one that is there already")
 }
 
-/// An empty folder beside `path`, where the new one is prepared.
-fn part_of(path: &Path) -> Result<PathBuf> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let part = path.with_file_name(format!(".{name}.part{}", std::process::id()));
-    fs::create_dir_all(&part).map_err(files::failed("making", path))?;
-    Ok(part)
-}
-
 fn lock(path: &Path) -> Result<File> {
-    read_config::<toml::Table>(path)?;
-    let file = path.join(".lock");
+    let file = path.join(LOCK);
     let lock = File::create(&file).map_err(files::failed("making", &file))?;
     match lock.try_lock() {
         Err(TryLockError::WouldBlock) => {
@@ -235,9 +321,6 @@ fn check_plan(path: &Path, saved: &Plan, now: &Plan) -> Result<()> {
     }
     let mut same = now.clone();
     (same.run.steps, same.threads) = (saved.run.steps, saved.threads);
-    if same == *saved {
-        return Ok(());
-    }
-    let what = format!("plan of the run in '{}'", path.display());
-    Err(Error::invalid(what, format!("{saved:?}"), format!("{now:?}")))
+    (same.run.keep, same.run.on_env_error) = (saved.run.keep, saved.run.on_env_error);
+    config::check_same(&path.join("config.toml"), "plan", saved, &same)
 }

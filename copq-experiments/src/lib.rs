@@ -17,7 +17,7 @@
 //!     let config = method.config.clone();
 //!     let folder = RunFolder::create("runs/first", &plan, &config)?; // with its config.toml
 //!     let trainer = Trainer::new(make_env()?, make_agent(method)?)?;
-//!     let ending = Run::new(trainer, make_env()?, folder, plan.run)?.train()?;
+//!     let ending = Run::new(trainer, Some(make_env()?), folder, plan.run)?.train()?;
 //!     println!("{ending}"); // where everything is, or how to go on after Ctrl-C
 //!     Ok(())
 //! }
@@ -26,6 +26,7 @@
 //! The files are described at [`RunFolder`]. [`compare`] draws several runs in one picture,
 //! [`Sheet`] reads the CSV files, and [`read_checkpoint`] the checkpoints.
 
+mod best;
 mod config;
 mod ending;
 mod evaluations;
@@ -43,6 +44,7 @@ mod stop;
 mod table;
 pub mod tensorboard;
 mod timings;
+mod watched;
 
 pub use config::{MadeWith, RunConfig, with_changes};
 pub use ending::Ending;
@@ -50,6 +52,6 @@ pub use figure::{Labelled, Limit, compare, comparison_table};
 pub use folder::{RunFolder, read_checkpoint, read_config, read_plan};
 pub use metrics::Metrics;
 pub use numbers::Numbers;
-pub use plan::{Plan, RunSettings};
+pub use plan::{OnEnvError, Plan, RunSettings};
 pub use run::Run;
 pub use sheet::Sheet;

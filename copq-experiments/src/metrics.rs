@@ -5,7 +5,7 @@ use std::path::Path;
 
 use copq::{EnvSpec, Episode, Observer, Result, State};
 
-use crate::numbers::{Numbers, weighted_total};
+use crate::numbers::{Numbers, grouped, weighted_total};
 use crate::table::Table;
 
 /// An observer that averages each named scalar until [`Metrics::row`] writes the averages down.
@@ -29,9 +29,14 @@ use crate::table::Table;
 pub struct Metrics {
     table: Table,
     sums: BTreeMap<String, (f64, u64)>,
+    warnings: Vec<String>,
 }
 
 impl Observer for Metrics {
+    fn warn(&mut self, step: u64, text: &str) {
+        self.warnings.push(format!("warning at step {}: {text}", grouped(step)));
+    }
+
     fn scalar(&mut self, _step: u64, name: &str, value: f64) {
         match self.sums.get_mut(name) {
             Some((sum, count)) => (*sum, *count) = (*sum + value, *count + 1),
@@ -43,7 +48,21 @@ impl Observer for Metrics {
 impl Metrics {
     /// Opens or makes the file; rows whose step `keep` refuses are dropped.
     pub fn open(path: &Path, keep: impl Fn(u64) -> bool) -> Result<Self> {
-        Ok(Self { table: Table::open(path, keep)?, sums: BTreeMap::new() })
+        Ok(Self::of(Table::open(path, 0, keep)?))
+    }
+
+    pub(crate) fn of(table: Table) -> Self {
+        Self { table, sums: BTreeMap::new(), warnings: Vec::new() }
+    }
+
+    /// What the learner has warned of since the last call.
+    pub(crate) fn take_warnings(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.warnings)
+    }
+
+    /// See [`Table::rows`].
+    pub(crate) fn rows(&self, every: u64) -> u64 {
+        self.table.rows(every)
     }
 
     /// Takes in a training episode: its returns, their weighted total and its length in steps.

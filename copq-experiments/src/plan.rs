@@ -1,5 +1,7 @@
 //! What a run does: the task, the parts to swap, and how long and how often.
 
+use std::path::PathBuf;
+
 use copq::{Ensemble, Error, Method, Result};
 use serde::{Deserialize, Serialize};
 
@@ -44,6 +46,9 @@ pub struct Plan {
     pub bound: String,
     /// The critics.
     pub critics: Ensemble,
+    /// The run's folder or policy's file that its policy begins with, if it does not begin anew.
+    #[serde(default)]
+    pub init_from: Option<PathBuf>,
     /// Threads inside the run.
     pub threads: usize,
     /// How long and how often.
@@ -57,18 +62,19 @@ pub struct Plan {
 ///
 /// let short = RunSettings { steps: 2_000, eval_every: 500, ..RunSettings::default() };
 /// short.check()?;
-/// let never = RunSettings { eval_every: 0, ..short };
-/// assert_eq!(never.check().unwrap_err().to_string(), "eval-every: wanted at least 1, got 0");
+/// let without_log = RunSettings { log_every: 0, ..short };
+/// let error = without_log.check().unwrap_err();
+/// assert_eq!(error.to_string(), "log-every: wanted at least 1, got 0");
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct RunSettings {
     /// Environment steps of training.
     pub steps: u64,
     /// Seed of every random number: networks, exploration, batches, episodes.
     pub seed: u64,
-    /// Steps between two evaluations.
+    /// Steps between two evaluations; 0 means never.
     pub eval_every: u64,
     /// Episodes of an evaluation, the same ones every time.
     pub eval_episodes: usize,
@@ -76,6 +82,24 @@ pub struct RunSettings {
     pub log_every: u64,
     /// Steps between two checkpoints.
     pub checkpoint_every: u64,
+    /// Checkpoints that stay, the newest among them.
+    pub keep: usize,
+    /// What to do when the environment fails.
+    pub on_env_error: OnEnvError,
+}
+
+/// What a run does when its environment fails, as an unstable simulation can.
+///
+/// Either way the episode counts as truncated at its last good step, and the run can go on with a
+/// new one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OnEnvError {
+    /// Save, and end with the error.
+    #[default]
+    Stop,
+    /// Say so, count it in `metrics.csv` (`env_errors`), and begin the next episode.
+    Reset,
 }
 
 impl Default for RunSettings {
@@ -88,6 +112,8 @@ impl Default for RunSettings {
             eval_episodes: 10,
             log_every: 1_000,
             checkpoint_every: 20_000,
+            keep: 2,
+            on_env_error: OnEnvError::Stop,
         }
     }
 }
@@ -97,10 +123,10 @@ impl RunSettings {
     pub fn check(&self) -> Result<()> {
         let counts = [
             ("steps", self.steps),
-            ("eval-every", self.eval_every),
             ("eval-episodes", self.eval_episodes as u64),
             ("log-every", self.log_every),
             ("checkpoint-every", self.checkpoint_every),
+            ("keep", self.keep as u64),
         ];
         if let Some((name, _)) = counts.iter().find(|(_, count)| *count == 0) {
             return Err(Error::invalid(*name, "at least 1", 0));
@@ -120,6 +146,7 @@ impl Plan {
             preset: PRESET.to_owned(),
             bound: method.bound.name().to_owned(),
             critics: method.critics,
+            init_from: None,
             threads: 1,
             run: RunSettings::default(),
         }

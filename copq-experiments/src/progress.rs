@@ -2,7 +2,9 @@
 //! standard error.
 
 use std::fmt;
-use std::io::IsTerminal;
+use std::fs::File;
+use std::io::{IsTerminal, Write};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use copq::Episode;
@@ -15,45 +17,55 @@ const BAR: &str = "{wide_bar} {human_pos}/{human_len} steps, {rate}, {eta} left 
 /// Longest silence in a log file.
 const SILENCE: Duration = Duration::from_secs(60);
 
-/// Shows how far a run is.
+/// Shows how far a run is, and keeps its words in the folder's `log.txt`. That nobody can be told is
+/// no reason to end a run: what cannot be written is lost.
 #[derive(Debug)]
-pub(crate) enum Progress {
-    Silent,
+pub(crate) struct Progress {
+    shown: Shown,
+    log: Option<File>,
+}
+
+#[derive(Debug)]
+enum Shown {
+    Nothing,
     Bar(ProgressBar),
     Lines(Lines),
 }
 
 impl Progress {
     /// A bar if standard error is a terminal, else lines.
-    pub(crate) fn new(step: u64, steps: u64) -> Self {
+    pub(crate) fn new(step: u64, steps: u64, log: &Path) -> Self {
+        let log = File::options().create(true).append(true).open(log).ok();
         if !std::io::stderr().is_terminal() {
-            return Self::Lines(Lines {
-                steps,
-                printed: Instant::now(),
-                since: Instant::now(),
-                last_step: step,
-            });
+            let lines =
+                Lines { steps, printed: Instant::now(), since: Instant::now(), last_step: step };
+            return Self { shown: Shown::Lines(lines), log };
         }
         let bar = ProgressBar::new(steps).with_position(step);
         if let Ok(style) = ProgressStyle::with_template(BAR) {
             bar.set_style(style.with_key("rate", write_rate));
         }
         bar.reset_eta();
-        Self::Bar(bar)
+        Self { shown: Shown::Bar(bar), log }
+    }
+
+    /// Shows nothing any more; the log goes on.
+    pub(crate) fn silence(&mut self) {
+        self.shown = Shown::Nothing;
     }
 
     /// One more step is done.
     pub(crate) fn step(&mut self, step: u64) {
-        match self {
-            Self::Silent => {}
-            Self::Bar(bar) => bar.set_position(step),
-            Self::Lines(lines) => lines.step(step),
+        match &mut self.shown {
+            Shown::Nothing => {}
+            Shown::Bar(bar) => bar.set_position(step),
+            Shown::Lines(lines) => lines.step(step),
         }
     }
 
     /// A training episode is over.
     pub(crate) fn episode(&mut self, episode: &Episode, weights: &[f32]) {
-        if let Self::Bar(bar) = self {
+        if let Shown::Bar(bar) = &self.shown {
             bar.set_message(format!(
                 "last episode {:.1}",
                 weighted_total(&episode.returns, weights)
@@ -63,11 +75,15 @@ impl Progress {
 
     /// Prints a line that stays.
     pub(crate) fn line(&mut self, text: &str) {
-        match self {
-            Self::Silent => {}
-            Self::Bar(bar) => bar.suspend(|| eprintln!("{text}")),
-            Self::Lines(lines) => {
-                eprintln!("{text}");
+        if let Some(log) = &mut self.log {
+            // In one write, so that two processes do not mix their lines.
+            log.write_all(format!("{text}\n").as_bytes()).unwrap_or_default();
+        }
+        match &mut self.shown {
+            Shown::Nothing => {}
+            Shown::Bar(bar) => bar.suspend(|| tell(text)),
+            Shown::Lines(lines) => {
+                tell(text);
                 lines.printed = Instant::now();
             }
         }
@@ -75,10 +91,15 @@ impl Progress {
 
     /// Takes the bar away.
     pub(crate) fn finish(&mut self) {
-        if let Self::Bar(bar) = self {
+        if let Shown::Bar(bar) = &self.shown {
             bar.finish_and_clear();
         }
     }
+}
+
+/// A line on standard error, if anybody listens.
+fn tell(text: &str) {
+    writeln!(std::io::stderr(), "{text}").unwrap_or_default();
 }
 
 fn write_rate(state: &ProgressState, text: &mut dyn fmt::Write) {
@@ -105,11 +126,11 @@ impl Lines {
         }
         let rate = (step - self.last_step) as f64 / self.since.elapsed().as_secs_f64();
         let minutes = (self.steps - step) as f64 / rate / 60.0;
-        eprintln!(
+        tell(&format!(
             "{:>9} of {} steps, {rate:.0} steps/s, {minutes:.0} min left",
             grouped(step),
             grouped(self.steps)
-        );
+        ));
         (self.printed, self.since, self.last_step) = (Instant::now(), Instant::now(), step);
     }
 }

@@ -3,20 +3,26 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use copq::{Agent, Env, Error, Result, State, Trainer, evaluate};
+use copq::{Agent, Env, Error, Observer, Result, State, Trainer, evaluate};
 
+use crate::best::Best;
 use crate::ending::Ending;
 use crate::evaluations::{self, Evaluations};
 use crate::figure;
 use crate::folder::RunFolder;
 use crate::metrics::Metrics;
-use crate::numbers::grouped;
-use crate::plan::RunSettings;
+use crate::numbers::{grouped, weighted_total};
+use crate::plan::{OnEnvError, RunSettings};
 use crate::progress::Progress;
 use crate::sheet::Sheet;
 use crate::stop::Stop;
+use crate::table::Table;
 use crate::tensorboard::EventFile;
 use crate::timings::{self, Timings};
+use crate::watched::Watched;
+
+/// Failures of an environment without a good step between them, after which it is given up.
+const PATIENCE: u64 = 100;
 
 /// A training run in its folder.
 ///
@@ -67,7 +73,7 @@ use crate::timings::{self, Timings};
 /// plan.run = RunSettings { steps: 30, eval_every: 10, ..RunSettings::default() };
 /// let folder = RunFolder::create(&path, &plan, &method.config)?;
 /// let trainer = Trainer::new(env(), agent)?;
-/// Run::new(trainer, Box::new(env()), folder, plan.run)?.silent().train()?;
+/// Run::new(trainer, Some(Box::new(env())), folder, plan.run)?.silent().train()?;
 ///
 /// let evaluations = Sheet::read(&path.join("evaluations.csv"))?;
 /// assert_eq!(evaluations.steps(), [0, 10, 20, 30]);
@@ -76,7 +82,7 @@ use crate::timings::{self, Timings};
 /// ```
 pub struct Run {
     trainer: Trainer,
-    eval_env: Box<dyn Env>,
+    eval_env: Option<Box<dyn Env>>,
     folder: RunFolder,
     settings: RunSettings,
     metrics: Metrics,
@@ -84,8 +90,12 @@ pub struct Run {
     timings: Timings,
     events: EventFile,
     progress: Progress,
+    best: Best,
     first_step: u64,
     evaluation_time: Duration,
+    /// Failures of the environment so far, and without a good step since.
+    env_errors: u64,
+    env_errors_in_a_row: u64,
 }
 
 impl fmt::Debug for Run {
@@ -100,41 +110,49 @@ impl fmt::Debug for Run {
 
 impl Run {
     /// Takes a fresh trainer, an environment of its own for evaluation (a second instance of the
-    /// same task) and a folder; goes back to the folder's checkpoint if it has one.
+    /// same task; without one, evaluation borrows the trainer's) and a folder; goes back to the
+    /// folder's checkpoint if it has one.
     pub fn new(
         mut trainer: Trainer,
-        eval_env: Box<dyn Env>,
+        eval_env: Option<Box<dyn Env>>,
         folder: RunFolder,
         settings: RunSettings,
     ) -> Result<Self> {
         settings.check()?;
-        check_same_task(&trainer, eval_env.as_ref())?;
+        if let Some(eval_env) = &eval_env {
+            check_same_task(&trainer, eval_env.as_ref())?;
+            // A checkpoint holds the world in mid-episode: better now than after the first steps.
+            eval_env.save(&mut State::default())?;
+        }
         check_same_seed(&trainer, &settings)?;
-        // A checkpoint holds the world in mid-episode: better now than after the first steps.
-        eval_env.save(&mut State::default())?;
         let saved = folder.load()?;
         match &saved {
             Some(saved) => go_on(&mut trainer, &folder, saved)?,
             None => check_not_begun(&folder, &settings)?,
         }
         let step = trainer.steps();
-        // Off its interval, a row was the last one of a shorter run.
-        let keep = |every: u64| move |row: u64| row <= step && row.is_multiple_of(every);
-        let mut metrics = Metrics::open(&folder.file("metrics.csv"), keep(settings.log_every))?;
+        let table = |name: &str, every: u64| {
+            // Off its interval, a row was the last one of a shorter run.
+            let keep = |row: u64| row <= step && row.is_multiple_of(every);
+            Table::open(&folder.file(name), rows_of(saved.as_ref(), name), keep)
+        };
+        let mut metrics = Metrics::of(table("metrics.csv", settings.log_every)?);
         if let Some(saved) = &saved {
             metrics.load(saved.child("metrics")?)?;
         }
+        let evaluations = Evaluations::of(table("evaluations.csv", settings.eval_every)?);
+        let rows = Sheet::read(&folder.file("evaluations.csv"))?;
         Ok(Self {
             metrics,
-            evaluations: Evaluations::open(
-                &folder.file("evaluations.csv"),
-                keep(settings.eval_every),
-            )?,
-            timings: Timings::open(&folder.file("timings.csv"), step, keep(settings.log_every))?,
+            evaluations,
+            timings: Timings::of(table("timings.csv", settings.log_every)?, step),
             events: EventFile::create(folder.path(), step)?,
-            progress: Progress::new(step, settings.steps),
+            progress: Progress::new(step, settings.steps, &folder.file("log.txt")),
+            best: Best::of_rows(&rows, trainer.spec()),
             first_step: step,
             evaluation_time: Duration::ZERO,
+            env_errors: saved.and_then(|saved| saved.get_one("env_errors").ok()).unwrap_or(0),
+            env_errors_in_a_row: 0,
             trainer,
             eval_env,
             folder,
@@ -142,9 +160,9 @@ impl Run {
         })
     }
 
-    /// Shows nothing on standard error.
+    /// Shows nothing on standard error; `log.txt` is written all the same.
     pub fn silent(mut self) -> Self {
-        self.progress = Progress::Silent;
+        self.progress.silence();
         self
     }
 
@@ -158,33 +176,43 @@ impl Run {
         &self.folder
     }
 
-    /// Trains to the last step, or until SIGINT or SIGTERM asks to stop.
+    /// Trains to the last step, or until SIGINT, SIGTERM or SIGHUP asks to stop.
     pub fn train(&mut self) -> Result<Ending> {
         let stop = Stop::catch()?;
         let began = Instant::now();
-        if self.evaluations.last().is_none() {
-            self.evaluate()?;
+        let step = grouped(self.first_step);
+        let steps = grouped(self.settings.steps);
+        let path = self.folder.path().display();
+        self.progress.line(&format!("from step {step} to {steps}, in {path}"));
+        if self.is_evaluation_due() {
+            self.evaluate(&stop)?;
         }
         while self.trainer.steps() < self.settings.steps && !stop.is_asked() {
-            self.step()?;
+            self.step(&stop)?;
         }
         self.checkpoint()?;
-        let ending = self.close()?;
-        let done = self.trainer.steps();
-        let end = if done > self.first_step {
-            self.describe_time(began.elapsed())
-        } else {
-            format!("nothing to do: the run has its {} steps; more with --steps", grouped(done))
-        };
-        self.progress.line(&end);
+        let ending = self.close(&stop)?;
+        if self.trainer.steps() > self.first_step {
+            self.progress.line(&self.describe_time(began.elapsed()));
+        } else if matches!(ending, Ending::Finished { .. }) {
+            let text = format!("nothing to do: the run has its {steps} steps; more with --steps");
+            self.progress.line(&text);
+        }
         self.progress.finish();
         Ok(ending)
     }
 
-    fn step(&mut self) -> Result<()> {
-        let episode = self.trainer.step(&mut self.metrics)?;
+    fn step(&mut self, stop: &Stop) -> Result<()> {
+        let episode = match self.trainer.step(&mut self.metrics) {
+            Err(error) if self.trainer.world_failed() => return self.world_failed(error),
+            stepped => stepped?,
+        };
+        self.env_errors_in_a_row = 0;
         let step = self.trainer.steps();
         self.progress.step(step);
+        for warning in self.metrics.take_warnings() {
+            self.progress.line(&warning);
+        }
         if let Some(episode) = episode {
             let spec = self.trainer.spec();
             self.metrics.episode(step, &episode, spec);
@@ -193,32 +221,78 @@ impl Run {
         if step.is_multiple_of(self.settings.log_every) {
             self.log()?;
         }
-        if step.is_multiple_of(self.settings.eval_every) {
-            self.evaluate()?;
+        if self.is_evaluation_due() {
+            self.evaluate(stop)?;
         }
-        if step.is_multiple_of(self.settings.checkpoint_every) {
+        if step.is_multiple_of(self.settings.checkpoint_every) && !stop.is_asked() {
             self.checkpoint()?;
         }
         Ok(())
     }
 
+    /// The episode is over where it was; the run ends here, saved, or goes on with the next one.
+    fn world_failed(&mut self, error: Error) -> Result<()> {
+        self.env_errors += 1;
+        self.env_errors_in_a_row += 1;
+        let step = grouped(self.trainer.steps());
+        if self.settings.on_env_error == OnEnvError::Reset && self.env_errors_in_a_row < PATIENCE {
+            let text = format!("after step {step}: {error}; the episode counts as truncated");
+            self.progress.line(&text);
+            return Ok(());
+        }
+        self.checkpoint()?;
+        let path = self.folder.path().display();
+        let what = format!(
+            "the environment failed after step {step}, where the run is saved (copq resume {path} \
+             goes on with a new episode; --on-env-error reset does so by itself)"
+        );
+        Err(Error::other(what, error))
+    }
+
     fn log(&mut self) -> Result<()> {
         let step = self.trainer.steps();
+        if self.env_errors > 0 {
+            self.metrics.scalar(step, "env_errors", self.env_errors as f64);
+        }
         let averages = self.metrics.row(step)?;
         let times = self.timings.row(step, self.trainer.timing())?;
         self.events.scalars(step, &averages)?;
         self.events.scalars(step, &times)
     }
 
-    fn evaluate(&mut self) -> Result<()> {
+    fn is_evaluation_due(&self) -> bool {
+        let step = self.trainer.steps();
+        self.settings.eval_every > 0
+            && step.is_multiple_of(self.settings.eval_every)
+            && self.evaluations.last() != Some(step)
+    }
+
+    /// Evaluates, unless a signal comes meanwhile; then the run that goes on does it.
+    fn evaluate(&mut self, stop: &Stop) -> Result<()> {
         let began = Instant::now();
-        let evaluation =
-            evaluate(self.trainer.agent_mut(), &mut self.eval_env, self.settings.eval_episodes)?;
+        let episodes = self.settings.eval_episodes;
+        let evaluation = match &mut self.eval_env {
+            None => self.trainer.evaluate(episodes),
+            Some(env) => {
+                evaluate(self.trainer.agent_mut(), Watched { env: env.as_mut(), stop }, episodes)
+            }
+        };
+        let evaluation = match evaluation {
+            Err(_) if stop.is_asked() => return Ok(()),
+            Err(error) => return self.evaluation_failed(error),
+            Ok(evaluation) => evaluation,
+        };
         let step = self.trainer.steps();
         let spec = self.trainer.spec();
         let numbers = self.evaluations.row(step, &evaluation, spec)?;
         self.progress.line(&evaluations::describe(step, &evaluation, spec));
         self.events.scalars(step, &numbers)?;
+        let returns = evaluation.mean();
+        let is_best = self.best.update(&returns, weighted_total(&returns, &spec.weights()), spec);
+        self.save_policy("policy.safetensors")?;
+        if is_best {
+            self.save_policy("policy-best.safetensors")?;
+        }
         self.evaluation_time += began.elapsed();
         self.timings.evaluated(began.elapsed());
         // A run is worth more than its picture.
@@ -228,6 +302,25 @@ impl Run {
         Ok(())
     }
 
+    /// A run is worth more than one of its evaluations, if it was told so.
+    fn evaluation_failed(&mut self, error: Error) -> Result<()> {
+        let what = format!("the evaluation after step {}", grouped(self.trainer.steps()));
+        if self.settings.on_env_error == OnEnvError::Reset {
+            self.progress.line(&format!("{what} failed: {error}"));
+            return Ok(());
+        }
+        self.checkpoint()?;
+        Err(Error::other(format!("{what}, where the run is saved"), error))
+    }
+
+    /// Writes the policy by itself, if the agent has one to write.
+    fn save_policy(&self, name: &str) -> Result<()> {
+        match self.trainer.agent().save_policy(&self.folder.file(name)) {
+            Err(Error::Unsupported { .. }) => Ok(()),
+            saved => saved,
+        }
+    }
+
     fn checkpoint(&mut self) -> Result<()> {
         // Rows must be as durable as the checkpoint that will not write them again.
         self.metrics.sync()?;
@@ -235,12 +328,17 @@ impl Run {
         let mut state = State::default();
         self.trainer.save(state.child_mut("trainer"))?;
         self.metrics.save(state.child_mut("metrics"));
-        self.folder.save(&state)
+        let rows = state.child_mut("rows");
+        rows.put("metrics.csv", [self.metrics.rows(self.settings.log_every)]);
+        rows.put("evaluations.csv", [self.evaluations.rows(self.settings.eval_every)]);
+        state.put("env_errors", [self.env_errors]);
+        self.folder.save(&state)?;
+        self.save_policy("policy.safetensors")
     }
 
     /// Writes the last rows, which a longer run would not have; the checkpoint knows nothing of
     /// them.
-    fn close(&mut self) -> Result<Ending> {
+    fn close(&mut self, stop: &Stop) -> Result<Ending> {
         let step = self.trainer.steps();
         let folder = self.folder.path().to_owned();
         if step < self.settings.steps {
@@ -249,8 +347,11 @@ impl Run {
         if self.metrics.last() != Some(step) {
             self.log()?;
         }
-        if self.evaluations.last() != Some(step) {
-            self.evaluate()?;
+        if self.settings.eval_every > 0 && self.evaluations.last() != Some(step) {
+            self.evaluate(stop)?;
+        }
+        if stop.is_asked() && self.evaluations.last() != Some(step) {
+            return Ok(Ending::Interrupted { step, folder });
         }
         Ok(Ending::Finished { folder })
     }
@@ -259,6 +360,12 @@ impl Run {
         let steps = self.trainer.steps() - self.first_step;
         timings::describe(steps, total, self.trainer.timing(), self.evaluation_time)
     }
+}
+
+/// How many rows of a table must be there, by the checkpoint; older ones do not say.
+fn rows_of(saved: Option<&State>, name: &str) -> u64 {
+    let rows = saved.and_then(|saved| saved.child("rows").ok());
+    rows.and_then(|rows| rows.get_one(name).ok()).unwrap_or(0)
 }
 
 fn go_on(trainer: &mut Trainer, folder: &RunFolder, saved: &State) -> Result<()> {

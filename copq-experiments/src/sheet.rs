@@ -29,6 +29,8 @@ pub struct Sheet {
     columns: Vec<String>,
     // Kept as text, so that what is read and written again is the same byte for byte.
     rows: Vec<Vec<String>>,
+    /// The first line that is no row of numbers, with its number in the file.
+    damaged: Option<(usize, String)>,
 }
 
 impl Sheet {
@@ -40,12 +42,43 @@ impl Sheet {
         let broken = |e: csv::Error| Error::other(format!("reading '{}'", path.display()), e);
         let columns: Vec<String> =
             reader.headers().map_err(broken)?.iter().map(str::to_owned).collect();
-        let rows = reader.records().map_while(|record| record.ok());
-        let rows = rows.map(|record| record.iter().map(str::to_owned).collect());
-        let rows = rows
-            .take_while(|row: &Vec<String>| row.len() == columns.len() && step_of(row).is_some())
-            .collect();
-        Ok(Self { columns, rows })
+        let mut rows = Vec::new();
+        let mut damaged = None;
+        for record in reader.records() {
+            let row: Vec<String> = match &record {
+                Ok(record) => record.iter().map(str::to_owned).collect(),
+                Err(_) => Vec::new(),
+            };
+            if row.len() != columns.len() || step_of(&row).is_none() {
+                let at = record.as_ref().ok().and_then(|record| record.position());
+                let number = at.map_or(rows.len() + 2, |at| at.line() as usize);
+                damaged = Some((number, text.lines().nth(number - 1).unwrap_or("").to_owned()));
+                break;
+            }
+            rows.push(row);
+        }
+        Ok(Self { columns, rows, damaged })
+    }
+
+    /// That fewer rows were left than there must be, by the line that could not be read.
+    pub(crate) fn lost_rows(&self, path: &Path, wanted: u64, got: u64) -> Error {
+        let advice = "mend it, or move the file away to go on without its rows";
+        match &self.damaged {
+            Some((number, line)) => {
+                let columns = self.columns.len();
+                let start: String = line.chars().take(40).collect();
+                Error::invalid(
+                    format!("line {number} of '{}' ({advice})", path.display()),
+                    format!("{columns} cells between commas, a whole step first"),
+                    format!("'{start}'"),
+                )
+            }
+            None => Error::invalid(
+                format!("rows of '{}' ({advice})", path.display()),
+                format!("the {wanted} up to the checkpoint"),
+                got,
+            ),
+        }
     }
 
     /// The columns' names, `step` first.

@@ -16,13 +16,22 @@ pub(crate) struct Table {
     columns: Vec<String>,
     file: File,
     last: Option<u64>,
+    rows: u64,
 }
 
 impl Table {
-    /// Opens or makes the file and drops the rows whose step `keep` refuses.
-    pub(crate) fn open(path: &Path, keep: impl Fn(u64) -> bool) -> Result<Self> {
-        let mut sheet = if path.exists() { Sheet::read(path)? } else { Sheet::default() };
-        sheet.retain(keep);
+    /// Opens or makes the file and drops the rows whose step `keep` refuses; an error if the file
+    /// is there and fewer than `wanted` of its rows are left, for nobody would write them again.
+    pub(crate) fn open(path: &Path, wanted: u64, keep: impl Fn(u64) -> bool) -> Result<Self> {
+        let mut sheet = Sheet::default();
+        if path.exists() {
+            sheet = Sheet::read(path)?;
+            let left = sheet.steps().into_iter().filter(|&step| keep(step)).count() as u64;
+            if left < wanted {
+                return Err(sheet.lost_rows(path, wanted, left));
+            }
+            sheet.retain(keep);
+        }
         sheet.widen(["step"]);
         Self::start(path, &sheet)
     }
@@ -32,8 +41,15 @@ impl Table {
         let file =
             File::options().append(true).open(path).map_err(files::failed("opening", path))?;
         let columns = sheet.columns().to_vec();
-        let last = sheet.steps().last().copied();
-        Ok(Self { path: path.to_owned(), columns, file, last })
+        let steps = sheet.steps();
+        let last = steps.last().copied();
+        Ok(Self { path: path.to_owned(), columns, file, last, rows: steps.len() as u64 })
+    }
+
+    /// Rows in the file that a longer run has as well: a last one off the interval is the end's.
+    pub(crate) fn rows(&self, every: u64) -> u64 {
+        let is_end = self.last.is_some_and(|last| !last.is_multiple_of(every));
+        self.rows - u64::from(is_end)
     }
 
     /// The step of the last row.
@@ -55,6 +71,7 @@ impl Table {
         }
         self.file.write_all(&encode(&cells)?).map_err(files::failed("writing", &self.path))?;
         self.last = Some(step);
+        self.rows += 1;
         Ok(())
     }
 
@@ -87,7 +104,7 @@ mod tests {
     fn new_names_become_columns_and_columns_stay() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
-        let mut table = Table::open(&path, |_| true).unwrap();
+        let mut table = Table::open(&path, 0, |_| true).unwrap();
         table.push(10, &numbers(&[("b", 0.1)])).unwrap();
         table.push(20, &numbers(&[("a,b", 1e-9), ("b", f64::NAN)])).unwrap();
         table.push(30, &numbers(&[("a,b", -2.0)])).unwrap();
@@ -100,11 +117,31 @@ mod tests {
         let path = folder.path().join("metrics.csv");
         for torn in ["30,0.", "30", "30,", "\0\0\0", "30,0.3,\n31,5\n"] {
             std::fs::write(&path, format!("step,a\n10,1\n20,2\n{torn}")).unwrap();
-            Table::open(&path, |_| true).unwrap().push(30, &numbers(&[("a", 3.0)])).unwrap();
+            Table::open(&path, 0, |_| true).unwrap().push(30, &numbers(&[("a", 3.0)])).unwrap();
             assert_eq!(text(&path), "step,a\n10,1\n20,2\n30,3\n", "{torn:?}");
         }
         std::fs::write(&path, "").unwrap();
-        assert_eq!(Table::open(&path, |_| true).unwrap().last(), None);
+        assert_eq!(Table::open(&path, 0, |_| true).unwrap().last(), None);
+    }
+
+    #[test]
+    fn rows_that_nobody_writes_again_are_not_dropped() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("metrics.csv");
+        let error = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            let error = Table::open(&path, 3, |_| true).unwrap_err().to_string();
+            assert_eq!(self::text(&path), text, "the file is as it was");
+            error
+        };
+        for damaged in ["step,a\n10,1\nx,2\n30,3\n", "step,a\n10,1\n20.0,2\n30,3\n"] {
+            assert!(error(damaged).starts_with("line 3 of "), "{}", error(damaged));
+        }
+        let semicolons = error("step;a\n10;1\n20;2\n30;3\n");
+        assert!(semicolons.contains("line 2 of") && semicolons.contains("got '10;1'"));
+        assert!(error("step,a\n10,1\n20,2\n").contains("wanted the 3 up to the checkpoint, got 2"));
+        std::fs::write(&path, "step,a\n10,1\n20,2\n30,3\n40,").unwrap();
+        assert_eq!(Table::open(&path, 3, |_| true).unwrap().rows(10), 3);
     }
 
     #[test]
@@ -112,7 +149,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
         std::fs::write(&path, "step,a,late\n10,1,\n20,2,\n30,3,9\n").unwrap();
-        let table = Table::open(&path, |step| step <= 20).unwrap();
+        let table = Table::open(&path, 2, |step| step <= 20).unwrap();
         assert_eq!((text(&path).as_str(), table.last()), ("step,a\n10,1\n20,2\n", Some(20)));
     }
 }

@@ -1,7 +1,6 @@
 //! `timings.csv`: where the time of each logging interval went. Apart from the metrics, which are
 //! the same in every run.
 
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use copq::{Result, Timing};
@@ -20,12 +19,11 @@ pub(crate) struct Timings {
 }
 
 impl Timings {
-    /// Opens or makes the file and starts the clock; rows whose step `keep` refuses are dropped.
-    pub(crate) fn open(path: &Path, step: u64, keep: impl Fn(u64) -> bool) -> Result<Self> {
-        let table = Table::open(path, keep)?;
+    /// Starts the clock.
+    pub(crate) fn of(table: Table, step: u64) -> Self {
         let before = Timing::default();
         let evaluation = Duration::ZERO;
-        Ok(Self { table, began: Instant::now(), first_step: step, before, evaluation })
+        Self { table, began: Instant::now(), first_step: step, before, evaluation }
     }
 
     /// Adds an evaluation's time.

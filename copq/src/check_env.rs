@@ -1,9 +1,16 @@
 //! What the author of an environment runs first: does it keep the contract that learners rely on?
 
+use std::fmt;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use crate::learner::scales;
 use crate::{Env, EnvSpec, Error, Outcome, Result, Rng, State};
 
 /// Seeds that [`check_env`] plays an episode with.
 const SEEDS: u64 = 5;
+
+/// Steps after which it breaks off an episode whose horizon is further away.
+const PATIENCE: usize = 100_000;
 
 /// What [`check_env`] saw while it played with random actions.
 ///
@@ -17,7 +24,8 @@ const SEEDS: u64 = 5;
 /// assert_eq!(report.lengths, [3; 5]);
 /// assert_eq!(report.outcomes, [Outcome::Truncated; 5]);
 /// assert_eq!(report.reward_range, [(0.5, 0.5)]);
-/// assert!(!report.saves);
+/// assert!(!report.saves && report.warnings.is_empty());
+/// print!("{report}");
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -25,19 +33,36 @@ const SEEDS: u64 = 5;
 pub struct EnvReport {
     /// Steps of each episode.
     pub lengths: Vec<usize>,
-    /// How each episode ended.
+    /// How each episode ended; `Running` if it was broken off after 100,000 steps.
     pub outcomes: Vec<Outcome>,
     /// The smallest and the largest reward of each objective.
     pub reward_range: Vec<(f32, f32)>,
     /// Whether an episode can be saved and goes on exactly; without, a run cannot stop in
     /// mid-episode.
     pub saves: bool,
+    /// What is allowed, but will hardly be learned from.
+    pub warnings: Vec<String>,
+}
+
+impl fmt::Display for EnvReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "episodes of {:?} steps, then {:?}", self.lengths, self.outcomes)?;
+        for (i, (low, high)) in self.reward_range.iter().enumerate() {
+            writeln!(f, "objective {i}: rewards from {low} to {high}")?;
+        }
+        writeln!(f, "can be saved in mid-episode: {}", if self.saves { "yes" } else { "no" })?;
+        for warning in &self.warnings {
+            writeln!(f, "warning: {warning}")?;
+        }
+        Ok(())
+    }
 }
 
 /// Plays seeded random episodes and returns what it saw, or an error that says which rule was
 /// broken and how: the description is consistent, every observation and reward is written and
-/// finite, the same seed gives the same episode, episodes end by the horizon with the right
-/// [`Outcome`], and a saved episode, if it can be saved, goes on exactly.
+/// finite, costs are not negative, the same seed gives the same episode, episodes end by the
+/// horizon with the right [`Outcome`] and show how they end, not how the next one begins, and a
+/// saved episode, if it can be saved, goes on exactly.
 pub fn check_env(env: &mut dyn Env) -> Result<EnvReport> {
     let spec = env.spec().clone();
     spec.check()?;
@@ -46,14 +71,21 @@ pub fn check_env(env: &mut dyn Env) -> Result<EnvReport> {
         outcomes: Vec::new(),
         reward_range: vec![(f32::INFINITY, f32::NEG_INFINITY); spec.objectives.len()],
         saves: true,
+        warnings: Vec::new(),
     };
+    let mut largest_obs = 0.0f32;
+    let mut episodes = Vec::new();
     for seed in 0..SEEDS {
         let episode = play(env, &spec, seed)?;
         check_repeat(env, &spec, seed, &episode)?;
         report.saves &= check_restore(env, &spec, seed, &episode)?;
         report.add(&episode);
+        largest_obs = largest_obs.max(episode.largest_obs);
+        episodes.push(episode);
     }
     report.check_horizon(&spec)?;
+    check_last_obs(&spec, &episodes)?;
+    report.warn(largest_obs);
     if env.spec() != &spec {
         return Err(broken(
             &spec,
@@ -63,20 +95,23 @@ pub fn check_env(env: &mut dyn Env) -> Result<EnvReport> {
     Ok(report)
 }
 
-/// Everything that one episode showed.
-#[derive(Debug, Default, PartialEq)]
+/// What one episode showed.
+#[derive(Debug)]
 struct Played {
-    /// Observations and rewards, as bits, step after step.
+    first: u64,
     steps: Vec<Step>,
-    first: Vec<u32>,
-}
-
-#[derive(Debug, PartialEq)]
-struct Step {
-    obs: Vec<u32>,
-    reward: Vec<u32>,
+    /// The first, the last and the last but one observation.
+    first_obs: Vec<f32>,
+    last_obs: Vec<f32>,
+    previous_obs: Vec<f32>,
+    largest_obs: f32,
+    reward_range: Vec<(f32, f32)>,
     outcome: Outcome,
 }
+
+/// A step by the hash of what it wrote, so that long episodes take little memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Step(u64);
 
 /// One step's buffers, filled with NaN before each call so that what the environment does not write
 /// is found.
@@ -91,22 +126,24 @@ struct Player<'a> {
 
 impl<'a> Player<'a> {
     fn new(env: &'a mut dyn Env, spec: &'a EnvSpec, seed: u64) -> Self {
-        let (obs, reward, action) = (
-            vec![0.0; spec.obs_len],
-            vec![0.0; spec.objectives.len()],
-            vec![0.0; spec.action_len()],
-        );
-        Self { env, spec, actions: Rng::with_stream(seed, 0xac7), obs, reward, action }
+        Self {
+            env,
+            spec,
+            actions: Rng::with_stream(seed, 0xac7),
+            obs: vec![0.0; spec.obs_len],
+            reward: vec![0.0; spec.objectives.len()],
+            action: vec![0.0; spec.action_len()],
+        }
     }
 
-    fn reset(&mut self, seed: u64) -> Result<Vec<u32>> {
+    fn reset(&mut self, seed: u64) -> Result<u64> {
         self.obs.fill(f32::NAN);
         self.env.reset(seed, &mut self.obs)?;
         self.check_finite("reset", "observation", &self.obs)?;
-        Ok(bits(&self.obs))
+        Ok(hash(&self.obs, &[], Outcome::Running))
     }
 
-    fn step(&mut self, number: usize) -> Result<Step> {
+    fn step(&mut self, number: usize) -> Result<(Step, Outcome)> {
         let unit: Vec<f32> =
             self.action.iter().map(|_| self.actions.uniform_in(-1.0, 1.0) as f32).collect();
         self.spec.scale_action(&unit, &mut self.action);
@@ -116,7 +153,19 @@ impl<'a> Player<'a> {
         let when = format!("step {number}");
         self.check_finite(&when, "observation", &self.obs)?;
         self.check_finite(&when, "reward", &self.reward)?;
-        Ok(Step { obs: bits(&self.obs), reward: bits(&self.reward), outcome })
+        self.check_costs(&when)?;
+        Ok((Step(hash(&self.obs, &self.reward, outcome)), outcome))
+    }
+
+    fn check_costs(&self, when: &str) -> Result<()> {
+        for (objective, reward) in self.spec.objectives.iter().zip(&self.reward) {
+            if objective.limit.is_some() && *reward < 0.0 {
+                let name = &objective.name;
+                let what = format!("{when}: the cost '{name}' is {reward}; a cost is 0 or more");
+                return Err(broken(self.spec, what));
+            }
+        }
+        Ok(())
     }
 
     fn check_finite(&self, when: &str, what: &str, values: &[f32]) -> Result<()> {
@@ -135,12 +184,28 @@ impl<'a> Player<'a> {
 
 fn play(env: &mut dyn Env, spec: &EnvSpec, seed: u64) -> Result<Played> {
     let mut player = Player::new(env, spec, seed);
-    let mut played = Played { first: player.reset(seed)?, steps: Vec::new() };
+    let first = player.reset(seed)?;
+    let mut played = Played {
+        first,
+        steps: Vec::new(),
+        first_obs: player.obs.clone(),
+        last_obs: player.obs.clone(),
+        previous_obs: Vec::new(),
+        largest_obs: 0.0,
+        reward_range: vec![(f32::INFINITY, f32::NEG_INFINITY); spec.objectives.len()],
+        outcome: Outcome::Running,
+    };
     loop {
-        let step = player.step(played.steps.len() + 1)?;
-        let running = step.outcome == Outcome::Running;
+        let (step, outcome) = player.step(played.steps.len() + 1)?;
         played.steps.push(step);
-        if !running {
+        played.outcome = outcome;
+        played.largest_obs = played.largest_obs.max(scales::size(&player.obs));
+        for ((low, high), &reward) in played.reward_range.iter_mut().zip(&player.reward) {
+            *low = low.min(reward);
+            *high = high.max(reward);
+        }
+        played.previous_obs = std::mem::replace(&mut played.last_obs, player.obs.clone());
+        if outcome != Outcome::Running {
             return Ok(played);
         }
         if played.steps.len() >= spec.horizon {
@@ -150,12 +215,37 @@ fn play(env: &mut dyn Env, spec: &EnvSpec, seed: u64) -> Result<Played> {
             );
             return Err(broken(spec, what));
         }
+        if played.steps.len() >= PATIENCE {
+            return Ok(played);
+        }
     }
+}
+
+/// An error if every episode's last observation is far from the one before and near to one with
+/// which an episode begins: it is the next episode's, and what happened is lost.
+fn check_last_obs(spec: &EnvSpec, episodes: &[Played]) -> Result<()> {
+    let is_beginning = |episode: &Played| {
+        let starts = episodes.iter().map(|other| distance(&episode.last_obs, &other.first_obs));
+        let nearest = starts.fold(f32::INFINITY, f32::min);
+        episode.outcome != Outcome::Running
+            && 10.0 * nearest < distance(&episode.last_obs, &episode.previous_obs)
+    };
+    if !episodes.iter().all(is_beginning) {
+        return Ok(());
+    }
+    let what = "the last observation of every episode looks like a first one: an environment must \
+        not reset itself, but show how the episode ended";
+    Err(broken(spec, what))
+}
+
+/// The largest difference of two observations' components.
+fn distance(a: &[f32], b: &[f32]) -> f32 {
+    a.iter().zip(b).fold(0.0, |most, (a, b)| (a - b).abs().max(most))
 }
 
 fn check_repeat(env: &mut dyn Env, spec: &EnvSpec, seed: u64, first: &Played) -> Result<()> {
     let again = play(env, spec, seed)?;
-    if again == *first {
+    if again.first == first.first && again.steps == first.steps {
         return Ok(());
     }
     let step = first.steps.iter().zip(&again.steps).position(|(a, b)| a != b);
@@ -177,7 +267,9 @@ fn check_restore(env: &mut dyn Env, spec: &EnvSpec, seed: u64, first: &Played) -
     let half = first.steps.len() / 2;
     let mut player = Player::new(env, spec, seed);
     player.reset(seed)?;
-    (0..half).try_for_each(|i| player.step(i + 1).map(drop))?;
+    for i in 0..half {
+        player.step(i + 1)?;
+    }
     let mut state = State::default();
     match player.env.save(&mut state) {
         Err(Error::Unsupported { .. }) => return Ok(false),
@@ -189,7 +281,7 @@ fn check_restore(env: &mut dyn Env, spec: &EnvSpec, seed: u64, first: &Played) -
     player.env.load(&state)?;
     player.actions = actions;
     for (i, wanted) in first.steps.iter().enumerate().skip(half) {
-        if player.step(i + 1)? != *wanted {
+        if player.step(i + 1)?.0 != *wanted {
             let what = format!(
                 "saved after step {half} of seed {seed} and loaded: step {} differs; save() must \
                  hold all",
@@ -204,12 +296,20 @@ fn check_restore(env: &mut dyn Env, spec: &EnvSpec, seed: u64, first: &Played) -
 impl EnvReport {
     fn add(&mut self, episode: &Played) {
         self.lengths.push(episode.steps.len());
-        self.outcomes.extend(episode.steps.last().map(|step| step.outcome));
-        for step in &episode.steps {
-            for ((low, high), bits) in self.reward_range.iter_mut().zip(&step.reward) {
-                let reward = f32::from_bits(*bits);
-                (*low, *high) = (low.min(reward), high.max(reward));
-            }
+        self.outcomes.push(episode.outcome);
+        for (all, one) in self.reward_range.iter_mut().zip(&episode.reward_range) {
+            *all = (all.0.min(one.0), all.1.max(one.1));
+        }
+    }
+
+    fn warn(&mut self, largest_obs: f32) {
+        if largest_obs > scales::LARGE {
+            self.warnings.push(scales::large_obs(largest_obs));
+        }
+        let rewards = self.reward_range.iter().flat_map(|&(low, high)| [low.abs(), high.abs()]);
+        let largest = rewards.fold(0.0, f32::max);
+        if largest > scales::LARGE {
+            self.warnings.push(scales::large_reward(largest));
         }
     }
 
@@ -234,8 +334,13 @@ impl EnvReport {
     }
 }
 
-fn bits(values: &[f32]) -> Vec<u32> {
-    values.iter().map(|x| x.to_bits()).collect()
+fn hash(obs: &[f32], reward: &[f32], outcome: Outcome) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    for value in obs.iter().chain(reward) {
+        value.to_bits().hash(&mut hasher);
+    }
+    outcome.hash(&mut hasher);
+    hasher.finish()
 }
 
 fn broken(spec: &EnvSpec, what: impl Into<String>) -> Error {

@@ -2,10 +2,13 @@
 //!
 //! An array's name is its path in the tree, `trainer/agent/critic/weight`; a name that ends in `/`
 //! marks a subtree without content. A `/` or `%` inside a name is written `%2F` or `%25`.
+//!
+//! One array more, [`CHECKSUMS`], holds the CRC-32C of the file's header and of every array, in the
+//! order in which they lie in the file; all are compared before anything is believed.
 
 use std::collections::HashMap;
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::Path;
 
 use crate::{Error, Result, State, Value};
@@ -14,18 +17,39 @@ use safetensors::{Dtype, SafeTensorError, SafeTensors};
 
 use crate::files;
 
-const FORMAT: &str = "copq checkpoint 1";
+const FORMAT: &str = "copq checkpoint 2";
+/// The same without checksums, as versions before wrote it.
+const UNCHECKED: &str = "copq checkpoint 1";
+/// The name of the checksums among the arrays; no tree has it, for `%` is escaped there.
+const CHECKSUMS: &str = "%checksums";
 
 /// Writes a state to a file that any safetensors reader opens, matrices as matrices; the file that
-/// was there stays until the new one is whole.
+/// was there stays until the new one has been read back and proved whole.
 pub fn write(path: &Path, state: &State) -> Result<()> {
     let mut arrays = Vec::new();
     flatten(state, "", &mut arrays);
     // As the format recommends: wide numbers first, so that every array is aligned.
     arrays.sort_by_key(|array| std::cmp::Reverse(dtype(array.value).bitsize()));
+    // The checksums come first: their number is known already.
+    let mut sums = vec![0; arrays.len() + 1];
     let header = header(&arrays).map_err(|e| Error::other("describing the checkpoint", e))?;
+    sums[0] = u64::from(crc32c::crc32c(&header));
+    for (sum, array) in sums[1..].iter_mut().zip(&arrays) {
+        *sum = u64::from(checksum(array.value));
+    }
     files::replace_with(path, |part| {
-        stream(part, &header, &arrays).map_err(files::failed("writing", part))
+        let written = stream(part, &header, &Value::U64(sums), &arrays);
+        let written = written.map_err(files::failed("writing", part))?;
+        let on_disk = file_checksum(part).map_err(files::failed("reading back", part))?;
+        if written == on_disk {
+            return Ok(());
+        }
+        let what = format!("what was written to '{}'", part.display());
+        Err(Error::invalid(
+            what,
+            format!("bytes of checksum {written:08x}"),
+            format!("{on_disk:08x}"),
+        ))
     })
 }
 
@@ -35,14 +59,44 @@ pub fn read(path: &Path) -> Result<State> {
     let broken = |e: SafeTensorError| {
         Error::other(format!("reading the checkpoint '{}'", path.display()), e)
     };
-    let (_, metadata) = SafeTensors::read_metadata(&bytes).map_err(broken)?;
-    check_format(path, &metadata)?;
+    let (header, metadata) = SafeTensors::read_metadata(&bytes).map_err(broken)?;
     let arrays = SafeTensors::deserialize(&bytes).map_err(broken)?;
+    if is_checked(path, &metadata)? {
+        check_sums(path, &bytes[8..8 + header], &metadata, &arrays)?;
+    }
     let mut state = State::default();
-    for (name, array) in arrays.iter() {
+    for (name, array) in arrays.iter().filter(|(name, _)| *name != CHECKSUMS) {
         insert(&mut state, name, array.shape(), decode(path, array.dtype(), array.data())?);
     }
     Ok(state)
+}
+
+/// An error that names the first array that is not what its checksum says.
+fn check_sums(
+    path: &Path,
+    header: &[u8],
+    metadata: &Metadata,
+    arrays: &SafeTensors<'_>,
+) -> Result<()> {
+    let damaged = |part: &str| {
+        let what = format!("{part} of the checkpoint '{}'", path.display());
+        Error::invalid(what, "the bytes that were written", "others: it is damaged")
+    };
+    let sums = arrays.tensor(CHECKSUMS).map_err(|_| damaged("the list of checksums"))?;
+    let mut sums = sums.data().as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes));
+    if sums.next() != Some(u64::from(crc32c::crc32c(header))) {
+        return Err(damaged("the header"));
+    }
+    let mut infos: Vec<_> = metadata.tensors().into_iter().collect();
+    infos.retain(|(name, _)| name != CHECKSUMS);
+    infos.sort_by_key(|(_, info)| info.data_offsets);
+    for (name, _) in infos {
+        let data = arrays.tensor(&name).map_err(|_| damaged(&format!("array '{name}'")))?.data();
+        if sums.next() != Some(u64::from(crc32c::crc32c(data))) {
+            return Err(damaged(&format!("array '{name}'")));
+        }
+    }
+    Ok(())
 }
 
 /// An array with its path and its dimensions.
@@ -83,8 +137,11 @@ fn unescape(name: &str) -> String {
 }
 
 fn header(arrays: &[Array<'_>]) -> Result<Vec<u8>, Box<dyn std::error::Error + Send + Sync>> {
-    let mut end = 0;
-    let mut infos = Vec::with_capacity(arrays.len());
+    let sums = arrays.len() + 1;
+    let mut end = 8 * sums;
+    let mut infos = Vec::with_capacity(sums);
+    let checksums = TensorInfo { dtype: Dtype::U64, shape: vec![sums], data_offsets: (0, end) };
+    infos.push((CHECKSUMS.to_owned(), checksums));
     for Array { path, shape, value } in arrays {
         let start = end;
         end += length(value) * dtype(value).bitsize() / 8;
@@ -99,26 +156,74 @@ fn header(arrays: &[Array<'_>]) -> Result<Vec<u8>, Box<dyn std::error::Error + S
     Ok(json)
 }
 
-fn stream(path: &Path, header: &[u8], arrays: &[Array<'_>]) -> io::Result<()> {
+/// Writes everything and returns the checksum of the whole file.
+fn stream(path: &Path, header: &[u8], sums: &Value, arrays: &[Array<'_>]) -> io::Result<u32> {
     let mut out = BufWriter::with_capacity(1 << 20, File::create(path)?);
-    out.write_all(&(header.len() as u64).to_le_bytes())?;
-    out.write_all(header)?;
+    let mut sum = 0;
+    let mut put = |bytes: &[u8]| {
+        sum = crc32c::crc32c_append(sum, bytes);
+        out.write_all(bytes)
+    };
+    put(&(header.len() as u64).to_le_bytes())?;
+    put(header)?;
+    each_chunk(sums, &mut put)?;
     for array in arrays {
-        match array.value {
-            Value::F32(values) => {
-                values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?
-            }
-            Value::F64(values) => {
-                values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?
-            }
-            Value::U64(values) => {
-                values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?
-            }
-            Value::U8(values) => out.write_all(values)?,
+        each_chunk(array.value, &mut put)?;
+    }
+    out.flush()?;
+    Ok(sum)
+}
+
+fn file_checksum(path: &Path) -> io::Result<u32> {
+    let mut file = File::open(path)?;
+    let mut chunk = vec![0; 1 << 20];
+    let mut sum = 0;
+    loop {
+        match file.read(&mut chunk)? {
+            0 => return Ok(sum),
+            n => sum = crc32c::crc32c_append(sum, &chunk[..n]),
         }
     }
-    out.flush()
 }
+
+fn checksum(value: &Value) -> u32 {
+    let mut sum = 0;
+    let summed = each_chunk(value, &mut |bytes| {
+        sum = crc32c::crc32c_append(sum, bytes);
+        Ok(())
+    });
+    // Adding up does not fail.
+    summed.map_or(0, |()| sum)
+}
+
+/// Hands a value's bytes on, some thousand at a time.
+fn each_chunk(value: &Value, put: &mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
+    match value {
+        Value::F32(values) => encoded(values, f32::to_le_bytes, put),
+        Value::F64(values) => encoded(values, f64::to_le_bytes, put),
+        Value::U64(values) => encoded(values, u64::to_le_bytes, put),
+        Value::U8(values) => put(values),
+    }
+}
+
+fn encoded<T: Copy, const N: usize>(
+    values: &[T],
+    bytes: fn(T) -> [u8; N],
+    put: &mut dyn FnMut(&[u8]) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut buffer = Vec::with_capacity(N * values.len().min(CHUNK));
+    for chunk in values.chunks(CHUNK) {
+        buffer.clear();
+        for &value in chunk {
+            buffer.extend_from_slice(&bytes(value));
+        }
+        put(&buffer)?;
+    }
+    Ok(())
+}
+
+/// Numbers that are encoded at a time.
+const CHUNK: usize = 4_096;
 
 fn dtype(value: &Value) -> Dtype {
     match value {
@@ -157,13 +262,17 @@ fn decode(path: &Path, dtype: Dtype, data: &[u8]) -> Result<Value> {
     })
 }
 
-fn check_format(path: &Path, metadata: &Metadata) -> Result<()> {
+/// Whether the file has checksums; an error if it is none of ours.
+fn is_checked(path: &Path, metadata: &Metadata) -> Result<bool> {
     let format = metadata.metadata().as_ref().and_then(|entries| entries.get("format"));
-    if format.is_some_and(|format| format == FORMAT) {
-        return Ok(());
+    match format.map(String::as_str) {
+        Some(FORMAT) => Ok(true),
+        Some(UNCHECKED) => Ok(false),
+        other => {
+            let what = format!("format of the checkpoint '{}'", path.display());
+            Err(Error::invalid(what, FORMAT, other.unwrap_or("none")))
+        }
     }
-    let what = format!("format of the checkpoint '{}'", path.display());
-    Err(Error::invalid(what, FORMAT, format.map_or("none", String::as_str)))
 }
 
 #[cfg(test)]
@@ -212,7 +321,38 @@ mod tests {
         .unwrap();
         std::fs::write(&path, foreign).unwrap();
         assert!(
-            read(&path).unwrap_err().to_string().contains("wanted copq checkpoint 1, got none")
+            read(&path).unwrap_err().to_string().contains("wanted copq checkpoint 2, got none")
         );
+    }
+
+    #[test]
+    fn no_damaged_bit_is_believed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("checkpoint.safetensors");
+        write(&path, &sample()).unwrap();
+        let sound = std::fs::read(&path).unwrap();
+        let header = u64::from_le_bytes(sound[..8].try_into().unwrap()) as usize;
+        for i in 0..8 * sound.len() {
+            let mut damaged = sound.clone();
+            damaged[i / 8] ^= 1 << (i % 8);
+            std::fs::write(&path, &damaged).unwrap();
+            let error = read(&path).unwrap_err().to_string();
+            assert!(error.contains("checkpoint.safetensors"), "bit {i}: {error}");
+            let named = error.contains("array '") || error.contains("the header");
+            assert!(named || i / 8 < 8 + header, "bit {i}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_file_without_checksums_is_read_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("checkpoint.safetensors");
+        let values = 1.5f32.to_le_bytes();
+        let view = safetensors::tensor::TensorView::new(Dtype::F32, vec![1], &values).unwrap();
+        let metadata = HashMap::from([("format".to_owned(), UNCHECKED.to_owned())]);
+        let bytes = safetensors::serialize([("agent/weight", view)], Some(metadata)).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        let weight = read(&path).unwrap().child("agent").unwrap().get_one::<f32>("weight");
+        assert_eq!(weight.unwrap(), 1.5);
     }
 }

@@ -19,7 +19,7 @@ use crate::{EnvSpec, Error, Result, State};
 /// assert_eq!(outcome(true, 1_000, 1_000), Outcome::Terminated);
 /// assert_eq!(outcome(false, 1_000, 1_000), Outcome::Truncated);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Outcome {
     /// The episode goes on.
     Running,

@@ -28,14 +28,21 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 /// Lets `write` make a file under a temporary name, then gives it its real one: written, synced,
-/// renamed, folder synced.
+/// renamed, folder synced. What cannot be finished is removed again, so that a full disk has its
+/// room back.
 pub fn replace_with(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let part = part_of(path);
-    write(&part)?;
-    // Windows syncs only handles that may write.
-    let written = File::options().write(true).open(&part).map_err(failed("opening", &part))?;
-    written.sync_all().map_err(failed("syncing", &part))?;
-    fs::rename(&part, path).map_err(failed("replacing", path))?;
+    let replaced = write(&part).and_then(|()| {
+        // Windows syncs only handles that may write.
+        let written = File::options().write(true).open(&part).map_err(failed("opening", &part))?;
+        written.sync_all().map_err(failed("syncing", &part))?;
+        fs::rename(&part, path).map_err(failed("replacing", path))
+    });
+    if replaced.is_err() {
+        // Why it failed says more than that its beginning could not be removed either.
+        fs::remove_file(&part).unwrap_or_default();
+    }
+    replaced?;
     sync_folder_of(path)
 }
 

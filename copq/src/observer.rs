@@ -13,6 +13,10 @@
 pub trait Observer {
     /// One number at one environment step; `name` is a path such as `q/safety`.
     fn scalar(&mut self, step: u64, name: &str, value: f64);
+
+    /// A sentence for the person who trains, such as that the scale of the observations leaves
+    /// little hope. Forgotten unless implemented.
+    fn warn(&mut self, _step: u64, _text: &str) {}
 }
 
 /// Reports nothing.

@@ -162,7 +162,7 @@ fn activation_name(activation: Activation) -> &'static str {
     }
 }
 
-fn kind_name(kind: ActorKind) -> &'static str {
+pub(crate) fn kind_name(kind: ActorKind) -> &'static str {
     match kind {
         ActorKind::Deterministic => "deterministic",
         ActorKind::Gaussian => "gaussian",

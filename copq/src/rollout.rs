@@ -119,6 +119,16 @@ impl<E: Env> Rollout<E> {
         self.episode.outcome == Outcome::Running
     }
 
+    /// Ends the episode where it is; the next one begins by [`Rollout::reset`].
+    pub(crate) fn give_up(&mut self) {
+        self.episode.outcome = Outcome::Truncated;
+    }
+
+    /// Whether all that the environment has written is a number.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.obs.iter().chain(&self.reward).all(|x| x.is_finite())
+    }
+
     /// What is seen now.
     pub fn obs(&self) -> &[f32] {
         &self.obs

@@ -234,8 +234,19 @@ impl EnvSpec {
         if self.objectives.is_empty() {
             return Err(self.error("objectives", "at least one", "none"));
         }
+        if self
+            .objectives
+            .iter()
+            .all(|objective| objective.weight == 0.0 && objective.limit.is_none())
+        {
+            return Err(self.error("weights", "one at least that is not 0", "only zeros"));
+        }
         let names = self.names();
         for (i, Objective { name, weight, .. }) in self.objectives.iter().enumerate() {
+            if name.is_empty() || name.contains(char::is_control) {
+                let wanted = "a name of one line, for columns and charts";
+                return Err(self.error("objectives", wanted, format!("{name:?}")));
+            }
             if names[..i].contains(&name.as_str()) {
                 return Err(self.error(
                     "objectives",

@@ -57,6 +57,7 @@ pub struct Trainer<A = Box<dyn Agent>> {
     steps: u64,
     timing: Timing,
     action: Vec<f32>,
+    world_failed: bool,
 }
 
 impl<A> fmt::Debug for Trainer<A> {
@@ -75,7 +76,15 @@ impl<A: Agent> Trainer<A> {
         let action = vec![0.0; env.spec().action_len()];
         let rollout = Rollout::new(Box::new(env) as Box<dyn Env>)?;
         let episode_seeds = Rng::new(agent.seed(), Stream::Env);
-        Ok(Self { rollout, agent, episode_seeds, steps: 0, timing: Timing::default(), action })
+        Ok(Self {
+            rollout,
+            agent,
+            episode_seeds,
+            steps: 0,
+            timing: Timing::default(),
+            action,
+            world_failed: false,
+        })
     }
 
     /// Environment steps done so far.
@@ -112,30 +121,57 @@ impl<A: Agent> Trainer<A> {
     }
 
     /// Acts, steps, observes and updates once; returns the episode if it ended here.
+    ///
+    /// After an error of the environment ([`Trainer::world_failed`]) the step has not happened, and
+    /// the episode counts as truncated where it was: the trainer can be saved, and the next step
+    /// begins a new one.
     pub fn step(&mut self, log: &mut dyn Observer) -> Result<Option<Episode>> {
         let start = Instant::now();
+        self.world_failed = false;
         if !self.rollout.is_running() {
-            self.rollout.reset(self.episode_seeds.next_u64())?;
+            let begun = self.rollout.reset(self.episode_seeds.next_u64());
+            self.or_give_up(begun)?;
         }
         let reset = Instant::now();
         self.agent.act(self.rollout.obs(), Mode::Explore, &mut self.action)?;
         let acted = Instant::now();
-        let outcome = self.rollout.step(&self.action)?;
-        self.steps += 1;
+        let done = self.rollout.step(&self.action);
+        let outcome = self.or_give_up(done)?;
         let stepped = Instant::now();
-        self.agent.observe(Transition {
+        let observed = self.agent.observe(Transition {
             obs: self.rollout.previous_obs(),
             action: &self.action,
             reward: self.rollout.reward(),
             next_obs: self.rollout.obs(),
             outcome,
-        })?;
+        });
+        if self.rollout.is_finite() {
+            observed?
+        } else {
+            self.or_give_up(observed)?
+        }
+        self.steps += 1;
         self.agent.update(log)?;
         self.timing.act += acted - reset;
         self.timing.env += (reset - start) + (stepped - acted);
         self.timing.update += stepped.elapsed();
         let ended = (!self.rollout.is_running()).then(|| self.rollout.episode().clone());
         Ok(ended)
+    }
+
+    /// Passes on what the environment answered; after an error there is no episode any more.
+    fn or_give_up<T>(&mut self, answer: Result<T>) -> Result<T> {
+        if answer.is_err() {
+            self.world_failed = true;
+            self.rollout.give_up();
+        }
+        answer
+    }
+
+    /// Whether the error of the last step was the environment's: its own, or NaN and infinities
+    /// that it returned.
+    pub fn world_failed(&self) -> bool {
+        self.world_failed
     }
 
     /// What the policy is worth now: so many episodes without exploration, the same ones every

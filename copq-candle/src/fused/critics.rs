@@ -117,6 +117,7 @@ impl Critics {
     fn gather(&mut self, obs: &[f32], act: &[f32]) -> Result<usize> {
         let rows = check::rows(obs, self.observation)?;
         check::batch("actions", act, rows, self.action)?;
+        check::finite("actions", act, self.action)?;
         self.input.set(rows, &[obs, act]);
         Ok(rows)
     }

@@ -50,6 +50,7 @@ fn tensors(
 ) -> Result<(Tensor, Tensor)> {
     let rows = check::rows(obs, observation)?;
     check::batch("actions", act, rows, action)?;
+    check::finite("actions", act, action)?;
     let obs = Tensor::from_slice(obs, (rows, observation), device).map_err(failed)?;
     let act = Tensor::from_slice(act, (rows, action), device).map_err(failed)?;
     Ok((obs, act))

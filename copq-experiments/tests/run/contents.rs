@@ -39,11 +39,13 @@ fn a_run_leaves_all_its_files() {
         names.iter().partition(|name| name.starts_with("events.out.tfevents."));
     let wanted = [
         ".lock",
+        "checkpoint.1.safetensors",
         "checkpoint.safetensors",
         "config.toml",
         "curve.png",
         "curve.svg",
         "evaluations.csv",
+        "log.txt",
         "metrics.csv",
         "timings.csv",
     ];
@@ -150,7 +152,7 @@ fn another_plan_or_other_settings_do_not_resume() {
         |plan, settings| RunFolder::resume(&folder, &plan, &settings).unwrap_err().to_string();
     assert!(message(plan(1, 620), Settings { rate: 0.5 }).starts_with("settings.rate "));
     assert!(message(plan(1, 619), settings()).contains("at least its 620, got 619"));
-    assert!(message(plan(2, 620), settings()).starts_with("plan of the run in "));
+    assert!(message(plan(2, 620), settings()).starts_with("plan.run.seed "));
 }
 
 #[test]

@@ -151,6 +151,7 @@ pub fn plan(seed: u64, steps: u64) -> Plan {
         eval_episodes: 4,
         log_every: 100,
         checkpoint_every: 300,
+        ..RunSettings::default()
     };
     Plan { task: "test/point-mass".to_owned(), run, ..Plan::new(&Method::cop_td3()) }
 }
@@ -169,7 +170,8 @@ pub fn trainer(seed: u64) -> Trainer {
 
 /// A run in an opened folder.
 pub fn run(folder: RunFolder, plan: &Plan) -> Run {
-    Run::new(trainer(plan.run.seed), Box::new(PointMass::new()), folder, plan.run).unwrap()
+    let eval_env = Box::new(PointMass::new());
+    Run::new(trainer(plan.run.seed), Some(eval_env), folder, plan.run).unwrap()
 }
 
 /// An episode for tests of metrics.

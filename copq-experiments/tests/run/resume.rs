@@ -97,7 +97,7 @@ fn a_run_that_lost_its_checkpoint_loses_nothing_more() {
     let eval_env = Box::new(point_mass::PointMass::new());
     let folder = RunFolder::resume(&bare, &plan, &settings()).unwrap();
     let error =
-        Run::new(point_mass::trainer(5), eval_env, folder, plan.run).unwrap_err().to_string();
+        Run::new(point_mass::trainer(5), Some(eval_env), folder, plan.run).unwrap_err().to_string();
     assert!(
         error.contains("wanted its checkpoint.safetensors") && error.ends_with("up to step 600"),
         "{error}"

@@ -121,6 +121,7 @@ impl Agent for Learner {
         check_finite_row("observation", t.next_obs, self.steps, OBSERVATION)?;
         check_finite_row("observation", t.obs, self.steps, OBSERVATION)?;
         check_finite_row("action", t.action, self.steps, "the caller passed NaN or infinity")?;
+        self.scales.observe(t.next_obs, t.reward)?;
         self.replay.push(t)?;
         if let Some(normaliser) = &mut self.normaliser {
             normaliser.push(t.obs)?;
@@ -136,6 +137,7 @@ impl Agent for Learner {
         if self.steps < self.config.start_steps {
             return Ok(());
         }
+        self.scales.warn(self.steps, self.normaliser.is_some(), log);
         (0..self.config.updates_per_step).try_for_each(|_| self.update_once(log))
     }
 

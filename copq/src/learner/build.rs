@@ -3,6 +3,7 @@
 
 use super::Learner;
 use super::buffers::{Buffers, Names};
+use super::scales::Scales;
 use super::streams::Streams;
 use crate::error::check_len;
 use crate::multiplier::FixedWeights;
@@ -81,6 +82,7 @@ impl Learner {
             objectives: spec.names().into_iter().map(str::to_owned).collect(),
             steps: 0,
             updates: 0,
+            scales: Scales::default(),
             config,
             actor,
             critic,

@@ -3,14 +3,15 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::policy::exported;
+use crate::policy::{exported, kind_name};
 use crate::temperature::Temperature;
 use crate::{
-    Actor, Batch, Config, Critic, EnvSpec, Explore, Famo, Multiplier, Normaliser, Observer,
-    Projection, Replay, Result,
+    Actor, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, Multiplier, Normaliser, Observer,
+    Projection, Replay, Result, State,
 };
 pub(crate) use agent::check_made_by;
 use buffers::{Buffers, Names};
+use scales::Scales;
 use streams::Streams;
 
 mod agent;
@@ -18,6 +19,7 @@ mod buffers;
 mod build;
 mod critics;
 mod policy;
+pub(crate) mod scales;
 mod streams;
 mod targets;
 
@@ -76,6 +78,7 @@ pub struct Learner {
     obs: Vec<f32>,
     buffers: Buffers,
     names: Names,
+    scales: Scales,
 }
 
 impl fmt::Debug for Learner {
@@ -126,6 +129,20 @@ impl Learner {
         let networks = &self.config.networks;
         exported(self.actor.as_ref(), self.normaliser.as_ref(), &self.spec, networks, kind)?
             .write_file(path)
+    }
+
+    /// Begins with the policy in a file that [`Learner::save_policy`] wrote, of this or another
+    /// method: its weights, and its normaliser where this method has one. Critics, optimisers and
+    /// replay begin anew.
+    pub fn start_from(&mut self, path: impl AsRef<std::path::Path>) -> Result<()> {
+        let policy = State::read_file(path)?;
+        let kind = policy.child("policy")?.get_text("kind")?;
+        let own = kind_name(self.config.actor());
+        if kind != own {
+            return Err(Error::invalid("kind of policy to begin with", own, kind));
+        }
+        self.actor.import(policy.child("actor")?)?;
+        Normaliser::restore(&mut self.normaliser, &policy)
     }
 
     /// Updates done so far.

@@ -129,7 +129,8 @@ fn a_resumed_run_leaves_the_same_files() {
         let open = if path.exists() { RunFolder::resume } else { RunFolder::create };
         let folder = open(&path, &plan, &method().config).unwrap();
         let env = copq_envs_rapier::make("a/hopper").unwrap();
-        Run::new(trainer(0, 1).unwrap(), env, folder, settings).unwrap().silent().train().unwrap();
+        let run = Run::new(trainer(0, 1).unwrap(), Some(env), folder, settings);
+        run.unwrap().silent().train().unwrap();
         path
     };
     let whole = run("whole", 2_000);
