@@ -92,6 +92,8 @@ pub struct Run {
     progress: Progress,
     best: Best,
     first_step: u64,
+    /// The step of the newest checkpoint.
+    saved_step: Option<u64>,
     evaluation_time: Duration,
     /// Failures of the environment so far, and without a good step since.
     env_errors: u64,
@@ -150,6 +152,7 @@ impl Run {
             progress: Progress::new(step, settings.steps, &folder.file("log.txt")),
             best: Best::of_rows(&rows, trainer.spec()),
             first_step: step,
+            saved_step: saved.is_some().then_some(step),
             evaluation_time: Duration::ZERO,
             env_errors: saved.and_then(|saved| saved.get_one("env_errors").ok()).unwrap_or(0),
             env_errors_in_a_row: 0,
@@ -190,7 +193,9 @@ impl Run {
         while self.trainer.steps() < self.settings.steps && !stop.is_asked() {
             self.step(&stop)?;
         }
-        self.checkpoint()?;
+        if self.saved_step != Some(self.trainer.steps()) {
+            self.checkpoint()?;
+        }
         let ending = self.close(&stop)?;
         if self.trainer.steps() > self.first_step {
             self.progress.line(&self.describe_time(began.elapsed()));
@@ -333,6 +338,7 @@ impl Run {
         rows.put("evaluations.csv", [self.evaluations.rows(self.settings.eval_every)]);
         state.put("env_errors", [self.env_errors]);
         self.folder.save(&state)?;
+        self.saved_step = Some(self.trainer.steps());
         self.save_policy("policy.safetensors")
     }
 

@@ -96,6 +96,7 @@ mod famo;
 pub mod files;
 mod learner;
 mod loss;
+mod memory;
 mod method;
 mod multiplier;
 mod normaliser;

@@ -2,5 +2,6 @@
 
 mod children;
 mod contents;
+mod failures;
 mod point_mass;
 mod resume;

@@ -161,10 +161,15 @@ pub fn settings() -> Settings {
     Settings { rate: 0.01 }
 }
 
+/// A fresh agent.
+pub fn pusher(seed: u64, noise: Rng) -> Pusher {
+    Pusher { seed, weight: 0.0, rate: settings().rate, updates: 0, noise }
+}
+
 /// A fresh trainer.
 pub fn trainer(seed: u64) -> Trainer {
     let noise = Rng::new(seed, Stream::Explore);
-    let agent = Pusher { seed, weight: 0.0, rate: settings().rate, updates: 0, noise };
+    let agent = pusher(seed, noise);
     Trainer::new(PointMass::new(), Box::new(agent) as Box<dyn Agent>).unwrap()
 }
 

@@ -134,10 +134,10 @@ impl Agent for Learner {
     }
 
     fn update(&mut self, log: &mut dyn Observer) -> Result<()> {
+        self.scales.warn(self.steps, self.normaliser.is_some(), log);
         if self.steps < self.config.start_steps {
             return Ok(());
         }
-        self.scales.warn(self.steps, self.normaliser.is_some(), log);
         (0..self.config.updates_per_step).try_for_each(|_| self.update_once(log))
     }
 

@@ -11,7 +11,7 @@ use crate::temperature::Temperature;
 use crate::{
     Actor, ActorKind, Backend, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, GaussianNoise,
     Method, Multiplier, Normaliser, Optimistic, PolicySamples, Replay, Result, Rng, Stream,
-    UniformActions, WarmUp,
+    UniformActions, WarmUp, memory,
 };
 
 impl Learner {
@@ -25,6 +25,7 @@ impl Learner {
     pub fn new(method: Method, spec: &EnvSpec, backend: &dyn Backend, seed: u64) -> Result<Self> {
         method.config.check()?;
         spec.check()?;
+        memory::check(&method.config, spec, method.critics.count(spec))?;
         let networks = &method.config.networks;
         let kind = method.actor();
         let mut rng = Rng::new(seed, Stream::Init);
@@ -52,6 +53,7 @@ impl Learner {
         let Method { config, bound, name, .. } = method;
         config.check()?;
         spec.check()?;
+        memory::check(&config, spec, critic.critics())?;
         // A task that does not suit the method is worth more words than critics that do not suit
         // the task.
         let multiplier = multiplier(&config, spec)?;

@@ -47,13 +47,28 @@ impl Ensemble {
         match self {
             Self::Spanning => backend.critics(spec, networks, objectives + 1, rng),
             Self::Joint(count) => backend.critics(spec, networks, count, rng),
-            Self::Separate { cost, reward } => {
-                let count = |i| if spec.limit(i).is_some() { cost } else { reward };
-                let counts: Vec<usize> = (0..objectives).map(count).collect();
+            Self::Separate { .. } => {
+                let counts = self.scalars(spec);
                 let scalars = backend.critics(&scalar(spec), networks, counts.iter().sum(), rng)?;
                 Ok(Box::new(SeparateCritics::new(scalars, &counts)?))
             }
         }
+    }
+
+    /// How many networks that are.
+    pub(crate) fn count(self, spec: &EnvSpec) -> usize {
+        match self {
+            Self::Spanning => spec.objectives.len() + 1,
+            Self::Joint(count) => count,
+            Self::Separate { .. } => self.scalars(spec).into_iter().fold(0, usize::saturating_add),
+        }
+    }
+
+    /// The scalar critics of each objective; none if critics are of all values.
+    fn scalars(self, spec: &EnvSpec) -> Vec<usize> {
+        let Self::Separate { cost, reward } = self else { return Vec::new() };
+        let count = |objective: &Objective| if objective.limit.is_some() { cost } else { reward };
+        spec.objectives.iter().map(count).collect()
     }
 }
 

@@ -10,6 +10,14 @@ struct Broken {
     inner: Toy,
     fault: Fault,
     calls: u64,
+    place: f32,
+}
+
+impl Broken {
+    fn by(fault: Fault) -> Self {
+        let inner = if fault == Fault::NegativeCost { Toy::constrained() } else { Toy::new() };
+        Self { inner, fault, calls: 0, place: 0.0 }
+    }
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -21,6 +29,9 @@ enum Fault {
     NeverEnds,
     ForgetsRng,
     SpecChanges,
+    NegativeCost,
+    ResetsItself,
+    Huge,
 }
 
 impl Env for Broken {
@@ -31,7 +42,12 @@ impl Env for Broken {
     fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
         self.calls += 1;
         let seed = if self.fault == Fault::Unseeded { seed + self.calls } else { seed };
-        self.inner.reset(seed, obs)
+        self.place = 0.0;
+        self.inner.reset(seed, obs)?;
+        if self.fault == Fault::ResetsItself {
+            obs[0] *= 0.001;
+        }
+        Ok(())
     }
 
     fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
@@ -46,16 +62,28 @@ impl Env for Broken {
                 return Ok(Outcome::Terminated);
             }
             Fault::NeverEnds => return Ok(Outcome::Running),
+            Fault::NegativeCost => reward[0] = -0.1,
+            Fault::ResetsItself => {
+                // It moves away from where episodes begin, and is back there at the end.
+                self.place = if outcome == Outcome::Running { self.place + 1.0 } else { 0.0 };
+                obs[0] = 0.001 * obs[0] + self.place;
+            }
+            Fault::Huge => {
+                obs[0] *= 1e10;
+                reward[1] *= 1e5;
+            }
             _ => {}
         }
         Ok(outcome)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
+        state.put("place", [self.place]);
         self.inner.save(state)
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
+        self.place = state.get_one("place")?;
         let mut forgetful = state.clone();
         if self.fault == Fault::ForgetsRng {
             Rng::with_stream(1, 1).save("rng", &mut forgetful);
@@ -82,10 +110,11 @@ fn each_fault_is_named() {
         (Fault::NeverEnds, "still Running after 20 steps"),
         (Fault::ForgetsRng, "saved after step 10 of seed 0 and loaded: step 11 differs"),
         (Fault::SpecChanges, "spec() changed while it ran"),
+        (Fault::NegativeCost, "step 1: the cost 'cost' is -0.1; a cost is 0 or more"),
+        (Fault::ResetsItself, "an environment must not reset itself"),
     ];
     for (fault, wanted) in cases {
-        let error =
-            check_env(&mut Broken { inner: Toy::new(), fault, calls: 0 }).unwrap_err().to_string();
+        let error = check_env(&mut Broken::by(fault)).unwrap_err().to_string();
         assert!(error.contains(wanted), "wanted '{wanted}', got '{error}'");
     }
     let spec = Toy::new().spec.action_bounds(&[-2.0], &[-3.0]);
@@ -94,4 +123,33 @@ fn each_fault_is_named() {
         error.contains("bounds of action 0: wanted finite, lower < upper, got [-2, -3]"),
         "{error}"
     );
+}
+
+#[test]
+fn what_no_network_learns_well_is_a_warning() {
+    let report = check_env(&mut Broken::by(Fault::Huge)).unwrap();
+    let [obs, reward] = report.warnings.as_slice() else { panic!("{report}") };
+    assert!(obs.contains("observations reach") && obs.contains("Config::normalise"), "{obs}");
+    assert!(reward.contains("rewards reach"), "{reward}");
+    assert!(report.to_string().contains("warning: observations"), "{report}");
+}
+
+#[test]
+fn descriptions_that_no_learner_takes_are_errors() {
+    let error = |spec: EnvSpec| check_env(&mut Toy { spec, ..Toy::new() }).unwrap_err().to_string();
+    let mut zero = Toy::new().spec;
+    let mut lines = zero.clone();
+    zero.objectives.iter_mut().for_each(|objective| objective.weight = 0.0);
+    assert!(error(zero).contains("weights: wanted one at least that is not 0"));
+    lines.objectives[0].name = "a\nb".to_owned();
+    assert!(error(lines).contains("a name of one line"));
+}
+
+#[test]
+fn an_episode_without_end_is_broken_off() {
+    let spec = Toy::new().spec.horizon(usize::MAX);
+    let mut endless = Broken::by(Fault::NeverEnds);
+    endless.inner.spec = spec;
+    let report = check_env(&mut endless).unwrap();
+    assert_eq!((report.lengths[0], report.outcomes[0]), (100_000, Outcome::Running));
 }

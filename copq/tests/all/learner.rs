@@ -152,7 +152,7 @@ fn bad_settings_are_readable_errors() {
     let error =
         Learner::with_networks(toy::method(toy::config()), &zero, critic, actor(), 0).unwrap_err();
     assert!(
-        error.to_string().contains("scalarisation weights: wanted finite numbers, not all zero"),
+        error.to_string().contains("weights: wanted one at least that is not 0, got only zeros"),
         "{error}"
     );
 }
@@ -288,4 +288,101 @@ fn logs_explain_the_run() {
     }
     let weights: f64 = ["famo/track", "famo/rest"].iter().map(|name| seen[*name].1).sum();
     assert_abs_diff_eq!(weights, 1.0, epsilon = 1e-12);
+}
+
+#[test]
+fn rewards_that_no_network_can_learn_are_an_error_and_large_ones_a_warning() {
+    struct Words(Vec<String>);
+    impl Observer for Words {
+        fn scalar(&mut self, _: u64, _: &str, _: f64) {}
+        fn warn(&mut self, _: u64, text: &str) {
+            self.0.push(text.to_owned());
+        }
+    }
+    let learn = |size: f32| {
+        let mut learner = toy::learner(toy::method(toy::config()), 3, 0);
+        let mut words = Words(Vec::new());
+        for _ in 0..100 {
+            let (obs, action, reward) = (&[0.5], &[0.1], &[size, -size]);
+            let outcome = Outcome::Running;
+            learner.observe(Transition { obs, action, reward, next_obs: obs, outcome })?;
+            learner.update(&mut words)?;
+        }
+        Ok::<_, Error>(words.0)
+    };
+    assert!(learn(1.0).unwrap().is_empty());
+    let words = learn(1e5).unwrap();
+    assert!(words.len() == 1 && words[0].contains("rewards reach 1.0e5"), "{words:?}");
+    let error = learn(1e25).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "size of the rewards: wanted at most 1e15, so that squares of values fit \
+        float32, got 1e25"
+    );
+}
+
+#[test]
+fn what_does_not_fit_into_memory_is_an_error_before_it_is_asked_for() {
+    let spec = Toy::new().spec;
+    for (change, wanted) in [
+        ((|config| config.batch = 9_000_000_000_000_000_000) as fn(&mut Config), "batch: wanted"),
+        (|config| config.networks.hidden = vec![1_000_000_000_000], "networks.hidden: wanted"),
+    ] {
+        let mut config = toy::config();
+        change(&mut config);
+        let error = Learner::new(toy::method(config), &spec, &toy::Linear, 0).unwrap_err();
+        assert!(error.to_string().contains(wanted), "{error}");
+    }
+}
+
+/// A world whose simulation fails once.
+struct Unstable {
+    inner: Toy,
+    steps: u64,
+    fails_at: u64,
+}
+
+impl Env for Unstable {
+    fn spec(&self) -> &EnvSpec {
+        &self.inner.spec
+    }
+
+    fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
+        self.inner.reset(seed, obs)
+    }
+
+    fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+        self.steps += 1;
+        if self.steps == self.fails_at {
+            let what = "the simulation is unstable".to_owned();
+            return Err(Error::Env { env: "toy".to_owned(), what });
+        }
+        self.inner.step(action, obs, reward)
+    }
+}
+
+#[test]
+fn a_world_that_fails_ends_its_episode_and_not_the_training() {
+    let env = Unstable { inner: Toy::new(), steps: 0, fails_at: 35 };
+    let learner = || toy::learner(toy::method(toy::config()), 3, 0);
+    let mut trainer = Trainer::new(env, learner()).unwrap();
+    trainer.run(34, &mut Silent).unwrap();
+    let error = trainer.step(&mut Silent).unwrap_err().to_string();
+    assert!(trainer.world_failed() && error.contains("the simulation is unstable"), "{error}");
+    assert_eq!((trainer.steps(), trainer.agent().replay().len()), (34, 34));
+    let mut state = State::default();
+    trainer.save(&mut state).unwrap();
+    trainer.run(40, &mut Silent).unwrap();
+    assert!(!trainer.world_failed());
+    assert_eq!((trainer.steps(), trainer.agent().replay().len()), (74, 74));
+
+    let env = Toy { nan_obs_at: Some(3), ..Toy::new() };
+    let mut trainer = Trainer::new(env, learner()).unwrap();
+    trainer.run(2, &mut Silent).unwrap();
+    let error = trainer.step(&mut Silent).unwrap_err().to_string();
+    assert!(
+        trainer.world_failed() && error.contains("observation, component 0 is not finite"),
+        "{error}"
+    );
+    assert_eq!(trainer.steps(), 2);
 }

@@ -1,0 +1,251 @@
+//! What happens to runs in everyday life: readers that go away, closed terminals, odd folders,
+//! damaged files, and beginnings from other runs.
+#![cfg(unix)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+const TINY: [&str; 12] = [
+    "--eval-every",
+    "100",
+    "--eval-episodes",
+    "1",
+    "--log-every",
+    "50",
+    "--set",
+    "start_steps=50",
+    "--set",
+    "networks.hidden=[8]",
+    "--set",
+    "batch=8",
+];
+
+fn copq() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_copq"));
+    command.env("RUST_BACKTRACE", "0").stdin(Stdio::null());
+    command
+}
+
+/// A tiny run for so many steps into a folder.
+fn train(out: &Path, steps: &str) -> Command {
+    let mut command = copq();
+    command.arg("train").args(TINY).args(["--steps", steps, "--out"]).arg(out);
+    command
+}
+
+fn resume(folder: &Path, steps: &str) -> Output {
+    copq().arg("resume").arg(folder).args(["--steps", steps]).output().unwrap()
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn assert_well(output: &Output) {
+    assert!(output.status.success(), "{:?}: {}", output.status, words(output));
+}
+
+/// What may not depend on how a run was interrupted.
+fn assert_same(a: &Path, b: &Path) {
+    for name in ["metrics.csv", "evaluations.csv", "policy.safetensors", "checkpoint.safetensors"] {
+        let read = |folder: &Path| std::fs::read(folder.join(name)).unwrap();
+        assert!(read(a) == read(b), "{name} differs in {} and {}", a.display(), b.display());
+    }
+}
+
+#[test]
+fn a_run_outlives_whoever_reads_it() {
+    let temporary = tempfile::tempdir().unwrap();
+    let shell = |name: &str, redirections: &str| {
+        let out = temporary.path().join(name);
+        let program = env!("CARGO_BIN_EXE_copq");
+        let tiny = TINY.map(|word| format!("'{word}'")).join(" ");
+        let train = format!("'{program}' train {tiny} --steps 300 --out '{}'", out.display());
+        let script = format!("set -o pipefail; {train} {redirections}");
+        let status = Command::new("bash").args(["-c", &script]).status().unwrap();
+        assert!(status.success(), "{name}: {status}");
+        assert!(out.join("checkpoint.safetensors").exists(), "{name}");
+        let log = std::fs::read_to_string(out.join("log.txt")).unwrap();
+        assert!(log.contains("300 steps: total") && log.contains("steps/s"), "{name}: {log}");
+    };
+    shell("reader", "2>&1 | head -1 > /dev/null");
+    shell("full", "2> /dev/full > /dev/full");
+    shell("answer", "2> /dev/null | true");
+    shell("closed", "2>&- >&-");
+}
+
+#[test]
+fn a_closed_terminal_saves_unless_it_was_told_not_to_matter() {
+    let temporary = tempfile::tempdir().unwrap();
+    let hang_up = |name: &str, ignored: &str| {
+        let out = temporary.path().join(name);
+        let script = format!("{ignored} exec \"$0\" \"$@\"");
+        let mut child = Command::new("bash")
+            .args(["-c", &script, env!("CARGO_BIN_EXE_copq"), "train"])
+            .args(TINY)
+            .args(["--steps", "100000", "--out"])
+            .arg(&out)
+            .stderr(Stdio::null())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        wait_for(&out.join("metrics.csv"), 3);
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args(["-HUP", &id]).status().unwrap().success());
+        std::thread::sleep(Duration::from_millis(300));
+        let ended = child.try_wait().unwrap();
+        child.kill().unwrap();
+        let ended = ended.or_else(|| child.wait().ok());
+        (out.join("checkpoint.safetensors").exists(), ended.is_some_and(|status| status.success()))
+    };
+    assert_eq!(hang_up("terminal", ""), (true, true));
+    assert_eq!(hang_up("nohup", "trap '' HUP;"), (false, false), "it went on until it was killed");
+}
+
+/// Waits for so many lines of a file.
+fn wait_for(file: &Path, lines: usize) {
+    let began = Instant::now();
+    while std::fs::read_to_string(file).map_or(0, |text| text.lines().count()) < lines {
+        assert!(began.elapsed() < Duration::from_secs(60), "{}", file.display());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_signal_ends_a_long_evaluation_and_the_resumed_run_does_it_again() {
+    let temporary = tempfile::tempdir().unwrap();
+    let whole = temporary.path().join("whole");
+    let stopped = temporary.path().join("stopped");
+    let train = |out: &Path| {
+        let mut command = copq();
+        command.args(["train", "--eval-episodes", "1000"]).args(&TINY[4..]);
+        command.args(["--eval-every", "100", "--steps", "100", "--out"]).arg(out);
+        command
+    };
+    assert_well(&train(&whole).output().unwrap());
+    let child = train(&stopped).stderr(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    wait_for(&stopped.join("log.txt"), 1);
+    let id = child.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_well(&output);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("stopped and saved at step 0"), "{said}{}", words(&output));
+    assert!(!words(&output).contains("nothing to do"), "{}", words(&output));
+    assert_well(&resume(&stopped, "100"));
+    assert_same(&whole, &stopped);
+}
+
+#[test]
+fn any_empty_folder_will_do() {
+    let temporary = tempfile::tempdir().unwrap();
+    let here = temporary.path().join("here");
+    std::fs::create_dir(&here).unwrap();
+    let run = |out: &Path| train(out, "20").current_dir(&here).output().unwrap();
+    assert_well(&run(Path::new(".")));
+    assert!(here.join("config.toml").exists());
+    let target = temporary.path().join("target");
+    let link = temporary.path().join("link");
+    std::fs::create_dir(&target).unwrap();
+    std::os::unix::fs::symlink(&target, &link).unwrap();
+    assert_well(&run(&link));
+    assert_well(&run(&temporary.path().join("n".repeat(250))));
+    assert_well(&run(&temporary.path().join("a/new/one")));
+    // A start that was killed, and a disk's own.
+    let begun = temporary.path().join("begun");
+    std::fs::create_dir_all(begun.join("lost+found")).unwrap();
+    std::fs::write(begun.join(".config.toml.part"), "half of a").unwrap();
+    assert_well(&run(&begun));
+    let output = run(&target);
+    assert!(words(&output).contains("one that is there already"), "{}", words(&output));
+    // What cannot be trained leaves no folder.
+    let never = temporary.path().join("never");
+    let output = train(&never, "20").args(["--set", "batch=9000000000000000000"]).output().unwrap();
+    assert!(words(&output).contains("batch: wanted what fits into"), "{}", words(&output));
+    let huge = ["--set", "target_period=18446744073709551615"];
+    assert!(!train(&never, "20").args(huge).output().unwrap().status.success());
+    assert!(!never.exists());
+}
+
+#[test]
+fn files_are_as_readable_as_the_umask_says() {
+    use std::os::unix::fs::PermissionsExt;
+    let temporary = tempfile::tempdir().unwrap();
+    let out = temporary.path().join("run");
+    let script = "umask 022; exec \"$0\" \"$@\"";
+    let mut command = Command::new("bash");
+    command.args(["-c", script, env!("CARGO_BIN_EXE_copq"), "train"]).args(TINY);
+    assert_well(&command.args(["--steps", "120", "--out"]).arg(&out).output().unwrap());
+    for entry in std::fs::read_dir(&out).unwrap() {
+        let entry = entry.unwrap();
+        let mode = entry.metadata().unwrap().permissions().mode() & 0o777;
+        assert_eq!(mode, 0o644, "{}", entry.path().display());
+    }
+}
+
+#[test]
+fn a_run_begins_with_another_ones_policy_or_like_another() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = |name: &str| temporary.path().join(name);
+    assert_well(&train(&path("teacher"), "220").output().unwrap());
+    assert!(path("teacher").join("policy-best.safetensors").exists());
+
+    let policy = path("teacher").join("policy.safetensors");
+    let mut pupil = train(&path("pupil"), "220");
+    assert_well(&pupil.arg("--init-from").arg(policy).output().unwrap());
+    let config = std::fs::read_to_string(path("pupil").join("config.toml")).unwrap();
+    assert!(config.contains("init_from = "), "{config}");
+    let first = |name: &str| {
+        let text = std::fs::read_to_string(path(name).join("evaluations.csv")).unwrap();
+        text.lines().nth(1).unwrap().to_owned()
+    };
+    assert_ne!(first("pupil"), first("teacher"), "it knows something at step 0");
+
+    let mut like = copq();
+    like.args(["train", "--like"]).arg(path("teacher")).arg("--out").arg(path("twin"));
+    assert_well(&like.output().unwrap());
+    assert_same(&path("teacher"), &path("twin"));
+    let mut like = copq();
+    like.args(["train", "--like"]).arg(path("teacher")).arg("--out").arg(path("other"));
+    assert_well(&like.args(["--seed", "7", "--set", "batch=16"]).output().unwrap());
+    let config = std::fs::read_to_string(path("other").join("config.toml")).unwrap();
+    for words in ["seed = 7", "batch = 16", "steps = 220", "hidden = [8]"] {
+        assert!(config.contains(words), "{words}: {config}");
+    }
+    let mut wrong = copq();
+    wrong.args(["train", "sac", "--init-from"]).arg(path("teacher")).arg("--out").arg(path("x"));
+    let output = wrong.output().unwrap();
+    assert!(words(&output).contains("kind of policy to begin with"), "{}", words(&output));
+}
+
+/// Every array of a checkpoint, damaged in turn: each is found before anything is believed.
+#[test]
+fn no_damaged_checkpoint_goes_on() {
+    let temporary = tempfile::tempdir().unwrap();
+    let run = temporary.path().join("run");
+    assert_well(&train(&run, "120").output().unwrap());
+    let file = run.join("checkpoint.safetensors");
+    let sound = std::fs::read(&file).unwrap();
+    let header = 8 + u64::from_le_bytes(sound[..8].try_into().unwrap()) as usize;
+    let mut at = 4;
+    while at < sound.len() {
+        let mut damaged = sound.clone();
+        damaged[at] ^= 1 << (at % 8);
+        std::fs::write(&file, &damaged).unwrap();
+        let output = resume(&run, "130");
+        let said = words(&output);
+        assert_eq!(output.status.code(), Some(1), "byte {at}: {said}");
+        assert!(said.contains("checkpoint.safetensors"), "byte {at}: {said}");
+        assert!(!said.contains("panicked"), "byte {at}: {said}");
+        at += if at < header { header / 8 } else { (sound.len() - header) / 24 };
+    }
+    let config: PathBuf = run.join("config.toml");
+    let text = std::fs::read_to_string(&config).unwrap();
+    std::fs::write(&file, &sound).unwrap();
+    std::fs::write(&config, text.replace("discount = 0.995", "discount = 0.9")).unwrap();
+    let output = resume(&run, "130");
+    assert!(words(&output).contains("discount of the saved learner"), "{}", words(&output));
+    std::fs::write(&config, text).unwrap();
+    assert_well(&resume(&run, "130"));
+}

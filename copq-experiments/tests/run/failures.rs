@@ -1,0 +1,189 @@
+//! Worlds that fail, signals in mid-evaluation, rows that are damaged: nothing is lost in silence.
+
+use std::path::Path;
+
+use copq::{Agent, Env, EnvSpec, Error, Outcome, Result, Rng, State, Stream, Trainer};
+use copq_experiments::{Ending, OnEnvError, Plan, Run, RunFolder, Sheet, read_checkpoint};
+
+use crate::point_mass::{self, PointMass, plan, settings};
+use crate::resume::{assert_same, train};
+
+/// A world whose simulation fails at every so many steps.
+struct Unstable {
+    inner: PointMass,
+    steps: u64,
+    every: u64,
+}
+
+impl Env for Unstable {
+    fn spec(&self) -> &EnvSpec {
+        self.inner.spec()
+    }
+
+    fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
+        self.inner.reset(seed, obs)
+    }
+
+    fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+        self.steps += 1;
+        if self.steps.is_multiple_of(self.every) {
+            let what = "the simulation is unstable".to_owned();
+            return Err(Error::Env { env: "point".to_owned(), what });
+        }
+        self.inner.step(action, obs, reward)
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        state.put("steps", [self.steps]);
+        self.inner.save(state)
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.steps = state.get_one("steps")?;
+        self.inner.load(state)
+    }
+}
+
+fn unstable(folder: RunFolder, plan: &Plan, every: u64) -> Run {
+    let noise = Rng::new(plan.run.seed, Stream::Explore);
+    let agent = point_mass::pusher(plan.run.seed, noise);
+    let env = Unstable { inner: PointMass::new(), steps: 0, every };
+    let trainer = Trainer::new(env, Box::new(agent) as Box<dyn Agent>).unwrap();
+    Run::new(trainer, Some(Box::new(PointMass::new())), folder, plan.run).unwrap().silent()
+}
+
+fn steps_saved(folder: &Path) -> u64 {
+    read_checkpoint(folder).unwrap().child("trainer").unwrap().get_one("steps").unwrap()
+}
+
+#[test]
+fn a_failing_world_stops_the_run_saved_and_the_next_goes_on() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("run");
+    let plan = plan(3, 600);
+    let folder = RunFolder::create(&path, &plan, &settings()).unwrap();
+    let error = unstable(folder, &plan, 185).train().unwrap_err().to_string();
+    assert!(
+        error.contains("failed after step 184, where the run is saved")
+            && error.contains("copq resume")
+            && error.ends_with("the simulation is unstable"),
+        "{error}"
+    );
+    assert_eq!(steps_saved(&path), 184);
+    let folder = RunFolder::resume(&path, &plan, &settings()).unwrap();
+    // The counter begins anew with the process.
+    unstable(folder, &plan, 185).train().unwrap_err();
+    assert_eq!(steps_saved(&path), 368);
+}
+
+#[test]
+fn a_failing_world_is_counted_and_the_run_goes_on_if_it_is_told_so() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("run");
+    let mut plan = plan(3, 600);
+    plan.run.on_env_error = OnEnvError::Reset;
+    let folder = RunFolder::create(&path, &plan, &settings()).unwrap();
+    assert!(matches!(unstable(folder, &plan, 150).train().unwrap(), Ending::Finished { .. }));
+    let metrics = Sheet::read(&path.join("metrics.csv")).unwrap();
+    assert_eq!(metrics.column("env_errors").unwrap().last(), Some(&4.0));
+    let log = std::fs::read_to_string(path.join("log.txt")).unwrap();
+    assert_eq!(log.matches("the episode counts as truncated").count(), 4, "{log}");
+    let hopeless = temporary.path().join("hopeless");
+    let folder = RunFolder::create(&hopeless, &plan, &settings()).unwrap();
+    assert!(unstable(folder, &plan, 1).train().is_err(), "it never does a step");
+}
+
+#[test]
+fn rows_that_nobody_writes_again_are_not_deleted() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("run");
+    train(&path, 5, 600);
+    let file = path.join("evaluations.csv");
+    let sound = std::fs::read_to_string(&file).unwrap();
+    let plan = plan(5, 900);
+    let damages: [fn(&str) -> String; 3] = [
+        |text| text.replace(',', ";"),
+        |text| text.replacen("\n250,", "\nx,", 1),
+        |text| text.replace("\n250,", "\n250.0,"),
+    ];
+    for damage in damages {
+        std::fs::write(&file, damage(&sound)).unwrap();
+        let folder = RunFolder::resume(&path, &plan, &settings()).unwrap();
+        let env = Some(Box::new(PointMass::new()) as Box<dyn Env>);
+        let error = Run::new(point_mass::trainer(5), env, folder, plan.run).unwrap_err();
+        let error = error.to_string();
+        assert!(error.starts_with("line ") && error.contains("evaluations.csv"), "{error}");
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), damage(&sound));
+    }
+    std::fs::remove_file(&file).unwrap();
+    train(&path, 5, 900);
+    assert_eq!(Sheet::read(&file).unwrap().steps(), [750, 900], "without its rows, as was said");
+}
+
+#[test]
+fn a_damaged_checkpoint_has_one_before_it() {
+    let temporary = tempfile::tempdir().unwrap();
+    let whole = temporary.path().join("whole");
+    let path = temporary.path().join("run");
+    train(&whole, 5, 900);
+    train(&path, 5, 700); // checkpoints at 300, 600 and 700
+    let newest = path.join("checkpoint.safetensors");
+    let mut bytes = std::fs::read(&newest).unwrap();
+    let middle = bytes.len() - 5;
+    bytes[middle] ^= 4;
+    std::fs::write(&newest, bytes).unwrap();
+    let plan = plan(5, 900);
+    let folder = RunFolder::resume(&path, &plan, &settings()).unwrap();
+    let error = folder.load().unwrap_err().to_string();
+    assert!(error.contains("--previous goes on from it") && error.contains("array '"), "{error}");
+    folder.go_back().unwrap();
+    drop(folder);
+    assert_eq!(steps_saved(&path), 600);
+    assert!(path.join("checkpoint.damaged.safetensors").exists());
+    train(&path, 5, 900);
+    assert_same(&whole, &path);
+}
+
+#[test]
+fn as_many_checkpoints_stay_as_were_asked_for() {
+    let temporary = tempfile::tempdir().unwrap();
+    for (keep, wanted) in [(1, vec![900]), (2, vec![900, 600]), (4, vec![900, 600, 300])] {
+        let path = temporary.path().join(keep.to_string());
+        let mut plan = plan(5, 900);
+        plan.run.keep = keep;
+        let folder = RunFolder::create(&path, &plan, &settings()).unwrap();
+        point_mass::run(folder, &plan).silent().train().unwrap();
+        let mut steps = Vec::new();
+        for age in 0..6 {
+            let name = match age {
+                0 => "checkpoint.safetensors".to_owned(),
+                _ => format!("checkpoint.{age}.safetensors"),
+            };
+            if let Ok(state) = State::read_file(path.join(name)) {
+                let trainer = state.child("trainer").unwrap();
+                steps.push(trainer.get_one::<u64>("steps").unwrap());
+            }
+        }
+        assert_eq!(steps, wanted, "of {keep}");
+    }
+}
+
+#[test]
+fn evaluation_can_be_off_or_in_the_training_world() {
+    let temporary = tempfile::tempdir().unwrap();
+    let off = temporary.path().join("off");
+    let mut never = plan(5, 600);
+    never.run.eval_every = 0;
+    let folder = RunFolder::create(&off, &never, &settings()).unwrap();
+    Run::new(point_mass::trainer(5), None, folder, never.run).unwrap().silent().train().unwrap();
+    assert!(Sheet::read(&off.join("evaluations.csv")).unwrap().steps().is_empty());
+
+    let own = temporary.path().join("own");
+    let shared = temporary.path().join("shared");
+    train(&own, 5, 600);
+    let plan = plan(5, 600);
+    let folder = RunFolder::create(&shared, &plan, &settings()).unwrap();
+    Run::new(point_mass::trainer(5), None, folder, plan.run).unwrap().silent().train().unwrap();
+    let read = |folder: &Path| std::fs::read(folder.join("evaluations.csv")).unwrap();
+    assert_eq!(read(&own), read(&shared), "the training world goes on where it was");
+}

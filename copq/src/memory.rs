@@ -1,0 +1,54 @@
+//! Whether what a configuration asks for fits into this machine's memory, before it is asked for.
+
+use crate::{Config, EnvSpec, Error, Result};
+
+/// Copies of a network's parameters: online, target, and Adam's two moments.
+const COPIES: f64 = 4.0;
+/// Of a batch's activations: forward, backward, and room to lay them out.
+const ACTIVATIONS: f64 = 3.0;
+
+/// An error for networks or batches that this machine cannot hold.
+pub(crate) fn check(config: &Config, spec: &EnvSpec, critics: usize) -> Result<()> {
+    let networks = critics as f64 + 1.0;
+    let parameters = networks * COPIES * parameters(config, spec) * size_of::<f32>() as f64;
+    let batch = networks * ACTIVATIONS * config.batch as f64 * widths(config, spec) * 4.0;
+    let has = total();
+    for (what, bytes, got) in [
+        ("networks.hidden", parameters, format!("{:?}", config.networks.hidden)),
+        ("batch", batch, config.batch.to_string()),
+    ] {
+        if bytes > has {
+            let wanted = format!("what fits into the {:.0} GiB of this machine", has / GIB);
+            let got = format!("{got}, which takes {:.1e} GiB", bytes / GIB);
+            return Err(Error::invalid(what, wanted, got));
+        }
+    }
+    Ok(())
+}
+
+const GIB: f64 = (1u64 << 30) as f64;
+
+/// Of the larger network, a critic.
+fn parameters(config: &Config, spec: &EnvSpec) -> f64 {
+    let mut input = (spec.obs_len + spec.action_len()) as f64;
+    let mut sum = 0.0;
+    for &width in &config.networks.hidden {
+        sum += (input + 1.0) * width as f64;
+        input = width as f64;
+    }
+    sum + (input + 1.0) * spec.objectives.len() as f64
+}
+
+/// Numbers that one row of a batch becomes on its way through a network.
+fn widths(config: &Config, spec: &EnvSpec) -> f64 {
+    let hidden: f64 = config.networks.hidden.iter().map(|&width| width as f64).sum();
+    hidden + (2 * spec.obs_len + spec.action_len() + spec.objectives.len()) as f64
+}
+
+/// Bytes of memory, as Linux tells it; elsewhere what no machine has.
+fn total() -> f64 {
+    let info = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
+    let line = info.lines().find_map(|line| line.strip_prefix("MemTotal:"));
+    let kilobytes = line.and_then(|line| line.trim().strip_suffix("kB")?.trim().parse().ok());
+    kilobytes.map_or(65_536.0 * GIB, |kilobytes: f64| 1024.0 * kilobytes)
+}
