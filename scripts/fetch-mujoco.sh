@@ -18,6 +18,10 @@ if test "$(uname -sm)" != "Linux x86_64"; then
     exit 1
 fi
 
+if test -e "$target"; then
+    # An empty one of another hand's making may go; anything else is not ours to delete.
+    rmdir "$target" 2> /dev/null || { echo "there is a $target without lib/libmujoco.so: move it away" >&2; exit 1; }
+fi
 mkdir -p third_party
 work=$(mktemp -d third_party/fetch.XXXXXX)
 trap 'rm -rf "$work"' EXIT

@@ -7,7 +7,7 @@ use copq::{Env, Outcome, Policy, Rng, Stream};
 use copq_experiments::RunConfig;
 use copq_render::animation::{Animation, Scene};
 
-use crate::options::{count, whole};
+use crate::options::{count, say, whole};
 use crate::saved;
 use crate::view::{VIEWS, make_view};
 use crate::world::{World, make_world};
@@ -76,11 +76,11 @@ impl Rollout {
             let end = play(&mut rollout, &mut policy, seeds.next_u64(), self.steps, &mut film)?;
             let readings: Vec<_> =
                 end.readings.iter().map(|(name, value)| format!("{name} {value}")).collect();
-            println!("episode {episode}: {}", readings.join(", "));
+            say(&format!("episode {episode}: {}\n", readings.join(", ")))?;
         }
         let out = self.out.unwrap_or_else(|| self.run.join("rollout.gif"));
         film.write_gif(&out, &mut *draw)?;
-        println!("{} frames in {}", film.frames(), out.display());
+        say(&format!("{} frames in {}\n", film.frames(), out.display()))?;
         if let Some(folder) = self.png {
             film.write_png(&folder, &mut *draw)?;
         }

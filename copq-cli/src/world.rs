@@ -33,7 +33,9 @@ fn make_physics(engine: &str, robot: &RobotSpec) -> Result<Box<dyn Physics>> {
         #[cfg(feature = "system")]
         "system" => Ok(Box::new(copq_envs_mujoco::system::physics(robot)?)),
         known if ENGINES.contains(&known) => {
-            let wanted = format!("a build with it: cargo run --release --features {engine} -- ...");
+            let first = if engine == "mujoco" { "scripts/fetch-mujoco.sh, then " } else { "" };
+            let wanted =
+                format!("a build with it: {first}cargo run --release --features {engine} -- ...");
             Err(Error::invalid(format!("engine {engine}"), wanted, "one without"))
         }
         _ => Err(Error::unknown("engine", engine, &ENGINES)),

@@ -410,15 +410,5 @@ fn check_not_begun(folder: &RunFolder, settings: &RunSettings) -> Result<()> {
 }
 
 fn check_same_task(trainer: &Trainer, eval_env: &dyn Env) -> Result<()> {
-    let wanted = trainer.spec();
-    let got = eval_env.spec();
-    if wanted == got {
-        return Ok(());
-    }
-    let (wanted, got) = if wanted.name == got.name {
-        (format!("{wanted:?}"), format!("{got:?}"))
-    } else {
-        (wanted.name.clone(), got.name.clone())
-    };
-    Err(Error::invalid("environment for evaluation", wanted, got))
+    trainer.spec().check_same("environment for evaluation", eval_env.spec())
 }

@@ -189,6 +189,36 @@ impl EnvSpec {
         }
     }
 
+    /// An error that names the first thing in which another description differs; `what` says whose
+    /// that is.
+    pub fn check_same(&self, what: &str, other: &Self) -> Result<()> {
+        let bounds = |spec: &Self| format!("{:?} to {:?}", spec.action_low, spec.action_high);
+        let objectives = |spec: &Self| {
+            let described = spec.objectives.iter().map(|Objective { name, weight, limit }| {
+                let limit = limit.map_or(String::new(), |limit| format!(", limit {limit}"));
+                format!("{name} (weight {weight}{limit})")
+            });
+            described.collect::<Vec<_>>().join(", ")
+        };
+        for (part, wanted, got) in [
+            ("name", self.name.clone(), other.name.clone()),
+            ("observation length", self.obs_len.to_string(), other.obs_len.to_string()),
+            ("action bounds", bounds(self), bounds(other)),
+            ("objectives", objectives(self), objectives(other)),
+            (
+                "reward of the entropy bonus",
+                format!("{:?}", self.entropy),
+                format!("{:?}", other.entropy),
+            ),
+            ("horizon", self.horizon.to_string(), other.horizon.to_string()),
+        ] {
+            if wanted != got {
+                return Err(Error::invalid(format!("{what}: its {part}"), wanted, got));
+            }
+        }
+        Ok(())
+    }
+
     /// An error if the description contradicts itself.
     pub fn check(&self) -> Result<()> {
         if self.obs_len == 0 {

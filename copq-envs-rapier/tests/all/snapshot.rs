@@ -131,3 +131,39 @@ fn a_foreign_or_broken_snapshot_is_refused() {
     state.put("robot", b"cat".as_slice());
     assert!(physics.load(&state).unwrap_err().to_string().contains("robot of a saved state"));
 }
+
+/// What a stranger's file may hold: damage anywhere is an error, or a world that moves.
+#[test]
+fn a_damaged_world_is_no_panic() {
+    let spec = robot::hopper(Preset::GymV5);
+    let mut physics = Rapier::new(&spec).unwrap();
+    physics.reset_to(&spec.initial_qpos, &[0.0; 6]).unwrap();
+    physics.step(&[0.1, -0.2, 0.3], 40).unwrap();
+    let mut sound = State::default();
+    physics.save(&mut sound).unwrap();
+    let world = sound.get::<u8>("world").unwrap().to_vec();
+    let mut rng = Rng::with_stream(5, 101);
+    let mut refused = 0;
+    for _ in 0..300 {
+        let mut damaged = world.clone();
+        let at = rng.below(damaged.len());
+        match rng.below(3) {
+            0 => damaged[at] ^= 1 << rng.below(8),
+            1 => damaged.truncate(at),
+            _ => {
+                let end = (at + 64).min(world.len());
+                damaged[at..end].fill(rng.below(256) as u8);
+            }
+        }
+        let mut state = sound.clone();
+        state.put("world", damaged);
+        match physics.load(&state) {
+            Err(_) => refused += 1,
+            // Moved or said to be no longer finite; either is an answer.
+            Ok(()) => drop(physics.step(&[0.0; 3], 4)),
+        }
+    }
+    assert!(refused > 100, "{refused}");
+    physics.load(&sound).unwrap();
+    physics.step(&[0.1; 3], 4).unwrap();
+}

@@ -12,6 +12,8 @@ use crate::resume::assert_same;
 
 const FOLDER: &str = "COPQ_TEST_FOLDER";
 const STEPS: &str = "COPQ_TEST_STEPS";
+/// The child does something else when its run is done.
+const AFTER: &str = "COPQ_TEST_AFTER";
 
 /// Not a test by itself: what the child process runs, begun by [`spawn`].
 #[test]
@@ -26,6 +28,14 @@ fn child() {
     };
     let ending = point_mass::run(folder.unwrap(), &plan).train().unwrap();
     println!("{ending}");
+    if std::env::var_os(AFTER).is_some() {
+        std::fs::write(folder_of_child().join("trained"), "").unwrap();
+        std::thread::sleep(Duration::from_secs(60));
+    }
+}
+
+fn folder_of_child() -> std::path::PathBuf {
+    std::env::var_os(FOLDER).unwrap().into()
 }
 
 /// A run that does little else than to save, so that it is most likely killed there.
@@ -92,6 +102,28 @@ fn sigterm_saves_and_ends_well() {
 #[cfg(unix)]
 fn sigint_saves_and_ends_well() {
     stop_with("-INT");
+}
+
+#[test]
+#[cfg(unix)]
+fn after_a_run_signals_do_what_they_did_before() {
+    use std::os::unix::process::ExitStatusExt;
+    for (signal, number) in [("-INT", 2), ("-TERM", 15), ("-HUP", 1)] {
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path().join("run");
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "children::child", "--nocapture", "--test-threads=1"])
+            .envs([(AFTER, "yes"), (STEPS, "20")])
+            .env(FOLDER, &folder)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        wait_until(|| folder.join("trained").exists());
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().signal(), Some(number), "{signal}");
+    }
 }
 
 #[test]

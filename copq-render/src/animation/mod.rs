@@ -130,7 +130,15 @@ impl Animation {
         let mut picture = self.pictures(draw)?;
         for (index, frame) in self.frames.iter().enumerate() {
             let bytes = encode_png(&picture(&frame.scene)?, WIDTH, HEIGHT)?;
-            files::replace(&folder.join(format!("frame-{index:05}.png")), &bytes)?;
+            files::replace(&folder.join(frame_name(index)), &bytes)?;
+        }
+        // A longer film that was here before would go on behind this one.
+        for index in self.frames.len().. {
+            let stale = folder.join(frame_name(index));
+            if !stale.exists() {
+                break;
+            }
+            std::fs::remove_file(&stale).map_err(files::failed("removing", &stale))?;
         }
         Ok(())
     }
@@ -176,4 +184,8 @@ fn rgb(sheet: &Pixmap) -> Vec<u8> {
         .iter()
         .flat_map(|&[red, green, blue, _]| [red, green, blue])
         .collect()
+}
+
+fn frame_name(index: usize) -> String {
+    format!("frame-{index:05}.png")
 }

@@ -65,14 +65,7 @@ impl Agent for Learner {
     }
 
     fn check_spec(&self, spec: &EnvSpec) -> Result<()> {
-        if *spec == self.spec {
-            return Ok(());
-        }
-        let (wanted, got) = match self.spec.name == spec.name {
-            true => (format!("{:?}", self.spec), format!("{spec:?}")),
-            false => (self.spec.name.clone(), spec.name.clone()),
-        };
-        Err(Error::invalid("the environment of a learner made for another", wanted, got))
+        self.spec.check_same("the environment of a learner made for another", spec)
     }
 
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {

@@ -84,7 +84,10 @@ fn a_checkpoint_says_what_it_is_of_and_anything_else_is_refused() {
     let learner = Learner::new(method(), plain.spec(), &Candle::default(), 0).unwrap();
     let ordered = OrderedEnv::parse(plain, "vsc").unwrap();
     let error = Trainer::new(ordered, learner).unwrap_err().to_string();
-    assert!(error.starts_with("the environment of a learner made for another: wanted"), "{error}");
+    assert!(
+        error.starts_with("the environment of a learner made for another: its objectives: wanted"),
+        "{error}"
+    );
     let mut far = method();
     far.config.discount = 0.99;
     assert_eq!(refused(far, "a/hopper", 0), other("discount", "0.99", "0.995"));
