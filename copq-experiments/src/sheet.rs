@@ -36,7 +36,11 @@ pub struct Sheet {
 impl Sheet {
     /// Reads a file up to its first damaged row: a crash in mid-write can tear the last one.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = files::read_text(path)?;
+        Self::parse(path, &files::read_text(path)?)
+    }
+
+    /// The same of a text; `path` is what errors call it.
+    pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
         let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole.as_bytes());
         let broken = |e: csv::Error| Error::other(format!("reading '{}'", path.display()), e);

@@ -55,18 +55,22 @@ pub fn write(path: &Path, state: &State) -> Result<()> {
 
 /// Reads the state that [`write()`] wrote.
 pub fn read(path: &Path) -> Result<State> {
-    let bytes = std::fs::read(path).map_err(files::failed("reading", path))?;
+    decode(path, &std::fs::read(path).map_err(files::failed("reading", path))?)
+}
+
+/// Reads the state in a file's bytes.
+pub fn decode(path: &Path, bytes: &[u8]) -> Result<State> {
     let broken = |e: SafeTensorError| {
         Error::other(format!("reading the checkpoint '{}'", path.display()), e)
     };
-    let (header, metadata) = SafeTensors::read_metadata(&bytes).map_err(broken)?;
-    let arrays = SafeTensors::deserialize(&bytes).map_err(broken)?;
+    let (header, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;
+    let arrays = SafeTensors::deserialize(bytes).map_err(broken)?;
     if is_checked(path, &metadata)? {
         check_sums(path, &bytes[8..8 + header], &metadata, &arrays)?;
     }
     let mut state = State::default();
     for (name, array) in arrays.iter().filter(|(name, _)| *name != CHECKSUMS) {
-        insert(&mut state, name, array.shape(), decode(path, array.dtype(), array.data())?);
+        insert(&mut state, name, array.shape(), value(path, array.dtype(), array.data())?);
     }
     Ok(state)
 }
@@ -243,7 +247,7 @@ fn length(value: &Value) -> usize {
     }
 }
 
-fn decode(path: &Path, dtype: Dtype, data: &[u8]) -> Result<Value> {
+fn value(path: &Path, dtype: Dtype, data: &[u8]) -> Result<Value> {
     Ok(match dtype {
         Dtype::F32 => {
             Value::F32(data.as_chunks().0.iter().map(|&bytes| f32::from_le_bytes(bytes)).collect())

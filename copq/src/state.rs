@@ -126,6 +126,11 @@ impl State {
         checkpoint::read(path.as_ref())
     }
 
+    /// The same from bytes that are in memory already; `path` is what errors call them.
+    pub fn from_bytes(path: impl AsRef<Path>, bytes: &[u8]) -> Result<Self> {
+        checkpoint::decode(path.as_ref(), bytes)
+    }
+
     /// The array under a name; an error says which name or type was missing.
     pub fn get<T: Element>(&self, name: &str) -> Result<&[T]> {
         let value = self.values.get(name).ok_or_else(|| self.missing(name))?;
