@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use copq_experiments::{OnEnvError, RunConfig, RunFolder};
+use copq_experiments::{OnEnvError, RunConfig, RunFolder, SavedReplay};
 
 use crate::options::{count, positive};
 use crate::saved;
-use crate::train::{on_env_error, train};
+use crate::train::{on_env_error, saved_replay, train};
 
 /// Goes on with a run from its last checkpoint, as if it had never stopped.
 ///
@@ -28,6 +28,10 @@ pub struct Resume {
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     keep: Option<usize>,
 
+    /// Which checkpoints hold the replay from now on: all, last or none. [default: the run's own]
+    #[arg(long, value_name = "WHICH", value_parser = saved_replay)]
+    replay: Option<SavedReplay>,
+
     /// What to do from now on when the environment fails: stop or reset. [default: the run's own]
     #[arg(long, value_name = "WHAT", value_parser = on_env_error)]
     on_env_error: Option<OnEnvError>,
@@ -44,6 +48,7 @@ impl Resume {
         plan.run.steps = self.steps.unwrap_or(plan.run.steps);
         plan.threads = self.threads.unwrap_or(plan.threads);
         plan.run.keep = self.keep.unwrap_or(plan.run.keep);
+        plan.run.replay = self.replay.unwrap_or(plan.run.replay);
         plan.run.on_env_error = self.on_env_error.unwrap_or(plan.run.on_env_error);
         train(method, plan, |plan, config| {
             let folder = RunFolder::resume(self.run, plan, config)?;

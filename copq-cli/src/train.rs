@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use anyhow::{bail, ensure};
 use copq::{Config, Ensemble, EnvSpec, Method, projection};
 use copq_candle::Candle;
-use copq_experiments::{OnEnvError, Plan, Run, RunConfig, RunFolder, RunSettings, with_changes};
+use copq_experiments::{
+    OnEnvError, Plan, Run, RunConfig, RunFolder, RunSettings, SavedReplay, with_changes,
+};
 
 use crate::options::{count, note, positive, say, whole};
 use crate::saved;
@@ -107,6 +109,13 @@ pub struct Train {
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     keep: Option<usize>,
 
+    /// Which checkpoints hold the replay, most of their size: all, last or none. [default: all]
+    ///
+    /// A run goes on bit for bit from a checkpoint with it. From one without, it first gathers as
+    /// much experience anew as before its first update.
+    #[arg(long, value_name = "WHICH", value_parser = saved_replay)]
+    replay: Option<SavedReplay>,
+
     /// What to do when the environment fails, as an unstable simulation can: save and stop, or
     /// count the episode as truncated and go on. [default: stop]
     #[arg(long, value_name = "WHAT", value_parser = on_env_error)]
@@ -194,6 +203,7 @@ impl Train {
             log_every: self.log_every.unwrap_or(base.run.log_every),
             checkpoint_every: self.checkpoint_every.unwrap_or(base.run.checkpoint_every),
             keep: self.keep.unwrap_or(base.run.keep),
+            replay: self.replay.unwrap_or(base.run.replay),
             on_env_error: self.on_env_error.unwrap_or(base.run.on_env_error),
         };
         let benchmark = base.task.split('/').next().unwrap_or_default();
@@ -223,6 +233,16 @@ impl Train {
         let changes: Vec<String> =
             self.set.iter().map(|setting| format!("-{}", tidy(setting))).collect();
         format!("{stem}{}{seed}", changes.concat())
+    }
+}
+
+/// Which checkpoints hold the replay.
+pub fn saved_replay(text: &str) -> Result<SavedReplay, String> {
+    match text {
+        "all" => Ok(SavedReplay::All),
+        "last" => Ok(SavedReplay::Last),
+        "none" => Ok(SavedReplay::None),
+        _ => Err("wanted all, last or none".to_owned()),
     }
 }
 

@@ -249,3 +249,33 @@ fn no_damaged_checkpoint_goes_on() {
     std::fs::write(&config, text).unwrap();
     assert_well(&resume(&run, "130"));
 }
+
+#[test]
+fn checkpoints_without_a_replay_are_small_and_go_on() {
+    let temporary = tempfile::tempdir().unwrap();
+    let size = |folder: &Path, name: &str| std::fs::metadata(folder.join(name)).unwrap().len();
+    let run = |replay: &str| {
+        let out = temporary.path().join(replay);
+        let mut command = train(&out, "400");
+        command.args(["--checkpoint-every", "200", "--replay", replay]);
+        assert_well(&command.output().unwrap());
+        out
+    };
+    let [all, last, none] = ["all", "last", "none"].map(run);
+    let newest = "checkpoint.safetensors";
+    let before = "checkpoint.1.safetensors";
+    assert_eq!(size(&all, newest), size(&last, newest));
+    assert!(size(&none, newest) + 20_000 < size(&all, newest), "400 steps take 60 bytes each");
+    assert!(size(&last, before) < size(&all, before));
+
+    // It gathers 50 steps, as before the first update, and learns on.
+    assert_well(&resume(&none, "600"));
+    let metrics = std::fs::read_to_string(none.join("metrics.csv")).unwrap();
+    let column = metrics.lines().next().unwrap().split(',').position(|name| name == "q/safety");
+    let cell = |step: &str| {
+        let row = metrics.lines().find(|line| line.starts_with(&format!("{step},"))).unwrap();
+        row.split(',').nth(column.unwrap()).unwrap().to_owned()
+    };
+    assert_eq!((cell("400").is_empty(), cell("450").is_empty()), (false, false), "{metrics}");
+    assert!(!cell("600").is_empty());
+}

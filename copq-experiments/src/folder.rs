@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::config::{self, MadeWith, RunConfig};
-use crate::plan::Plan;
+use crate::plan::{Plan, SavedReplay};
 use copq::files;
 
 /// The folder that a run leaves behind.
@@ -81,6 +81,7 @@ use copq::files;
 pub struct RunFolder {
     path: PathBuf,
     keep: usize,
+    replay: SavedReplay,
     // Held for as long as the run writes; the system lets go of it when the process ends, however
     // it ends.
     _lock: File,
@@ -109,7 +110,7 @@ impl RunFolder {
             fs::remove_file(path.join(LOCK)).unwrap_or_default();
             fs::remove_dir(&path).unwrap_or_default();
         }
-        Ok(Self { _lock: begun?, path, keep: plan.run.keep })
+        Ok(Self { _lock: begun?, path, keep: plan.run.keep, replay: plan.run.replay })
     }
 
     /// Reopens a folder to go on with its run.
@@ -123,7 +124,8 @@ impl RunFolder {
     ) -> Result<Self> {
         let path = path.into();
         read_config::<toml::Table>(&path)?;
-        let folder = Self { _lock: lock(&path)?, path, keep: plan.run.keep };
+        let run = &plan.run;
+        let folder = Self { _lock: lock(&path)?, path, keep: run.keep, replay: run.replay };
         let file = folder.file("config.toml");
         let mut saved: RunConfig<S> = config::read(&file)?;
         config::check_same(&file, "settings", &saved.settings, settings)?;
@@ -169,6 +171,11 @@ impl RunFolder {
                 move_if_there(&self.checkpoint(age), &self.checkpoint(age + 1))?;
             }
             move_if_there(&aside, &self.checkpoint(1))?;
+            if self.replay == SavedReplay::Last {
+                let mut older = State::read_file(self.checkpoint(1))?;
+                remove_replay(&mut older);
+                older.write_file(self.checkpoint(1))?;
+            }
         }
         Ok(())
     }
@@ -219,6 +226,11 @@ impl RunFolder {
             _ => self.file(&format!("checkpoint.{age}.safetensors")),
         }
     }
+}
+
+/// Takes the replay out of a checkpoint.
+pub(crate) fn remove_replay(checkpoint: &mut State) {
+    checkpoint.child_mut("trainer").child_mut("agent").remove_child("replay");
 }
 
 fn move_if_there(from: &Path, to: &Path) -> Result<()> {
@@ -321,6 +333,7 @@ fn check_plan(path: &Path, saved: &Plan, now: &Plan) -> Result<()> {
     }
     let mut same = now.clone();
     (same.run.steps, same.threads) = (saved.run.steps, saved.threads);
-    (same.run.keep, same.run.on_env_error) = (saved.run.keep, saved.run.on_env_error);
+    (same.run.keep, same.run.replay) = (saved.run.keep, saved.run.replay);
+    same.run.on_env_error = saved.run.on_env_error;
     config::check_same(&path.join("config.toml"), "plan", saved, &same)
 }

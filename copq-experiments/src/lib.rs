@@ -52,6 +52,6 @@ pub use figure::{Labelled, Limit, compare, comparison_table};
 pub use folder::{RunFolder, read_checkpoint, read_config, read_plan};
 pub use metrics::Metrics;
 pub use numbers::Numbers;
-pub use plan::{OnEnvError, Plan, RunSettings};
+pub use plan::{OnEnvError, Plan, RunSettings, SavedReplay};
 pub use run::Run;
 pub use sheet::Sheet;

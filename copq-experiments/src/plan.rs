@@ -84,8 +84,24 @@ pub struct RunSettings {
     pub checkpoint_every: u64,
     /// Checkpoints that stay, the newest among them.
     pub keep: usize,
+    /// Which checkpoints hold the replay, most of their size.
+    pub replay: SavedReplay,
     /// What to do when the environment fails.
     pub on_env_error: OnEnvError,
+}
+
+/// Which checkpoints hold the replay.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SavedReplay {
+    /// None. A run that goes on is not what it would have been: it gathers as much experience anew
+    /// as before its first update, by the policy that it has, and then learns on.
+    None,
+    /// The newest; the older ones go on as with `None`.
+    Last,
+    /// All: a run goes on from each bit for bit.
+    #[default]
+    All,
 }
 
 /// What a run does when its environment fails, as an unstable simulation can.
@@ -113,6 +129,7 @@ impl Default for RunSettings {
             log_every: 1_000,
             checkpoint_every: 20_000,
             keep: 2,
+            replay: SavedReplay::All,
             on_env_error: OnEnvError::Stop,
         }
     }

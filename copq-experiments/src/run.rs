@@ -9,10 +9,10 @@ use crate::best::Best;
 use crate::ending::Ending;
 use crate::evaluations::{self, Evaluations};
 use crate::figure;
-use crate::folder::RunFolder;
+use crate::folder::{RunFolder, remove_replay};
 use crate::metrics::Metrics;
 use crate::numbers::{grouped, weighted_total};
-use crate::plan::{OnEnvError, RunSettings};
+use crate::plan::{OnEnvError, RunSettings, SavedReplay};
 use crate::progress::Progress;
 use crate::sheet::Sheet;
 use crate::stop::Stop;
@@ -337,6 +337,9 @@ impl Run {
         rows.put("metrics.csv", [self.metrics.rows(self.settings.log_every)]);
         rows.put("evaluations.csv", [self.evaluations.rows(self.settings.eval_every)]);
         state.put("env_errors", [self.env_errors]);
+        if self.settings.replay == SavedReplay::None {
+            remove_replay(&mut state);
+        }
         self.folder.save(&state)?;
         self.saved_step = Some(self.trainer.steps());
         self.save_policy("policy.safetensors")

@@ -159,6 +159,11 @@ impl State {
         self.children.entry(name.to_owned()).or_default()
     }
 
+    /// Takes the subtree under a name away, if it is there.
+    pub fn remove_child(&mut self, name: &str) -> Option<State> {
+        self.children.remove(name)
+    }
+
     /// The subtree under a name.
     pub fn child(&self, name: &str) -> Result<&State> {
         self.children.get(name).ok_or_else(|| self.missing(name))

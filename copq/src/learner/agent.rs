@@ -6,8 +6,8 @@ use super::Learner;
 use crate::error::check_len;
 use crate::loss::{check_finite, check_finite_row};
 use crate::{
-    Agent, Context, EnvSpec, Error, Mode, Net, Normaliser, Observer, Outcome, Result, State,
-    Transition,
+    Agent, Context, EnvSpec, Error, Mode, Net, Normaliser, Observer, Outcome, Replay, Result,
+    State, Transition,
 };
 
 /// What to do about an observation that is not finite.
@@ -35,6 +35,14 @@ impl Learner {
                 discount,
             ));
         }
+        Ok(())
+    }
+
+    /// A checkpoint without the replay: as much is gathered anew as before the first update, by the
+    /// policy as it is.
+    fn forget_replay(&mut self) -> Result<()> {
+        self.replay = Replay::new(&self.spec, self.config.capacity)?;
+        self.first_update = self.steps + self.config.start_steps;
         Ok(())
     }
 
@@ -128,7 +136,7 @@ impl Agent for Learner {
 
     fn update(&mut self, log: &mut dyn Observer) -> Result<()> {
         self.scales.warn(self.steps, self.normaliser.is_some(), log);
-        if self.steps < self.config.start_steps {
+        if self.steps < self.first_update {
             return Ok(());
         }
         (0..self.config.updates_per_step).try_for_each(|_| self.update_once(log))
@@ -161,6 +169,9 @@ impl Agent for Learner {
         made.put("discount", [self.config.discount]);
         state.put("steps", [self.steps]);
         state.put("updates", [self.updates]);
+        if self.first_update != self.config.start_steps {
+            state.put("first_update", [self.first_update]);
+        }
         self.streams.save(state);
         self.replay.save(state.child_mut("replay"));
         self.multiplier.save(state.child_mut("multiplier"));
@@ -187,7 +198,14 @@ impl Agent for Learner {
         self.steps = state.get_one("steps")?;
         self.updates = state.get_one("updates")?;
         self.streams.load(state)?;
-        self.replay.load(state.child("replay")?)?;
+        self.first_update = self.config.start_steps;
+        match state.child("replay") {
+            Ok(replay) => self.replay.load(replay)?,
+            Err(_) => self.forget_replay()?,
+        }
+        if let Ok(step) = state.get_one("first_update") {
+            self.first_update = step;
+        }
         self.multiplier.load(state.child("multiplier")?)?;
         // A rule without a memory has written nothing.
         self.explore.load(state.child("explore").unwrap_or(&State::default()))?;

@@ -84,6 +84,7 @@ impl Learner {
             objectives: spec.names().into_iter().map(str::to_owned).collect(),
             steps: 0,
             updates: 0,
+            first_update: config.start_steps,
             scales: Scales::default(),
             config,
             actor,

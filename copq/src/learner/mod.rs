@@ -73,6 +73,8 @@ pub struct Learner {
     /// Environment steps observed and updates done.
     steps: u64,
     updates: u64,
+    /// The environment step of the first update, or of the first after the replay was lost.
+    first_update: u64,
     batch: Batch,
     /// One observation as the networks see it.
     obs: Vec<f32>,
