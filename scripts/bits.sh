@@ -18,6 +18,7 @@ trap 'rm -rf "$work"' EXIT
 checksum() { sha256sum "$1" | cut -c 1-16; }
 
 different=0
+compared=0
 while read -r evaluations metrics arguments; do
     run=$work/run
     # shellcheck disable=SC2086 # several arguments
@@ -33,5 +34,7 @@ while read -r evaluations metrics arguments; do
         different=$((different + 1))
     fi
     rm -r "$run"
+    compared=$((compared + 1))
 done < <(grep -e "$pattern" bits.txt)
+test "$compared" -gt 0 || { echo "no line of bits.txt matches '$pattern'" >&2; exit 1; }
 exit $((different > 0))

@@ -38,10 +38,10 @@ static int is_ours(int fd) {
     return is_path_ours(path);
 }
 
-/* Counts a change; positive when it is the chosen one, 2 and more when it comes after. */
-static long due(void) {
+/* Counts a change, or of kind rename a rename; positive when it is the chosen one, 2 and more when it comes after. */
+static long due(int is_rename) {
     const char *at = getenv("FAULT_AT");
-    if (!at) return 0;
+    if (!at || (is_kind("rename") && !is_rename)) return 0;
     long after = __sync_add_and_fetch(&calls, 1) - atol(at);
     return after < 0 ? 0 : after + 1;
 }
@@ -58,7 +58,7 @@ ssize_t write(int fd, const void *bytes, size_t count) {
     static ssize_t (*real)(int, const void *, size_t);
     if (!real) *(void **)&real = dlsym(RTLD_NEXT, "write");
     if (!is_ours(fd)) return real(fd, bytes, count);
-    long now = due();
+    long now = due(0);
     if (fails(now, 1)) return -1;
     if (now == 1 && (is_kind("short") || is_kind("torn"))) {
         ssize_t done = real(fd, bytes, count / 2);
@@ -71,20 +71,20 @@ ssize_t write(int fd, const void *bytes, size_t count) {
 int fsync(int fd) {
     static int (*real)(int);
     if (!real) *(void **)&real = dlsym(RTLD_NEXT, "fsync");
-    return is_ours(fd) && fails(due(), 0) ? -1 : real(fd);
+    return is_ours(fd) && fails(due(0), 0) ? -1 : real(fd);
 }
 
 int fdatasync(int fd) {
     static int (*real)(int);
     if (!real) *(void **)&real = dlsym(RTLD_NEXT, "fdatasync");
-    return is_ours(fd) && fails(due(), 0) ? -1 : real(fd);
+    return is_ours(fd) && fails(due(0), 0) ? -1 : real(fd);
 }
 
 int rename(const char *from, const char *to) {
     static int (*real)(const char *, const char *);
     if (!real) *(void **)&real = dlsym(RTLD_NEXT, "rename");
     if (!is_path_ours(to)) return real(from, to);
-    long now = due();
+    long now = due(1);
     if (now == 1 && is_kind("rename")) { errno = EACCES; return -1; }
     return fails(now, 0) ? -1 : real(from, to);
 }
@@ -92,7 +92,7 @@ int rename(const char *from, const char *to) {
 static int open_at(const char *name, const char *path, int flags, mode_t mode) {
     int (*real)(const char *, int, ...);
     *(void **)&real = dlsym(RTLD_NEXT, name);
-    if ((flags & O_CREAT) && is_path_ours(path) && fails(due(), 1)) return -1;
+    if ((flags & O_CREAT) && is_path_ours(path) && fails(due(0), 1)) return -1;
     return real(path, flags, mode);
 }
 

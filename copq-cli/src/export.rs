@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use copq_experiments::RunConfig;
 
+use crate::options::say;
 use crate::saved;
 use crate::world::make_env;
 
@@ -28,7 +29,6 @@ impl Export {
         let policy = saved::policy(&self.run, &plan, settings, env.spec())?;
         let out = self.out.unwrap_or_else(|| self.run.join("policy.safetensors"));
         policy.write(&out)?;
-        println!("the policy is in {}", out.display());
-        Ok(())
+        Ok(say(&format!("the policy is in {}\n", out.display()))?)
     }
 }

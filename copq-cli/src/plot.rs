@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use copq_experiments::{Labelled, Limit, compare, comparison_table};
 
-use crate::options::say;
+use crate::options::{note, say};
 
 /// Draws and compares runs: one colour a label, runs of one label are its seeds.
 ///
@@ -54,7 +54,13 @@ fn limit(text: &str) -> Result<Limit, String> {
 
 impl Plot {
     pub fn run(self) -> anyhow::Result<()> {
+        let labels: String = self.runs.iter().map(|run| run.label.as_str()).collect();
+        let missing = copq_render::missing_letters(&format!("{}{labels}", self.title));
         for out in &self.out {
+            if !missing.is_empty() && out.extension().is_some_and(|ending| ending == "png") {
+                let shown = out.display();
+                note(&format!("{shown} has no letters for {missing}; a figure as .svg has"));
+            }
             compare(&self.title, &self.runs, &self.limit, out)?;
         }
         let table = comparison_table(&self.runs)?;

@@ -50,7 +50,8 @@ impl Resume {
         plan.run.keep = self.keep.unwrap_or(plan.run.keep);
         plan.run.replay = self.replay.unwrap_or(plan.run.replay);
         plan.run.on_env_error = self.on_env_error.unwrap_or(plan.run.on_env_error);
-        train(method, plan, |plan, config| {
+        let init = saved::init(&self.run, &plan)?;
+        train(method, plan, init, |plan, config| {
             let folder = RunFolder::resume(self.run, plan, config)?;
             if self.previous {
                 folder.go_back()?;

@@ -28,6 +28,23 @@ pub fn method(plan: &Plan, settings: Config) -> copq::Result<Method> {
     Ok(method)
 }
 
+/// A run's own copy of the policy that it began with.
+pub const INIT: &str = "policy-init.safetensors";
+
+/// What a run that has no checkpoint yet begins with, if that is a policy: its copy, or what it was
+/// made from if it was killed before there was one.
+pub fn init(folder: &Path, plan: &Plan) -> copq::Result<Option<PathBuf>> {
+    let copy = folder.join(INIT);
+    if folder.join("checkpoint.safetensors").is_file() {
+        return Ok(None);
+    }
+    match &plan.init_from {
+        None => Ok(None),
+        Some(_) if copy.is_file() => Ok(Some(copy)),
+        Some(from) => policy_file(from).map(Some),
+    }
+}
+
 /// The policy's file of a run's folder, the best one if there is one; or the file itself.
 pub fn policy_file(path: &Path) -> copq::Result<PathBuf> {
     if path.is_file() {

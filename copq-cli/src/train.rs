@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{bail, ensure};
-use copq::{Config, Ensemble, EnvSpec, Method, projection};
+use copq::{Config, Ensemble, EnvSpec, Method, files, projection};
 use copq_candle::Candle;
 use copq_experiments::{
     OnEnvError, Plan, Run, RunConfig, RunFolder, RunSettings, SavedReplay, with_changes,
@@ -24,8 +24,8 @@ pub struct Train {
     method: Option<String>,
 
     /// Begins like the run in this folder: its method, task, settings and cadence, where no other
-    /// is given here. Its seed, too, unless --seed says another.
-    #[arg(long, value_name = "DIR", conflicts_with = "method")]
+    /// is given here. Its seed, too, unless --seed says another. The new run needs an --out.
+    #[arg(long, value_name = "DIR", conflicts_with = "method", requires = "out")]
     like: Option<PathBuf>,
 
     /// Begins with the policy of a run's folder or policy file: its weights and its normaliser, but
@@ -149,7 +149,8 @@ impl Train {
         let plan = self.plan(base, &method);
         let folder =
             self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(self.folder_name(&plan)));
-        train(method, plan, |plan, config| Ok(RunFolder::create(folder, plan, config)?))
+        let init = plan.init_from.as_deref().map(saved::policy_file).transpose()?;
+        train(method, plan, init, |plan, config| Ok(RunFolder::create(folder, plan, config)?))
     }
 
     /// What the options change: the plan and method of another run, or a method's usual ones.
@@ -179,10 +180,11 @@ impl Train {
     /// The method with the options over it.
     fn method(&self, mut method: Method) -> anyhow::Result<Method> {
         if let Some(bound) = &self.bound {
-            let name = &method.name;
-            let own = method.bound.name();
+            let usual = Method::by_name(&method.name)?;
+            let name = &usual.name;
+            let own = usual.bound.name();
             ensure!(
-                method.critics == Ensemble::Spanning || bound == own,
+                usual.critics == Ensemble::Spanning || bound == own,
                 "--bound {bound}: wanted none, for {name} has its own, {own}"
             );
             method = method.bound(projection::by_name(bound)?);
@@ -280,10 +282,11 @@ fn check_name(name: &str, before: &Config, after: &Config) -> anyhow::Result<()>
 }
 
 /// Trains to the end of a plan, in the folder that `open` makes or reopens when all else has proved
-/// to fit.
+/// to fit. A run that begins with the policy in a file keeps a copy of it.
 pub fn train(
     method: Method,
     plan: Plan,
+    init: Option<PathBuf>,
     open: impl FnOnce(&Plan, &Config) -> anyhow::Result<RunFolder>,
 ) -> anyhow::Result<()> {
     // The world, twice: to learn in, and to be evaluated in.
@@ -292,11 +295,15 @@ pub fn train(
     let config = method.config.clone();
     let mut learner =
         copq::Learner::new(method, env.spec(), &Candle::threads(plan.threads), plan.run.seed)?;
-    if let Some(from) = &plan.init_from {
-        learner.start_from(saved::policy_file(from)?)?;
+    if let Some(file) = &init {
+        learner.start_from(file)?;
     }
     let trainer = copq::Trainer::new(env, Box::new(learner) as Box<dyn copq::Agent>)?;
     let folder = open(&plan, &config)?;
+    if let Some(file) = init {
+        let bytes = std::fs::read(&file).map_err(files::failed("reading", &file))?;
+        files::replace(&folder.file(saved::INIT), &bytes)?;
+    }
     let eval_env = if plan.run.eval_every > 0 { Some(make_env(&plan)?) } else { None };
     let ending = Run::new(trainer, eval_env, folder, plan.run)?.train()?;
     // The run is done and says so in its log, too; that nobody reads it here is no failure.

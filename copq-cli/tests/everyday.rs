@@ -93,14 +93,28 @@ fn a_closed_terminal_saves_unless_it_was_told_not_to_matter() {
         wait_for(&out.join("metrics.csv"), 3);
         let id = child.id().to_string();
         assert!(Command::new("kill").args(["-HUP", &id]).status().unwrap().success());
-        std::thread::sleep(Duration::from_millis(300));
-        let ended = child.try_wait().unwrap();
+        // Once more, as a terminal's shell and the terminal do.
+        Command::new("kill").args(["-HUP", &id]).status().unwrap();
+        let lines = std::fs::read_to_string(out.join("metrics.csv")).unwrap().lines().count();
+        let goes_on = || {
+            let text = std::fs::read_to_string(out.join("metrics.csv")).unwrap();
+            text.lines().count() > lines + 3
+        };
+        let began = Instant::now();
+        let ended = loop {
+            assert!(began.elapsed() < Duration::from_secs(60), "{name}");
+            match child.try_wait().unwrap() {
+                Some(status) => break Some(status),
+                None if goes_on() => break None,
+                None => std::thread::sleep(Duration::from_millis(5)),
+            }
+        };
         child.kill().unwrap();
-        let ended = ended.or_else(|| child.wait().ok());
-        (out.join("checkpoint.safetensors").exists(), ended.is_some_and(|status| status.success()))
+        child.wait().unwrap();
+        ended.map(|status| (status.success(), out.join("checkpoint.safetensors").exists()))
     };
-    assert_eq!(hang_up("terminal", ""), (true, true));
-    assert_eq!(hang_up("nohup", "trap '' HUP;"), (false, false), "it went on until it was killed");
+    assert_eq!(hang_up("terminal", ""), Some((true, true)));
+    assert_eq!(hang_up("nohup", "trap '' HUP;"), None, "it goes on");
 }
 
 /// Waits for so many lines of a file.
@@ -196,6 +210,7 @@ fn a_run_begins_with_another_ones_policy_or_like_another() {
     assert_well(&pupil.arg("--init-from").arg(policy).output().unwrap());
     let config = std::fs::read_to_string(path("pupil").join("config.toml")).unwrap();
     assert!(config.contains("init_from = "), "{config}");
+    assert!(path("pupil").join("policy-init.safetensors").exists());
     let first = |name: &str| {
         let text = std::fs::read_to_string(path(name).join("evaluations.csv")).unwrap();
         text.lines().nth(1).unwrap().to_owned()
@@ -213,10 +228,21 @@ fn a_run_begins_with_another_ones_policy_or_like_another() {
     for words in ["seed = 7", "batch = 16", "steps = 220", "hidden = [8]"] {
         assert!(config.contains(words), "{words}: {config}");
     }
+    // A run goes on without its teacher, from its first step too.
+    std::fs::remove_dir_all(path("teacher")).unwrap();
+    assert_well(&resume(&path("pupil"), "230"));
+    let begun = path("begun");
+    std::fs::create_dir(&begun).unwrap();
+    for file in ["config.toml", "policy-init.safetensors"] {
+        std::fs::copy(path("pupil").join(file), begun.join(file)).unwrap();
+    }
+    assert_well(&resume(&begun, "230"));
+    assert_eq!(first("begun"), first("pupil"));
+
     let mut wrong = copq();
-    wrong.args(["train", "sac", "--init-from"]).arg(path("teacher")).arg("--out").arg(path("x"));
+    wrong.args(["train", "sac", "--init-from"]).arg(path("pupil")).arg("--out").arg(path("x"));
     let output = wrong.output().unwrap();
-    assert!(words(&output).contains("kind of policy to begin with"), "{}", words(&output));
+    assert!(words(&output).contains("of the policy to begin with"), "{}", words(&output));
 }
 
 /// Every array of a checkpoint, damaged in turn: each is found before anything is believed.
@@ -278,4 +304,12 @@ fn checkpoints_without_a_replay_are_small_and_go_on() {
     };
     assert_eq!((cell("400").is_empty(), cell("450").is_empty()), (false, false), "{metrics}");
     assert!(!cell("600").is_empty());
+
+    // Again, and from a run that was still gathering.
+    assert_well(&resume(&none, "620"));
+    assert_well(&resume(&none, "700"));
+    let metrics = std::fs::read_to_string(none.join("metrics.csv")).unwrap();
+    let row = metrics.lines().find(|line| line.starts_with("650,")).unwrap();
+    assert!(row.split(',').nth(column.unwrap()).unwrap().is_empty(), "{row}");
+    assert_eq!(metrics.lines().last().unwrap().split(',').next(), Some("700"));
 }

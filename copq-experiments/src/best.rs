@@ -36,19 +36,29 @@ impl Best {
     /// The best of the rows of an `evaluations.csv`.
     pub(crate) fn of_rows(sheet: &Sheet, spec: &EnvSpec) -> Self {
         let mut best = Self::default();
-        let Some(totals) = sheet.column("weighted_total/mean") else { return best };
-        let names = spec.names();
-        let columns: Vec<_> =
-            names.iter().filter_map(|name| sheet.column(&format!("return/{name}/mean"))).collect();
-        for (row, &total) in totals.iter().enumerate() {
-            let returns: Vec<f64> = columns.iter().map(|column| column[row]).collect();
-            best.update(&returns, total, spec);
+        for row in 0..sheet.steps().len() {
+            let number = |name: &str| sheet.column(name).map_or(f64::NAN, |column| column[row]);
+            best.update_by_name(&number, spec);
         }
         best
     }
 
-    /// Takes in an evaluation; whether it is better than all before.
-    pub(crate) fn update(&mut self, returns: &[f64], total: f64, spec: &EnvSpec) -> bool {
+    /// Takes in a row of `evaluations.csv`; whether it is better than all before.
+    pub(crate) fn update_by(&mut self, row: &[(String, f64)], spec: &EnvSpec) -> bool {
+        let number = |name: &str| {
+            row.iter().find(|(column, _)| column == name).map_or(f64::NAN, |&(_, number)| number)
+        };
+        self.update_by_name(&number, spec)
+    }
+
+    fn update_by_name(&mut self, number: &dyn Fn(&str) -> f64, spec: &EnvSpec) -> bool {
+        let names = spec.names();
+        let returns: Vec<f64> =
+            names.iter().map(|name| number(&format!("return/{name}/mean"))).collect();
+        self.update(&returns, number("weighted_total/mean"), spec)
+    }
+
+    fn update(&mut self, returns: &[f64], total: f64, spec: &EnvSpec) -> bool {
         let rank = Rank::of(returns, total, spec);
         let is_best = !total.is_nan() && self.0.is_none_or(|best| rank.is_better_than(best));
         if is_best {

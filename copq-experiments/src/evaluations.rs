@@ -54,7 +54,7 @@ fn totals(evaluation: &Evaluation, spec: &EnvSpec) -> Vec<f64> {
     evaluation.returns.iter().map(|returns| weighted_total(returns, &spec.weights())).collect()
 }
 
-fn columns(evaluation: &Evaluation, spec: &EnvSpec) -> Numbers {
+pub(crate) fn columns(evaluation: &Evaluation, spec: &EnvSpec) -> Numbers {
     let mut numbers = vec![("episodes".to_owned(), evaluation.returns.len() as f64)];
     numbers.extend(spread("weighted_total", &totals(evaluation, spec)));
     for (i, name) in spec.names().into_iter().enumerate() {

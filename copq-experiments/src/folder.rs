@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::config::{self, MadeWith, RunConfig};
-use crate::plan::{Plan, SavedReplay};
+use crate::plan::{MAX_KEEP, Plan, SavedReplay};
 use copq::files;
 
 /// The folder that a run leaves behind.
@@ -104,13 +104,8 @@ impl RunFolder {
         }
         let is_new = !path.exists();
         fs::create_dir_all(&path).map_err(files::failed("making", &path))?;
-        let begun = begin(&path, &config);
-        if begun.is_err() && is_new {
-            // Why it failed says more than that an empty folder was left.
-            fs::remove_file(path.join(LOCK)).unwrap_or_default();
-            fs::remove_dir(&path).unwrap_or_default();
-        }
-        Ok(Self { _lock: begun?, path, keep: plan.run.keep, replay: plan.run.replay })
+        let lock = begin(&path, &config, is_new)?;
+        Ok(Self { _lock: lock, path, keep: plan.run.keep, replay: plan.run.replay })
     }
 
     /// Reopens a folder to go on with its run.
@@ -154,69 +149,80 @@ impl RunFolder {
         let aside = self.file(".checkpoint.before");
         let has_older = self.keep > 1 && newest.exists();
         if has_older {
-            fs::remove_file(&aside).unwrap_or_default(); // a killed run's
-            // A second name costs nothing, but not every disk has such.
-            let named = fs::hard_link(&newest, &aside);
-            named
-                .or_else(|_| fs::copy(&newest, &aside).map(drop))
-                .map_err(files::failed("keeping", &newest))?;
+            link(&newest, &aside)?;
         }
         let saved = state.write_file(&newest);
         if saved.is_err() {
-            fs::remove_file(&aside).unwrap_or_default();
+            remove_if_there(&aside);
         }
         saved?;
         if has_older {
-            for age in (1..self.keep - 1).rev() {
-                move_if_there(&self.checkpoint(age), &self.checkpoint(age + 1))?;
-            }
-            move_if_there(&aside, &self.checkpoint(1))?;
-            if self.replay == SavedReplay::Last {
-                let mut older = State::read_file(self.checkpoint(1))?;
-                remove_replay(&mut older);
-                older.write_file(self.checkpoint(1))?;
-            }
+            self.age(&aside)?;
+        }
+        for age in self.keep..=MAX_KEEP {
+            remove_if_there(&self.checkpoint(age));
         }
         Ok(())
     }
 
+    /// Makes what was the newest checkpoint the one before, and all others older.
+    fn age(&self, aside: &Path) -> Result<()> {
+        if self.replay == SavedReplay::Last
+            && let Ok(mut older) = State::read_file(aside)
+        {
+            remove_replay(&mut older);
+            older.write_file(aside)?;
+        }
+        for age in (1..self.keep - 1).rev() {
+            move_if_there(&self.checkpoint(age), &self.checkpoint(age + 1))?;
+        }
+        move_if_there(aside, &self.checkpoint(1))
+    }
+
     /// The last checkpoint; none if the run was stopped before the first. The error for a damaged
-    /// one says whether there is one before it.
+    /// or lost one says whether there is one before it.
     pub fn load(&self) -> Result<Option<State>> {
         let path = self.checkpoint(0);
-        if !path.exists() {
+        let older = self.older();
+        if !path.exists() && older.is_none() {
             return Ok(None);
         }
-        State::read_file(&path).map(Some).map_err(|e| {
-            let older = self.checkpoint(1);
-            if !older.exists() {
-                return e;
+        State::read_file(&path).map(Some).map_err(|e| match older {
+            None => e,
+            Some(_) => {
+                let shown = self.path.display();
+                let advice = format!(
+                    "the checkpoint before it is there: copq resume {shown} --previous goes on \
+                     from it"
+                );
+                Error::other(advice, e)
             }
-            let shown = self.path.display();
-            let advice = format!(
-                "the checkpoint before it is there: copq resume {shown} --previous goes on from it"
-            );
-            Error::other(advice, e)
         })
     }
 
     /// Goes back to the checkpoint before the last one, which stays as
     /// `checkpoint.damaged.safetensors`.
     pub fn go_back(&self) -> Result<()> {
-        let older = self.checkpoint(1);
-        if !older.exists() {
+        let newest = self.checkpoint(0);
+        let Some(age) = self.older() else {
             let what = format!("run folder '{}'", self.path.display());
             return Err(Error::invalid(what, "a checkpoint before the last", "none"));
+        };
+        State::read_file(self.checkpoint(age))?;
+        if newest.exists() {
+            link(&newest, &self.file("checkpoint.damaged.safetensors"))?;
         }
-        State::read_file(&older)?;
-        move_if_there(&self.checkpoint(0), &self.file("checkpoint.damaged.safetensors"))?;
-        for age in 1.. {
-            if !self.checkpoint(age).exists() {
-                break;
-            }
-            move_if_there(&self.checkpoint(age), &self.checkpoint(age - 1))?;
+        // At every moment there is a newest one.
+        move_if_there(&self.checkpoint(age), &newest)?;
+        for older in age + 1..=MAX_KEEP {
+            move_if_there(&self.checkpoint(older), &self.checkpoint(older - age))?;
         }
         Ok(())
+    }
+
+    /// The age of the checkpoint before the newest.
+    fn older(&self) -> Option<usize> {
+        (1..=MAX_KEEP).find(|&age| self.checkpoint(age).exists())
     }
 
     /// The file of the checkpoint that is so many older than the newest.
@@ -231,6 +237,20 @@ impl RunFolder {
 /// Takes the replay out of a checkpoint.
 pub(crate) fn remove_replay(checkpoint: &mut State) {
     checkpoint.child_mut("trainer").child_mut("agent").remove_child("replay");
+}
+
+/// Gives a file a second name, over what has it; that costs nothing, but not every disk can.
+fn link(from: &Path, to: &Path) -> Result<()> {
+    remove_if_there(to);
+    fs::hard_link(from, to).or_else(|_| fs::copy(from, to).map(drop)).map_err(|e| {
+        remove_if_there(to);
+        files::failed("keeping", from)(e)
+    })
+}
+
+/// Removes a file, if it can: what stays is only in the way.
+fn remove_if_there(path: &Path) {
+    fs::remove_file(path).unwrap_or_default();
 }
 
 fn move_if_there(from: &Path, to: &Path) -> Result<()> {
@@ -284,15 +304,23 @@ fn is_taken(path: &Path) -> bool {
     }
 }
 
-/// Makes an empty folder a run's: its lock and its configuration.
-fn begin(path: &Path, config: &str) -> Result<File> {
+/// Makes an empty folder a run's: its lock and its configuration. One that was made for it goes if
+/// that fails.
+fn begin(path: &Path, config: &str, is_new: bool) -> Result<File> {
     let lock = lock(path)?;
     // Another process may have begun since it was looked at.
     if is_taken(path) {
         return Err(taken(path));
     }
-    files::replace(&path.join("config.toml"), config.as_bytes())?;
-    files::sync_folder_of(path)?;
+    let written = files::replace(&path.join("config.toml"), config.as_bytes());
+    if written.is_err() && is_new {
+        remove_if_there(&path.join(LOCK));
+        // Why it failed says more than that an empty folder was left.
+        fs::remove_dir(path).unwrap_or_default();
+    }
+    written?;
+    // So that the folder itself survives a power failure; its parent may be closed to us.
+    files::sync_folder_of(path).unwrap_or_default();
     Ok(lock)
 }
 

@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// More than any update can use.
 const MAX_THREADS: usize = 256;
+/// More checkpoints than anybody looks at.
+pub(crate) const MAX_KEEP: usize = 100;
 /// The usual engine and robots.
 const ENGINE: &str = "rapier";
 const PRESET: &str = "gym-v5";
@@ -143,8 +145,10 @@ impl RunSettings {
             ("eval-episodes", self.eval_episodes as u64),
             ("log-every", self.log_every),
             ("checkpoint-every", self.checkpoint_every),
-            ("keep", self.keep as u64),
         ];
+        if !(1..=MAX_KEEP).contains(&self.keep) {
+            return Err(Error::invalid("keep", format!("1 to {MAX_KEEP}"), self.keep));
+        }
         if let Some((name, _)) = counts.iter().find(|(_, count)| *count == 0) {
             return Err(Error::invalid(*name, "at least 1", 0));
         }

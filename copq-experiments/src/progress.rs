@@ -73,12 +73,16 @@ impl Progress {
         }
     }
 
-    /// Prints a line that stays.
-    pub(crate) fn line(&mut self, text: &str) {
+    /// Keeps a line in the log without printing it.
+    pub(crate) fn keep(&mut self, text: &str) {
         if let Some(log) = &mut self.log {
-            // In one write, so that two processes do not mix their lines.
             log.write_all(format!("{text}\n").as_bytes()).unwrap_or_default();
         }
+    }
+
+    /// Prints a line that stays.
+    pub(crate) fn line(&mut self, text: &str) {
+        self.keep(text);
         match &mut self.shown {
             Shown::Nothing => {}
             Shown::Bar(bar) => bar.suspend(|| tell(text)),

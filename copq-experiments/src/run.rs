@@ -11,7 +11,7 @@ use crate::evaluations::{self, Evaluations};
 use crate::figure;
 use crate::folder::{RunFolder, remove_replay};
 use crate::metrics::Metrics;
-use crate::numbers::{grouped, weighted_total};
+use crate::numbers::grouped;
 use crate::plan::{OnEnvError, RunSettings, SavedReplay};
 use crate::progress::Progress;
 use crate::sheet::Sheet;
@@ -123,9 +123,9 @@ impl Run {
         settings.check()?;
         if let Some(eval_env) = &eval_env {
             check_same_task(&trainer, eval_env.as_ref())?;
-            // A checkpoint holds the world in mid-episode: better now than after the first steps.
-            eval_env.save(&mut State::default())?;
         }
+        // A checkpoint holds the world in mid-episode: better now than after the first steps.
+        trainer.env().save(&mut State::default())?;
         check_same_seed(&trainer, &settings)?;
         let saved = folder.load()?;
         match &saved {
@@ -143,7 +143,10 @@ impl Run {
             metrics.load(saved.child("metrics")?)?;
         }
         let evaluations = Evaluations::of(table("evaluations.csv", settings.eval_every)?);
-        let rows = Sheet::read(&folder.file("evaluations.csv"))?;
+        // A run from before there were policies' files begins to look for its best now.
+        let has_best = folder.file("policy-best.safetensors").exists();
+        let rows =
+            if has_best { Sheet::read(&folder.file("evaluations.csv"))? } else { Sheet::default() };
         Ok(Self {
             metrics,
             evaluations,
@@ -181,14 +184,25 @@ impl Run {
 
     /// Trains to the last step, or until SIGINT, SIGTERM or SIGHUP asks to stop.
     pub fn train(&mut self) -> Result<Ending> {
+        let trained = self.train_to_the_end();
+        if let Err(error) = &trained {
+            self.progress.keep(&format!("error: {error}"));
+        }
+        trained
+    }
+
+    fn train_to_the_end(&mut self) -> Result<Ending> {
         let stop = Stop::catch()?;
         let began = Instant::now();
         let step = grouped(self.first_step);
         let steps = grouped(self.settings.steps);
         let path = self.folder.path().display();
         self.progress.line(&format!("from step {step} to {steps}, in {path}"));
-        if self.is_evaluation_due() {
+        let is_due = self.is_evaluation_due();
+        if is_due {
             self.evaluate(&stop)?;
+            // The checkpoint that was there knows nothing of its row.
+            self.saved_step = None;
         }
         while self.trainer.steps() < self.settings.steps && !stop.is_asked() {
             self.step(&stop)?;
@@ -199,7 +213,7 @@ impl Run {
         let ending = self.close(&stop)?;
         if self.trainer.steps() > self.first_step {
             self.progress.line(&self.describe_time(began.elapsed()));
-        } else if matches!(ending, Ending::Finished { .. }) {
+        } else if matches!(ending, Ending::Finished { .. }) && !is_due {
             let text = format!("nothing to do: the run has its {steps} steps; more with --steps");
             self.progress.line(&text);
         }
@@ -239,18 +253,28 @@ impl Run {
     fn world_failed(&mut self, error: Error) -> Result<()> {
         self.env_errors += 1;
         self.env_errors_in_a_row += 1;
-        let step = grouped(self.trainer.steps());
-        if self.settings.on_env_error == OnEnvError::Reset && self.env_errors_in_a_row < PATIENCE {
+        let step = self.trainer.steps();
+        let episode = self.trainer.episode();
+        if episode.length > 0 {
+            self.metrics.episode(step, episode, self.trainer.spec());
+        }
+        let step = grouped(step);
+        let goes_on = self.settings.on_env_error == OnEnvError::Reset;
+        if goes_on && self.env_errors_in_a_row < PATIENCE {
             let text = format!("after step {step}: {error}; the episode counts as truncated");
             self.progress.line(&text);
             return Ok(());
         }
         self.checkpoint()?;
         let path = self.folder.path().display();
-        let what = format!(
-            "the environment failed after step {step}, where the run is saved (copq resume {path} \
-             goes on with a new episode; --on-env-error reset does so by itself)"
-        );
+        let what = if goes_on {
+            format!("the environment failed {PATIENCE} times in a row after step {step}")
+        } else {
+            format!(
+                "the environment failed after step {step}, where the run is saved (copq resume \
+                 {path} goes on with a new episode; --on-env-error reset does so by itself)"
+            )
+        };
         Err(Error::other(what, error))
     }
 
@@ -289,15 +313,17 @@ impl Run {
         };
         let step = self.trainer.steps();
         let spec = self.trainer.spec();
-        let numbers = self.evaluations.row(step, &evaluation, spec)?;
-        self.progress.line(&evaluations::describe(step, &evaluation, spec));
-        self.events.scalars(step, &numbers)?;
-        let returns = evaluation.mean();
-        let is_best = self.best.update(&returns, weighted_total(&returns, &spec.weights()), spec);
+        // The row comes last: it says that the evaluation is done, and is not done again.
+        let columns = evaluations::columns(&evaluation, spec);
+        let is_best = self.best.update_by(&columns, spec);
         self.save_policy("policy.safetensors")?;
         if is_best {
             self.save_policy("policy-best.safetensors")?;
         }
+        let spec = self.trainer.spec();
+        let numbers = self.evaluations.row(step, &evaluation, spec)?;
+        self.progress.line(&evaluations::describe(step, &evaluation, spec));
+        self.events.scalars(step, &numbers)?;
         self.evaluation_time += began.elapsed();
         self.timings.evaluated(began.elapsed());
         // A run is worth more than its picture.
@@ -314,8 +340,13 @@ impl Run {
             self.progress.line(&format!("{what} failed: {error}"));
             return Ok(());
         }
-        self.checkpoint()?;
-        Err(Error::other(format!("{what}, where the run is saved"), error))
+        if self.saved_step != Some(self.trainer.steps()) {
+            self.checkpoint()?;
+        }
+        let what = format!(
+            "{what}, where the run is saved (--on-env-error reset goes on without the row)"
+        );
+        Err(Error::other(what, error))
     }
 
     /// Writes the policy by itself, if the agent has one to write.
@@ -330,12 +361,14 @@ impl Run {
         // Rows must be as durable as the checkpoint that will not write them again.
         self.metrics.sync()?;
         self.evaluations.sync()?;
+        self.timings.sync()?;
         let mut state = State::default();
         self.trainer.save(state.child_mut("trainer"))?;
         self.metrics.save(state.child_mut("metrics"));
         let rows = state.child_mut("rows");
         rows.put("metrics.csv", [self.metrics.rows(self.settings.log_every)]);
         rows.put("evaluations.csv", [self.evaluations.rows(self.settings.eval_every)]);
+        rows.put("timings.csv", [self.timings.rows(self.settings.log_every)]);
         state.put("env_errors", [self.env_errors]);
         if self.settings.replay == SavedReplay::None {
             remove_replay(&mut state);
@@ -359,7 +392,8 @@ impl Run {
         if self.settings.eval_every > 0 && self.evaluations.last() != Some(step) {
             self.evaluate(stop)?;
         }
-        if stop.is_asked() && self.evaluations.last() != Some(step) {
+        let is_evaluated = self.settings.eval_every == 0 || self.evaluations.last() == Some(step);
+        if stop.is_asked() && !is_evaluated {
             return Ok(Ending::Interrupted { step, folder });
         }
         Ok(Ending::Finished { folder })
@@ -395,8 +429,13 @@ fn check_same_seed(trainer: &Trainer, settings: &RunSettings) -> Result<()> {
 
 /// An error for a folder that has lost its checkpoint: to begin anew would delete what it has left.
 fn check_not_begun(folder: &RunFolder, settings: &RunSettings) -> Result<()> {
-    let file = folder.file("evaluations.csv");
-    let last = if file.exists() { Sheet::read(&file)?.steps().last().copied() } else { None };
+    let mut last = None;
+    for name in ["evaluations.csv", "metrics.csv"] {
+        let file = folder.file(name);
+        if file.exists() {
+            last = last.max(Sheet::read(&file)?.steps().last().copied());
+        }
+    }
     match last {
         Some(step) if step > settings.checkpoint_every => {
             let what = format!("run folder '{}'", folder.path().display());
@@ -405,7 +444,7 @@ fn check_not_begun(folder: &RunFolder, settings: &RunSettings) -> Result<()> {
             Err(Error::invalid(
                 what,
                 wanted,
-                format!("none, but evaluations up to step {}", grouped(step)),
+                format!("none, but rows up to step {}", grouped(step)),
             ))
         }
         _ => Ok(()),

@@ -1,7 +1,8 @@
 //! Ctrl-C, `kill` and a closed terminal as a flag that the training loop looks at between two steps.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use copq::{Error, Result};
 #[cfg(unix)]
@@ -11,37 +12,36 @@ use signal_hook::flag;
 
 /// What the process's handlers look at. They are installed once and stay, for a handler cannot be
 /// taken back; while no run trains they do what would have happened without them.
-#[derive(Debug, Default)]
+#[derive(Clone, Default)]
 struct Flags {
     /// Nobody trains: a signal does what it did before.
     idle: Arc<AtomicBool>,
     /// A signal came while a run trained.
     asked: Arc<AtomicBool>,
-    /// Runs that train.
-    running: AtomicUsize,
 }
 
-static FLAGS: OnceLock<Flags> = OnceLock::new();
+/// The handlers' flags, once there are handlers, and how many runs train.
+static RUNNING: Mutex<(Option<Flags>, usize)> = Mutex::new((None, 0));
 
-/// Catches SIGINT, SIGTERM and SIGHUP for as long as it lives; a second signal ends the process at
-/// once. A signal that the process was told to ignore, as by `nohup`, stays ignored.
-#[derive(Debug)]
-pub(crate) struct Stop(&'static Flags);
+/// Catches SIGINT, SIGTERM and SIGHUP for as long as it lives; a second SIGINT ends the process at
+/// once. (The others may come twice by themselves: from a terminal's shell and from the terminal.) A
+/// signal that the process was told to ignore, as by `nohup`, stays ignored.
+pub(crate) struct Stop(Flags);
 
 impl Stop {
     pub(crate) fn catch() -> Result<Self> {
-        let flags = match FLAGS.get() {
+        let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
+        let (flags, count) = &mut *running;
+        let flags = match flags {
             Some(flags) => flags,
-            None => {
-                let flags = install().map_err(|e| Error::other("catching signals", e))?;
-                FLAGS.get_or_init(|| flags)
-            }
+            None => flags.insert(install().map_err(|e| Error::other("catching signals", e))?),
         };
-        if flags.running.fetch_add(1, Ordering::SeqCst) == 0 {
+        if *count == 0 {
             flags.asked.store(false, Ordering::SeqCst);
             flags.idle.store(false, Ordering::SeqCst);
         }
-        Ok(Self(flags))
+        *count += 1;
+        Ok(Self(flags.clone()))
     }
 
     pub(crate) fn is_asked(&self) -> bool {
@@ -51,9 +51,17 @@ impl Stop {
 
 impl Drop for Stop {
     fn drop(&mut self) {
-        if self.0.running.fetch_sub(1, Ordering::SeqCst) == 1 {
+        let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
+        running.1 -= 1;
+        if running.1 == 0 {
             self.0.idle.store(true, Ordering::SeqCst);
         }
+    }
+}
+
+impl fmt::Debug for Stop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Stop").field("asked", &self.is_asked()).finish_non_exhaustive()
     }
 }
 
@@ -70,11 +78,13 @@ fn install() -> std::io::Result<Flags> {
         if before == Disposition::Ignored {
             continue;
         }
-        // Handlers run in this order, so that the first signal only sets the flag. 128 + signal is
-        // the shell's custom.
+        // Handlers run in this order, so that the first signal only sets the flag.
         if before == Disposition::Default {
             flag::register_conditional_default(signal, flags.idle.clone())?;
-            flag::register_conditional_shutdown(signal, 128 + signal, flags.asked.clone())?;
+            if signal == SIGINT {
+                // 128 + signal is the shell's custom.
+                flag::register_conditional_shutdown(signal, 128 + signal, flags.asked.clone())?;
+            }
         }
         flag::register(signal, flags.asked.clone())?;
     }

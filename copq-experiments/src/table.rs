@@ -77,6 +77,10 @@ impl Table {
 
     fn widen(&mut self, numbers: &[(String, f64)]) -> Result<()> {
         let mut sheet = Sheet::read(&self.path)?;
+        let left = sheet.steps().len() as u64;
+        if left < self.rows {
+            return Err(sheet.lost_rows(&self.path, self.rows, left));
+        }
         sheet.widen(numbers.iter().map(|(name, _)| name.as_str()));
         *self = Self::start(&self.path, &sheet)?;
         Ok(())

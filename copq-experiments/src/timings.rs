@@ -26,6 +26,16 @@ impl Timings {
         Self { table, began: Instant::now(), first_step: step, before, evaluation }
     }
 
+    /// See [`Table::rows`].
+    pub(crate) fn rows(&self, every: u64) -> u64 {
+        self.table.rows(every)
+    }
+
+    /// Makes the rows so far survive a power failure.
+    pub(crate) fn sync(&self) -> Result<()> {
+        self.table.sync()
+    }
+
     /// Adds an evaluation's time.
     pub(crate) fn evaluated(&mut self, time: Duration) {
         self.evaluation += time;

@@ -24,5 +24,6 @@ mod ticks;
 pub(crate) use canvas::encode_png;
 pub use figure::{Figure, Panel, Point, Series};
 pub(crate) use font::DEJAVU_SANS;
+pub use font::missing_letters;
 pub(crate) use layout::colour;
 pub use plane::Plane;

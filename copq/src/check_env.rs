@@ -61,8 +61,7 @@ impl fmt::Display for EnvReport {
 /// Plays seeded random episodes and returns what it saw, or an error that says which rule was
 /// broken and how: the description is consistent, every observation and reward is written and
 /// finite, costs are not negative, the same seed gives the same episode, episodes end by the
-/// horizon with the right [`Outcome`] and show how they end, not how the next one begins, and a
-/// saved episode, if it can be saved, goes on exactly.
+/// horizon with the right [`Outcome`], and a saved episode, if it can be saved, goes on exactly.
 pub fn check_env(env: &mut dyn Env) -> Result<EnvReport> {
     let spec = env.spec().clone();
     spec.check()?;
@@ -84,8 +83,7 @@ pub fn check_env(env: &mut dyn Env) -> Result<EnvReport> {
         episodes.push(episode);
     }
     report.check_horizon(&spec)?;
-    check_last_obs(&spec, &episodes)?;
-    report.warn(largest_obs);
+    report.warn(largest_obs, &episodes);
     if env.spec() != &spec {
         return Err(broken(
             &spec,
@@ -221,21 +219,15 @@ fn play(env: &mut dyn Env, spec: &EnvSpec, seed: u64) -> Result<Played> {
     }
 }
 
-/// An error if every episode's last observation is far from the one before and near to one with
-/// which an episode begins: it is the next episode's, and what happened is lost.
-fn check_last_obs(spec: &EnvSpec, episodes: &[Played]) -> Result<()> {
-    let is_beginning = |episode: &Played| {
+/// Whether every episode's last observation is far from the one before and near to one with which an
+/// episode begins: then it may be the next episode's, and what happened is lost.
+fn seem_to_reset_themselves(episodes: &[Played]) -> bool {
+    episodes.iter().all(|episode| {
         let starts = episodes.iter().map(|other| distance(&episode.last_obs, &other.first_obs));
         let nearest = starts.fold(f32::INFINITY, f32::min);
         episode.outcome != Outcome::Running
             && 10.0 * nearest < distance(&episode.last_obs, &episode.previous_obs)
-    };
-    if !episodes.iter().all(is_beginning) {
-        return Ok(());
-    }
-    let what = "the last observation of every episode looks like a first one: an environment must \
-        not reset itself, but show how the episode ended";
-    Err(broken(spec, what))
+    })
 }
 
 /// The largest difference of two observations' components.
@@ -302,7 +294,12 @@ impl EnvReport {
         }
     }
 
-    fn warn(&mut self, largest_obs: f32) {
+    fn warn(&mut self, largest_obs: f32, episodes: &[Played]) {
+        if seem_to_reset_themselves(episodes) {
+            let text = "the last observation of every episode looks like a first one; if the \
+                        environment resets itself, learners never see how an episode ends";
+            self.warnings.push(text.to_owned());
+        }
         if largest_obs > scales::LARGE {
             self.warnings.push(scales::large_obs(largest_obs));
         }

@@ -174,7 +174,8 @@ fn stream(path: &Path, header: &[u8], sums: &Value, arrays: &[Array<'_>]) -> io:
     for array in arrays {
         each_chunk(array.value, &mut put)?;
     }
-    out.flush()?;
+    // On the disk, so that what is read back comes from there as far as the system lets it.
+    out.into_inner()?.sync_all()?;
     Ok(sum)
 }
 
@@ -271,7 +272,7 @@ fn is_checked(path: &Path, metadata: &Metadata) -> Result<bool> {
     let format = metadata.metadata().as_ref().and_then(|entries| entries.get("format"));
     match format.map(String::as_str) {
         Some(FORMAT) => Ok(true),
-        Some(UNCHECKED) => Ok(false),
+        Some(UNCHECKED) if metadata.info(CHECKSUMS).is_none() => Ok(false),
         other => {
             let what = format!("format of the checkpoint '{}'", path.display());
             Err(Error::invalid(what, FORMAT, other.unwrap_or("none")))

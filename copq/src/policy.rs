@@ -6,7 +6,7 @@ use crate::error::check_len;
 use crate::learner::check_made_by;
 use crate::{
     Activation, Actor, ActorKind, Backend, EnvSpec, Error, Method, Net, Networks, Normaliser,
-    Result, Rng, State, Stream,
+    Result, Rng, State, Stream, Value,
 };
 
 /// An actor with the normaliser of its observations, if it learned with one, and the bounds of its
@@ -136,7 +136,17 @@ pub(crate) fn exported(
     kind: ActorKind,
 ) -> Result<State> {
     let mut state = State::default();
-    let about = state.child_mut("policy");
+    *state.child_mut("policy") = exported_about(spec, networks, kind);
+    actor.export(state.child_mut("actor"))?;
+    if let Some(normaliser) = normaliser {
+        normaliser.save(state.child_mut("normaliser"));
+    }
+    Ok(state)
+}
+
+/// What a policy's file says of it.
+fn exported_about(spec: &EnvSpec, networks: &Networks, kind: ActorKind) -> State {
+    let mut about = State::default();
     about.put_text("task", &spec.name);
     about.put("obs_len", [spec.obs_len as u64]);
     about.put("action_low", spec.action_low.as_slice());
@@ -144,11 +154,38 @@ pub(crate) fn exported(
     about.put("hidden", networks.hidden.iter().map(|&width| width as u64).collect::<Vec<_>>());
     about.put_text("activation", activation_name(networks.activation));
     about.put_text("kind", kind_name(kind));
-    actor.export(state.child_mut("actor"))?;
-    if let Some(normaliser) = normaliser {
-        normaliser.save(state.child_mut("normaliser"));
+    about
+}
+
+/// An error unless an exported policy is of these networks and for such a world; its task may be
+/// another one of the robot's.
+pub(crate) fn check_fits(
+    policy: &State,
+    spec: &EnvSpec,
+    networks: &Networks,
+    kind: ActorKind,
+) -> Result<()> {
+    let about = policy.child("policy")?;
+    let own = exported_about(spec, networks, kind);
+    for (name, wanted) in own.values().filter(|(name, _)| *name != "task") {
+        let what = format!("{name} of the policy to begin with");
+        let got = about.values().find(|(known, _)| *known == name).map(|(_, value)| value);
+        if got != Some(wanted) {
+            let got = got.map_or("nothing".to_owned(), shown);
+            return Err(Error::invalid(what, shown(wanted), got));
+        }
     }
-    Ok(state)
+    Ok(())
+}
+
+/// A value of a policy's description; bytes are a text.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::U8(bytes) => String::from_utf8_lossy(bytes).into_owned(),
+        Value::U64(numbers) => format!("{numbers:?}"),
+        Value::F32(numbers) => format!("{numbers:?}"),
+        Value::F64(numbers) => format!("{numbers:?}"),
+    }
 }
 
 const ACTIVATIONS: [&str; 3] = ["relu", "tanh", "silu"];
@@ -162,7 +199,7 @@ fn activation_name(activation: Activation) -> &'static str {
     }
 }
 
-pub(crate) fn kind_name(kind: ActorKind) -> &'static str {
+fn kind_name(kind: ActorKind) -> &'static str {
     match kind {
         ActorKind::Deterministic => "deterministic",
         ActorKind::Gaussian => "gaussian",

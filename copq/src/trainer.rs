@@ -107,6 +107,16 @@ impl<A: Agent> Trainer<A> {
         &mut self.agent
     }
 
+    /// The environment.
+    pub fn env(&self) -> &dyn Env {
+        self.rollout.env().as_ref()
+    }
+
+    /// The episode that runs, or the last one.
+    pub fn episode(&self) -> &Episode {
+        self.rollout.episode()
+    }
+
     /// The environment's description.
     pub fn spec(&self) -> &EnvSpec {
         self.rollout.env().spec()
@@ -133,7 +143,12 @@ impl<A: Agent> Trainer<A> {
             self.or_give_up(begun)?;
         }
         let reset = Instant::now();
-        self.agent.act(self.rollout.obs(), Mode::Explore, &mut self.action)?;
+        let chosen = self.agent.act(self.rollout.obs(), Mode::Explore, &mut self.action);
+        if self.rollout.is_finite() {
+            chosen?
+        } else {
+            self.or_give_up(chosen)?
+        }
         let acted = Instant::now();
         let done = self.rollout.step(&self.action);
         let outcome = self.or_give_up(done)?;
@@ -145,11 +160,8 @@ impl<A: Agent> Trainer<A> {
             next_obs: self.rollout.obs(),
             outcome,
         });
-        if self.rollout.is_finite() {
-            observed?
-        } else {
-            self.or_give_up(observed)?
-        }
+        // What an agent cannot take in is what the environment returned.
+        self.or_give_up(observed)?;
         self.steps += 1;
         self.agent.update(log)?;
         self.timing.act += acted - reset;
@@ -168,8 +180,8 @@ impl<A: Agent> Trainer<A> {
         answer
     }
 
-    /// Whether the error of the last step was the environment's: its own, or NaN and infinities
-    /// that it returned.
+    /// Whether the error of the last step was the environment's: its own, or about what it
+    /// returned, such as NaN. [`Trainer::episode`] is what there was of the episode.
     pub fn world_failed(&self) -> bool {
         self.world_failed
     }

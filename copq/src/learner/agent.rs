@@ -22,7 +22,7 @@ impl Learner {
         check_made_by(state, "bound", &bound)?;
         check_made_by(state, "task", &self.spec.name)?;
         check_made_by(state, "objectives", &objectives)?;
-        let made = state.child("made_by")?;
+        let made = made_by(state)?;
         let seed = made.get_one::<u64>("seed")?;
         if seed != self.seed {
             return Err(Error::invalid("seed of the saved learner", self.seed, seed));
@@ -54,9 +54,17 @@ impl Learner {
     }
 }
 
+/// What a saved learner says of itself.
+fn made_by(state: &State) -> Result<&State> {
+    state.child("made_by").map_err(|_| {
+        let wanted = "one that says its method, bound, task, objectives, seed and discount";
+        Error::invalid("the saved learner", wanted, "none of these, as before version 0.1")
+    })
+}
+
 /// An error if a saved learner says something else of itself.
 pub(crate) fn check_made_by(state: &State, what: &str, own: &str) -> Result<()> {
-    let saved = state.child("made_by")?.get_text(what)?;
+    let saved = made_by(state)?.get_text(what)?;
     if saved == own {
         return Ok(());
     }
@@ -200,11 +208,13 @@ impl Agent for Learner {
         self.streams.load(state)?;
         self.first_update = self.config.start_steps;
         match state.child("replay") {
-            Ok(replay) => self.replay.load(replay)?,
+            Ok(replay) => {
+                self.replay.load(replay)?;
+                if let Ok(step) = state.get_one("first_update") {
+                    self.first_update = step;
+                }
+            }
             Err(_) => self.forget_replay()?,
-        }
-        if let Ok(step) = state.get_one("first_update") {
-            self.first_update = step;
         }
         self.multiplier.load(state.child("multiplier")?)?;
         // A rule without a memory has written nothing.

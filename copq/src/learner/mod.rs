@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::policy::{exported, kind_name};
+use crate::policy::{check_fits, exported};
 use crate::temperature::Temperature;
 use crate::{
     Actor, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, Multiplier, Normaliser, Observer,
@@ -134,14 +134,17 @@ impl Learner {
     }
 
     /// Begins with the policy in a file that [`Learner::save_policy`] wrote, of this or another
-    /// method: its weights, and its normaliser where this method has one. Critics, optimisers and
-    /// replay begin anew.
+    /// method and task of the same robot: its weights and its normaliser. Critics, optimisers and
+    /// replay begin anew. An error for another kind of policy, or one of another world.
     pub fn start_from(&mut self, path: impl AsRef<std::path::Path>) -> Result<()> {
         let policy = State::read_file(path)?;
-        let kind = policy.child("policy")?.get_text("kind")?;
-        let own = kind_name(self.config.actor());
-        if kind != own {
-            return Err(Error::invalid("kind of policy to begin with", own, kind));
+        let networks = &self.config.networks;
+        check_fits(&policy, &self.spec, networks, self.config.actor())?;
+        let has = policy.child("normaliser").is_ok();
+        if has != self.normaliser.is_some() {
+            let [own, other] = if has { ["without", "with"] } else { ["with", "without"] };
+            let wanted = format!("one {own} a normaliser (or normalise = {has})");
+            return Err(Error::invalid("policy to begin with", wanted, format!("one {other}")));
         }
         self.actor.import(policy.child("actor")?)?;
         Normaliser::restore(&mut self.normaliser, &policy)

@@ -20,13 +20,14 @@ pub(super) struct Scales {
 impl Scales {
     /// Takes in what an environment returned; an error for what no network can learn.
     pub(super) fn observe(&mut self, obs: &[f32], reward: &[f32]) -> Result<()> {
-        self.obs = size(obs).max(self.obs);
-        self.reward = size(reward).max(self.reward);
-        if self.reward <= HOPELESS {
-            return Ok(());
+        let largest = size(reward);
+        if largest > HOPELESS {
+            let wanted = format!("at most {HOPELESS:e}, so that squares of values fit float32");
+            return Err(Error::invalid("size of the rewards", wanted, format!("{largest:e}")));
         }
-        let wanted = format!("at most {HOPELESS:e}, so that squares of values fit float32");
-        Err(Error::invalid("size of the rewards", wanted, format!("{:e}", self.reward)))
+        self.obs = size(obs).max(self.obs);
+        self.reward = largest.max(self.reward);
+        Ok(())
     }
 
     /// Says once that sizes are larger than is good.
