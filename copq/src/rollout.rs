@@ -84,9 +84,10 @@ impl<E: Env> Rollout<E> {
 
     /// Begins the episode of a seed.
     pub fn reset(&mut self, seed: u64) -> Result<()> {
-        self.env.reset(seed, &mut self.obs)?;
         self.episode.returns.fill(0.0);
         self.episode.length = 0;
+        self.episode.outcome = Outcome::Truncated; // until there is one
+        self.env.reset(seed, &mut self.obs)?;
         self.episode.outcome = Outcome::Running;
         Ok(())
     }
