@@ -68,17 +68,14 @@ ssize_t write(int fd, const void *bytes, size_t count) {
     return real(fd, bytes, count);
 }
 
-int fsync(int fd) {
-    static int (*real)(int);
-    if (!real) *(void **)&real = dlsym(RTLD_NEXT, "fsync");
-    return is_ours(fd) && fails(due(0), 0) ? -1 : real(fd);
-}
-
-int fdatasync(int fd) {
-    static int (*real)(int);
-    if (!real) *(void **)&real = dlsym(RTLD_NEXT, "fdatasync");
-    return is_ours(fd) && fails(due(0), 0) ? -1 : real(fd);
-}
+#define SYNC(name)                                         \
+    int name(int fd) {                                     \
+        static int (*real)(int);                           \
+        if (!real) *(void **)&real = dlsym(RTLD_NEXT, #name); \
+        return is_ours(fd) && fails(due(0), 0) ? -1 : real(fd); \
+    }
+SYNC(fsync)
+SYNC(fdatasync)
 
 int rename(const char *from, const char *to) {
     static int (*real)(const char *, const char *);
@@ -89,25 +86,16 @@ int rename(const char *from, const char *to) {
     return fails(now, 0) ? -1 : real(from, to);
 }
 
-static int open_at(const char *name, const char *path, int flags, mode_t mode) {
-    int (*real)(const char *, int, ...);
-    *(void **)&real = dlsym(RTLD_NEXT, name);
-    if ((flags & O_CREAT) && is_path_ours(path) && fails(due(0), 1)) return -1;
-    return real(path, flags, mode);
-}
-
-int open64(const char *path, int flags, ...) {
-    va_list more;
-    va_start(more, flags);
-    mode_t mode = flags & O_CREAT ? va_arg(more, mode_t) : 0;
-    va_end(more);
-    return open_at("open64", path, flags, mode);
-}
-
-int open(const char *path, int flags, ...) {
-    va_list more;
-    va_start(more, flags);
-    mode_t mode = flags & O_CREAT ? va_arg(more, mode_t) : 0;
-    va_end(more);
-    return open_at("open", path, flags, mode);
-}
+#define OPEN(name)                                                             \
+    int name(const char *path, int flags, ...) {                               \
+        static int (*real)(const char *, int, ...);                            \
+        if (!real) *(void **)&real = dlsym(RTLD_NEXT, #name);                  \
+        va_list more;                                                          \
+        va_start(more, flags);                                                 \
+        mode_t mode = flags & O_CREAT ? va_arg(more, mode_t) : 0;              \
+        va_end(more);                                                          \
+        if ((flags & O_CREAT) && is_path_ours(path) && fails(due(0), 1)) return -1; \
+        return real(path, flags, mode);                                        \
+    }
+OPEN(open)
+OPEN(open64)

@@ -3,6 +3,7 @@
 mod doctor;
 mod evaluate;
 mod export;
+mod keeping;
 mod lists;
 mod options;
 mod plot;

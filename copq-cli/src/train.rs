@@ -5,10 +5,9 @@ use std::path::PathBuf;
 use anyhow::{bail, ensure};
 use copq::{Config, Ensemble, EnvSpec, Method, files, projection};
 use copq_candle::Candle;
-use copq_experiments::{
-    OnEnvError, Plan, Run, RunConfig, RunFolder, RunSettings, SavedReplay, with_changes,
-};
+use copq_experiments::{Plan, Run, RunConfig, RunFolder, RunSettings, with_changes};
 
+use crate::keeping::Keeping;
 use crate::options::{count, note, positive, say, whole};
 use crate::saved;
 use crate::world::make_env;
@@ -29,7 +28,7 @@ pub struct Train {
     like: Option<PathBuf>,
 
     /// Begins with the policy of a run's folder or policy file: its weights and its normaliser, but
-    /// not its critics, optimiser or replay.
+    /// not its critics, optimiser or replay. The new folder keeps a copy of it.
     #[arg(long, value_name = "DIR")]
     init_from: Option<PathBuf>,
 
@@ -104,32 +103,12 @@ pub struct Train {
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     checkpoint_every: Option<u64>,
 
-    /// Checkpoints that stay, the newest among them; copq resume --previous goes on from the one
-    /// before. [default: 2]
-    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
-    keep: Option<usize>,
-
-    /// Which checkpoints hold the replay, most of their size: all, last or none. [default: all]
-    ///
-    /// A run goes on bit for bit from a checkpoint with it. From one without, it first gathers as
-    /// much experience anew as before its first update.
-    #[arg(long, value_name = "WHICH", value_parser = saved_replay)]
-    replay: Option<SavedReplay>,
-
-    /// What to do when the environment fails, as an unstable simulation can: save and stop, or
-    /// count the episode as truncated and go on. [default: stop]
-    #[arg(long, value_name = "WHAT", value_parser = on_env_error)]
-    on_env_error: Option<OnEnvError>,
-
     /// Environment steps that one row of metrics.csv averages over. [default: 1000]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     log_every: Option<u64>,
 
-    /// Threads inside this run; copq resume lets you change them. [default: 1]
-    ///
-    /// They change no bit of the result. Seeds run best as processes of one thread each.
-    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
-    threads: Option<usize>,
+    #[command(flatten)]
+    keeping: Keeping,
 
     /// Another value for one of the settings that config.toml lists, such as batch=512; may be
     /// given several times.
@@ -204,24 +183,23 @@ impl Train {
             eval_episodes: self.eval_episodes.unwrap_or(base.run.eval_episodes),
             log_every: self.log_every.unwrap_or(base.run.log_every),
             checkpoint_every: self.checkpoint_every.unwrap_or(base.run.checkpoint_every),
-            keep: self.keep.unwrap_or(base.run.keep),
-            replay: self.replay.unwrap_or(base.run.replay),
-            on_env_error: self.on_env_error.unwrap_or(base.run.on_env_error),
+            ..base.run
         };
         let benchmark = base.task.split('/').next().unwrap_or_default();
         let of_robot = self.robot.as_ref().map(|robot| format!("{benchmark}/{robot}"));
-        Plan {
+        let mut plan = Plan {
             task: self.task.clone().or(of_robot).unwrap_or(base.task),
             order: self.order.clone().or(base.order),
             engine: self.engine.clone().unwrap_or(base.engine),
             preset: self.preset.clone().unwrap_or(base.preset),
-            threads: self.threads.unwrap_or(base.threads),
             init_from: self.init_from.clone().or(base.init_from),
             bound: method.bound.name().to_owned(),
             critics: method.critics,
             run,
             ..base
-        }
+        };
+        self.keeping.over(&mut plan);
+        plan
     }
 
     /// The usual name, with the settings that are not the method's own.
@@ -235,25 +213,6 @@ impl Train {
         let changes: Vec<String> =
             self.set.iter().map(|setting| format!("-{}", tidy(setting))).collect();
         format!("{stem}{}{seed}", changes.concat())
-    }
-}
-
-/// Which checkpoints hold the replay.
-pub fn saved_replay(text: &str) -> Result<SavedReplay, String> {
-    match text {
-        "all" => Ok(SavedReplay::All),
-        "last" => Ok(SavedReplay::Last),
-        "none" => Ok(SavedReplay::None),
-        _ => Err("wanted all, last or none".to_owned()),
-    }
-}
-
-/// What to do when the environment fails.
-pub fn on_env_error(text: &str) -> Result<OnEnvError, String> {
-    match text {
-        "stop" => Ok(OnEnvError::Stop),
-        "reset" => Ok(OnEnvError::Reset),
-        _ => Err("wanted stop or reset".to_owned()),
     }
 }
 

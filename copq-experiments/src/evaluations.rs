@@ -13,13 +13,13 @@ pub(crate) struct Evaluations {
 }
 
 impl Evaluations {
-    pub(crate) fn of(table: Table) -> Self {
-        Self { table }
+    /// The file.
+    pub(crate) fn table(&self) -> &Table {
+        &self.table
     }
 
-    /// See [`Table::rows`].
-    pub(crate) fn rows(&self, every: u64) -> u64 {
-        self.table.rows(every)
+    pub(crate) fn of(table: Table) -> Self {
+        Self { table }
     }
 
     /// Writes a row and returns the numbers that TensorBoard gets.
@@ -31,16 +31,6 @@ impl Evaluations {
     ) -> Result<Numbers> {
         self.table.push(step, &columns(evaluation, spec))?;
         Ok(scalars(evaluation, spec))
-    }
-
-    /// The step of the last row.
-    pub(crate) fn last(&self) -> Option<u64> {
-        self.table.last()
-    }
-
-    /// Makes the rows so far survive a power failure.
-    pub(crate) fn sync(&self) -> Result<()> {
-        self.table.sync()
     }
 }
 

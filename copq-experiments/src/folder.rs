@@ -7,8 +7,9 @@ use copq::{Error, Result, State};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::checkpoints::Checkpoints;
 use crate::config::{self, MadeWith, RunConfig};
-use crate::plan::{MAX_KEEP, Plan, SavedReplay};
+use crate::plan::Plan;
 use copq::files;
 
 /// The folder that a run leaves behind.
@@ -80,8 +81,7 @@ use copq::files;
 #[derive(Debug)]
 pub struct RunFolder {
     path: PathBuf,
-    keep: usize,
-    replay: SavedReplay,
+    checkpoints: Checkpoints,
     // Held for as long as the run writes; the system lets go of it when the process ends, however
     // it ends.
     _lock: File,
@@ -105,7 +105,7 @@ impl RunFolder {
         let is_new = !path.exists();
         fs::create_dir_all(&path).map_err(files::failed("making", &path))?;
         let lock = begin(&path, &config, is_new)?;
-        Ok(Self { _lock: lock, path, keep: plan.run.keep, replay: plan.run.replay })
+        Ok(Self { _lock: lock, checkpoints: Checkpoints::new(&path, &plan.run), path })
     }
 
     /// Reopens a folder to go on with its run.
@@ -119,8 +119,8 @@ impl RunFolder {
     ) -> Result<Self> {
         let path = path.into();
         read_config::<toml::Table>(&path)?;
-        let run = &plan.run;
-        let folder = Self { _lock: lock(&path)?, path, keep: run.keep, replay: run.replay };
+        let checkpoints = Checkpoints::new(&path, &plan.run);
+        let folder = Self { _lock: lock(&path)?, path, checkpoints };
         let file = folder.file("config.toml");
         let mut saved: RunConfig<S> = config::read(&file)?;
         config::check_same(&file, "settings", &saved.settings, settings)?;
@@ -145,120 +145,20 @@ impl RunFolder {
     /// Replaces the checkpoint by one that is read back before it takes its place; those before
     /// become `checkpoint.1.safetensors` and so on.
     pub fn save(&self, state: &State) -> Result<()> {
-        let newest = self.checkpoint(0);
-        let aside = self.file(".checkpoint.before");
-        let has_older = self.keep > 1 && newest.exists();
-        if has_older {
-            link(&newest, &aside)?;
-        }
-        let saved = state.write_file(&newest);
-        if saved.is_err() {
-            remove_if_there(&aside);
-        }
-        saved?;
-        if has_older {
-            self.age(&aside)?;
-        }
-        for age in self.keep..=MAX_KEEP {
-            remove_if_there(&self.checkpoint(age));
-        }
-        Ok(())
-    }
-
-    /// Makes what was the newest checkpoint the one before, and all others older.
-    fn age(&self, aside: &Path) -> Result<()> {
-        if self.replay == SavedReplay::Last
-            && let Ok(mut older) = State::read_file(aside)
-        {
-            remove_replay(&mut older);
-            older.write_file(aside)?;
-        }
-        for age in (1..self.keep - 1).rev() {
-            move_if_there(&self.checkpoint(age), &self.checkpoint(age + 1))?;
-        }
-        move_if_there(aside, &self.checkpoint(1))
+        self.checkpoints.save(state)
     }
 
     /// The last checkpoint; none if the run was stopped before the first. The error for a damaged
     /// or lost one says whether there is one before it.
     pub fn load(&self) -> Result<Option<State>> {
-        let path = self.checkpoint(0);
-        let older = self.older();
-        if !path.exists() && older.is_none() {
-            return Ok(None);
-        }
-        State::read_file(&path).map(Some).map_err(|e| match older {
-            None => e,
-            Some(_) => {
-                let shown = self.path.display();
-                let advice = format!(
-                    "the checkpoint before it is there: copq resume {shown} --previous goes on \
-                     from it"
-                );
-                Error::other(advice, e)
-            }
-        })
+        self.checkpoints.load()
     }
 
     /// Goes back to the checkpoint before the last one, which stays as
     /// `checkpoint.damaged.safetensors`.
     pub fn go_back(&self) -> Result<()> {
-        let newest = self.checkpoint(0);
-        let Some(age) = self.older() else {
-            let what = format!("run folder '{}'", self.path.display());
-            return Err(Error::invalid(what, "a checkpoint before the last", "none"));
-        };
-        State::read_file(self.checkpoint(age))?;
-        if newest.exists() {
-            link(&newest, &self.file("checkpoint.damaged.safetensors"))?;
-        }
-        // At every moment there is a newest one.
-        move_if_there(&self.checkpoint(age), &newest)?;
-        for older in age + 1..=MAX_KEEP {
-            move_if_there(&self.checkpoint(older), &self.checkpoint(older - age))?;
-        }
-        Ok(())
+        self.checkpoints.go_back()
     }
-
-    /// The age of the checkpoint before the newest.
-    fn older(&self) -> Option<usize> {
-        (1..=MAX_KEEP).find(|&age| self.checkpoint(age).exists())
-    }
-
-    /// The file of the checkpoint that is so many older than the newest.
-    fn checkpoint(&self, age: usize) -> PathBuf {
-        match age {
-            0 => self.file("checkpoint.safetensors"),
-            _ => self.file(&format!("checkpoint.{age}.safetensors")),
-        }
-    }
-}
-
-/// Takes the replay out of a checkpoint.
-pub(crate) fn remove_replay(checkpoint: &mut State) {
-    checkpoint.child_mut("trainer").child_mut("agent").remove_child("replay");
-}
-
-/// Gives a file a second name, over what has it; that costs nothing, but not every disk can.
-fn link(from: &Path, to: &Path) -> Result<()> {
-    remove_if_there(to);
-    fs::hard_link(from, to).or_else(|_| fs::copy(from, to).map(drop)).map_err(|e| {
-        remove_if_there(to);
-        files::failed("keeping", from)(e)
-    })
-}
-
-/// Removes a file, if it can: what stays is only in the way.
-fn remove_if_there(path: &Path) {
-    fs::remove_file(path).unwrap_or_default();
-}
-
-fn move_if_there(from: &Path, to: &Path) -> Result<()> {
-    if !from.exists() {
-        return Ok(());
-    }
-    fs::rename(from, to).map_err(files::failed("moving", from))?;
-    files::sync_folder_of(to)
 }
 
 /// The plan of the run in a folder.
@@ -314,8 +214,8 @@ fn begin(path: &Path, config: &str, is_new: bool) -> Result<File> {
     }
     let written = files::replace(&path.join("config.toml"), config.as_bytes());
     if written.is_err() && is_new {
-        remove_if_there(&path.join(LOCK));
         // Why it failed says more than that an empty folder was left.
+        fs::remove_file(path.join(LOCK)).unwrap_or_default();
         fs::remove_dir(path).unwrap_or_default();
     }
     written?;

@@ -27,6 +27,7 @@
 //! [`Sheet`] reads the CSV files, and [`read_checkpoint`] the checkpoints.
 
 mod best;
+mod checkpoints;
 mod config;
 mod ending;
 mod evaluations;
@@ -37,6 +38,7 @@ mod numbers;
 mod older;
 mod plan;
 mod progress;
+mod records;
 mod run;
 mod sheet;
 pub mod statistics;

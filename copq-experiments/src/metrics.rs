@@ -51,6 +51,11 @@ impl Metrics {
         Ok(Self::of(Table::open(path, 0, keep)?))
     }
 
+    /// The file.
+    pub(crate) fn table(&self) -> &Table {
+        &self.table
+    }
+
     pub(crate) fn of(table: Table) -> Self {
         Self { table, sums: BTreeMap::new(), warnings: Vec::new() }
     }
@@ -58,11 +63,6 @@ impl Metrics {
     /// What the learner has warned of since the last call.
     pub(crate) fn take_warnings(&mut self) -> Vec<String> {
         std::mem::take(&mut self.warnings)
-    }
-
-    /// See [`Table::rows`].
-    pub(crate) fn rows(&self, every: u64) -> u64 {
-        self.table.rows(every)
     }
 
     /// Takes in a training episode: its returns, their weighted total and its length in steps.
@@ -85,16 +85,6 @@ impl Metrics {
             sums.into_iter().map(|(name, (sum, count))| (name, sum / count as f64)).collect();
         self.table.push(step, &averages)?;
         Ok(averages)
-    }
-
-    /// The step of the last row.
-    pub(crate) fn last(&self) -> Option<u64> {
-        self.table.last()
-    }
-
-    /// Makes the rows so far survive a power failure.
-    pub(crate) fn sync(&self) -> Result<()> {
-        self.table.sync()
     }
 
     /// Writes the averages under way into a checkpoint.

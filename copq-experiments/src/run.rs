@@ -5,20 +5,17 @@ use std::time::{Duration, Instant};
 
 use copq::{Agent, Env, Error, Observer, Result, State, Trainer, evaluate};
 
-use crate::best::Best;
+use crate::checkpoints::remove_replay;
 use crate::ending::Ending;
-use crate::evaluations::{self, Evaluations};
+use crate::evaluations;
 use crate::figure;
-use crate::folder::{RunFolder, remove_replay};
-use crate::metrics::Metrics;
+use crate::folder::RunFolder;
 use crate::numbers::grouped;
 use crate::plan::{OnEnvError, RunSettings, SavedReplay};
 use crate::progress::Progress;
-use crate::sheet::Sheet;
+use crate::records::Records;
 use crate::stop::Stop;
-use crate::table::Table;
-use crate::tensorboard::EventFile;
-use crate::timings::{self, Timings};
+use crate::timings;
 use crate::watched::Watched;
 
 /// Failures of an environment without a good step between them, after which it is given up.
@@ -31,35 +28,9 @@ const PATIENCE: u64 = 100;
 /// run's files equal an uninterrupted one's.
 ///
 /// ```
-/// # use copq::{Agent, Env, EnvSpec, Mode, Outcome, Result, State};
-/// # struct World(EnvSpec, u8);
-/// # impl Env for World {
-/// #     fn spec(&self) -> &EnvSpec { &self.0 }
-/// #     fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> {
-/// #         self.1 = 0; obs[0] = 0.0; Ok(())
-/// #     }
-/// #     fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
-/// #         self.1 += 1; obs[0] = self.1.into(); reward[0] = 0.5;
-/// #         Ok(if self.1 < 3 { Outcome::Running } else { Outcome::Truncated })
-/// #     }
-/// #     fn save(&self, state: &mut State) -> Result<()> { state.put("step", [self.1]); Ok(()) }
-/// #     fn load(&mut self, state: &State) -> Result<()> {
-/// #         self.1 = state.get_one("step")?; Ok(())
-/// #     }
-/// # }
-/// # struct Still;
-/// # impl Agent for Still {
-/// #     fn seed(&self) -> u64 { 0 }
-/// #     fn discount(&self) -> f64 { 0.9 }
-/// #     fn act(&mut self, _: &[f32], _: Mode, action: &mut [f32]) -> Result<()> {
-/// #         action.fill(0.0); Ok(())
-/// #     }
-/// #     fn value(&mut self, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
-/// #         q.fill(1.25); Ok(())
-/// #     }
-/// #     fn save(&self, _: &mut State) -> Result<()> { Ok(()) }
-/// #     fn load(&mut self, _: &State) -> Result<()> { Ok(()) }
-/// # }
+/// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
+/// # use copq::{Agent, EnvSpec};
+/// # use world::{Still, World};
 /// # let env = || World(EnvSpec::new("world", 1, 1).reward("time", 1.0).horizon(3), 0);
 /// # let agent: Box<dyn Agent> = Box::new(Still);
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
@@ -85,12 +56,8 @@ pub struct Run {
     eval_env: Option<Box<dyn Env>>,
     folder: RunFolder,
     settings: RunSettings,
-    metrics: Metrics,
-    evaluations: Evaluations,
-    timings: Timings,
-    events: EventFile,
+    records: Records,
     progress: Progress,
-    best: Best,
     first_step: u64,
     /// The step of the newest checkpoint.
     saved_step: Option<u64>,
@@ -122,38 +89,19 @@ impl Run {
     ) -> Result<Self> {
         settings.check()?;
         if let Some(eval_env) = &eval_env {
-            check_same_task(&trainer, eval_env.as_ref())?;
+            trainer.spec().check_same("environment for evaluation", eval_env.spec())?;
         }
         // A checkpoint holds the world in mid-episode: better now than after the first steps.
         trainer.env().save(&mut State::default())?;
         check_same_seed(&trainer, &settings)?;
         let saved = folder.load()?;
-        match &saved {
-            Some(saved) => go_on(&mut trainer, &folder, saved)?,
-            None => check_not_begun(&folder, &settings)?,
+        if let Some(saved) = &saved {
+            go_on(&mut trainer, &folder, saved)?;
         }
         let step = trainer.steps();
-        let table = |name: &str, every: u64| {
-            // Off its interval, a row was the last one of a shorter run.
-            let keep = |row: u64| row <= step && row.is_multiple_of(every);
-            Table::open(&folder.file(name), rows_of(saved.as_ref(), name), keep)
-        };
-        let mut metrics = Metrics::of(table("metrics.csv", settings.log_every)?);
-        if let Some(saved) = &saved {
-            metrics.load(saved.child("metrics")?)?;
-        }
-        let evaluations = Evaluations::of(table("evaluations.csv", settings.eval_every)?);
-        // A run from before there were policies' files begins to look for its best now.
-        let has_best = folder.file("policy-best.safetensors").exists();
-        let rows =
-            if has_best { Sheet::read(&folder.file("evaluations.csv"))? } else { Sheet::default() };
         Ok(Self {
-            metrics,
-            evaluations,
-            timings: Timings::of(table("timings.csv", settings.log_every)?, step),
-            events: EventFile::create(folder.path(), step)?,
+            records: Records::open(&folder, &settings, saved.as_ref(), step, trainer.spec())?,
             progress: Progress::new(step, settings.steps, &folder.file("log.txt")),
-            best: Best::of_rows(&rows, trainer.spec()),
             first_step: step,
             saved_step: saved.is_some().then_some(step),
             evaluation_time: Duration::ZERO,
@@ -222,19 +170,19 @@ impl Run {
     }
 
     fn step(&mut self, stop: &Stop) -> Result<()> {
-        let episode = match self.trainer.step(&mut self.metrics) {
+        let episode = match self.trainer.step(&mut self.records.metrics) {
             Err(error) if self.trainer.world_failed() => return self.world_failed(error),
             stepped => stepped?,
         };
         self.env_errors_in_a_row = 0;
         let step = self.trainer.steps();
         self.progress.step(step);
-        for warning in self.metrics.take_warnings() {
+        for warning in self.records.metrics.take_warnings() {
             self.progress.line(&warning);
         }
         if let Some(episode) = episode {
             let spec = self.trainer.spec();
-            self.metrics.episode(step, &episode, spec);
+            self.records.metrics.episode(step, &episode, spec);
             self.progress.episode(&episode, &spec.weights());
         }
         if step.is_multiple_of(self.settings.log_every) {
@@ -256,7 +204,7 @@ impl Run {
         let step = self.trainer.steps();
         let episode = self.trainer.episode();
         if episode.length > 0 {
-            self.metrics.episode(step, episode, self.trainer.spec());
+            self.records.metrics.episode(step, episode, self.trainer.spec());
         }
         let step = grouped(step);
         let goes_on = self.settings.on_env_error == OnEnvError::Reset;
@@ -281,19 +229,16 @@ impl Run {
     fn log(&mut self) -> Result<()> {
         let step = self.trainer.steps();
         if self.env_errors > 0 {
-            self.metrics.scalar(step, "env_errors", self.env_errors as f64);
+            self.records.metrics.scalar(step, "env_errors", self.env_errors as f64);
         }
-        let averages = self.metrics.row(step)?;
-        let times = self.timings.row(step, self.trainer.timing())?;
-        self.events.scalars(step, &averages)?;
-        self.events.scalars(step, &times)
+        self.records.log(step, self.trainer.timing())
     }
 
     fn is_evaluation_due(&self) -> bool {
         let step = self.trainer.steps();
         self.settings.eval_every > 0
             && step.is_multiple_of(self.settings.eval_every)
-            && self.evaluations.last() != Some(step)
+            && self.records.evaluations.table().last() != Some(step)
     }
 
     /// Evaluates, unless a signal comes meanwhile; then the run that goes on does it.
@@ -311,21 +256,18 @@ impl Run {
             Err(error) => return self.evaluation_failed(error),
             Ok(evaluation) => evaluation,
         };
-        let step = self.trainer.steps();
-        let spec = self.trainer.spec();
-        // The row comes last: it says that the evaluation is done, and is not done again.
-        let columns = evaluations::columns(&evaluation, spec);
-        let is_best = self.best.update_by(&columns, spec);
+        let is_best = self.records.is_best(&evaluation, self.trainer.spec());
         self.save_policy("policy.safetensors")?;
         if is_best {
             self.save_policy("policy-best.safetensors")?;
         }
+        // The row comes last: it says that the evaluation is done, and is not done again.
+        let step = self.trainer.steps();
         let spec = self.trainer.spec();
-        let numbers = self.evaluations.row(step, &evaluation, spec)?;
+        self.records.evaluated(step, &evaluation, spec)?;
         self.progress.line(&evaluations::describe(step, &evaluation, spec));
-        self.events.scalars(step, &numbers)?;
         self.evaluation_time += began.elapsed();
-        self.timings.evaluated(began.elapsed());
+        self.records.timings.evaluated(began.elapsed());
         // A run is worth more than its picture.
         if let Err(error) = figure::draw_run(self.folder.path(), self.trainer.spec()) {
             self.progress.line(&format!("the curves could not be drawn: {error}"));
@@ -358,17 +300,9 @@ impl Run {
     }
 
     fn checkpoint(&mut self) -> Result<()> {
-        // Rows must be as durable as the checkpoint that will not write them again.
-        self.metrics.sync()?;
-        self.evaluations.sync()?;
-        self.timings.sync()?;
         let mut state = State::default();
         self.trainer.save(state.child_mut("trainer"))?;
-        self.metrics.save(state.child_mut("metrics"));
-        let rows = state.child_mut("rows");
-        rows.put("metrics.csv", [self.metrics.rows(self.settings.log_every)]);
-        rows.put("evaluations.csv", [self.evaluations.rows(self.settings.eval_every)]);
-        rows.put("timings.csv", [self.timings.rows(self.settings.log_every)]);
+        self.records.save(&mut state)?;
         state.put("env_errors", [self.env_errors]);
         if self.settings.replay == SavedReplay::None {
             remove_replay(&mut state);
@@ -386,14 +320,16 @@ impl Run {
         if step < self.settings.steps {
             return Ok(Ending::Interrupted { step, folder });
         }
-        if self.metrics.last() != Some(step) {
+        if self.records.metrics.table().last() != Some(step) {
             self.log()?;
         }
-        if self.settings.eval_every > 0 && self.evaluations.last() != Some(step) {
+        let is_evaluated = |run: &Self| {
+            run.settings.eval_every == 0 || run.records.evaluations.table().last() == Some(step)
+        };
+        if !is_evaluated(self) {
             self.evaluate(stop)?;
         }
-        let is_evaluated = self.settings.eval_every == 0 || self.evaluations.last() == Some(step);
-        if stop.is_asked() && !is_evaluated {
+        if stop.is_asked() && !is_evaluated(self) {
             return Ok(Ending::Interrupted { step, folder });
         }
         Ok(Ending::Finished { folder })
@@ -403,12 +339,6 @@ impl Run {
         let steps = self.trainer.steps() - self.first_step;
         timings::describe(steps, total, self.trainer.timing(), self.evaluation_time)
     }
-}
-
-/// How many rows of a table must be there, by the checkpoint; older ones do not say.
-fn rows_of(saved: Option<&State>, name: &str) -> u64 {
-    let rows = saved.and_then(|saved| saved.child("rows").ok());
-    rows.and_then(|rows| rows.get_one(name).ok()).unwrap_or(0)
 }
 
 fn go_on(trainer: &mut Trainer, folder: &RunFolder, saved: &State) -> Result<()> {
@@ -425,32 +355,4 @@ fn check_same_seed(trainer: &Trainer, settings: &RunSettings) -> Result<()> {
         return Ok(());
     }
     Err(Error::invalid("the agent's seed", format!("the run's, {}", settings.seed), seed))
-}
-
-/// An error for a folder that has lost its checkpoint: to begin anew would delete what it has left.
-fn check_not_begun(folder: &RunFolder, settings: &RunSettings) -> Result<()> {
-    let mut last = None;
-    for name in ["evaluations.csv", "metrics.csv"] {
-        let file = folder.file(name);
-        if file.exists() {
-            last = last.max(Sheet::read(&file)?.steps().last().copied());
-        }
-    }
-    match last {
-        Some(step) if step > settings.checkpoint_every => {
-            let what = format!("run folder '{}'", folder.path().display());
-            let wanted = "its checkpoint.safetensors, to go on from (the command in config.toml, \
-                 with a new --out, repeats the run)";
-            Err(Error::invalid(
-                what,
-                wanted,
-                format!("none, but rows up to step {}", grouped(step)),
-            ))
-        }
-        _ => Ok(()),
-    }
-}
-
-fn check_same_task(trainer: &Trainer, eval_env: &dyn Env) -> Result<()> {
-    trainer.spec().check_same("environment for evaluation", eval_env.spec())
 }

@@ -19,21 +19,16 @@ pub(crate) struct Timings {
 }
 
 impl Timings {
+    /// The file.
+    pub(crate) fn table(&self) -> &Table {
+        &self.table
+    }
+
     /// Starts the clock.
     pub(crate) fn of(table: Table, step: u64) -> Self {
         let before = Timing::default();
         let evaluation = Duration::ZERO;
         Self { table, began: Instant::now(), first_step: step, before, evaluation }
-    }
-
-    /// See [`Table::rows`].
-    pub(crate) fn rows(&self, every: u64) -> u64 {
-        self.table.rows(every)
-    }
-
-    /// Makes the rows so far survive a power failure.
-    pub(crate) fn sync(&self) -> Result<()> {
-        self.table.sync()
     }
 
     /// Adds an evaluation's time.

@@ -41,7 +41,7 @@ impl Deterministic {
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        Ok(Self(Policy::new(spec, networks, spec.action_len(), rng, device)?))
+        Ok(Self(Policy::new(None, spec, networks, spec.action_len(), rng, device)?))
     }
 
     /// A module on a device, with fresh weights from `rng`. It gets an observation and answers with
@@ -54,7 +54,7 @@ impl Deterministic {
         device: &Device,
     ) -> Result<Self> {
         let output = spec.action_len();
-        Ok(Self(Policy::of_module(make, spec, networks, output, rng, device)?))
+        Ok(Self(Policy::new(Some(make), spec, networks, output, rng, device)?))
     }
 
     /// Writes the online parameters to a safetensors file, as the fused actor does.

@@ -7,10 +7,10 @@ use copq::error::check_len;
 use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
 
 use super::network::Network;
-use super::perceptron::perceptron;
+use super::perceptron::network;
 use super::{failed, loss_of, tensors, values};
 use crate::learned::{Learned, load_critics, save_critics};
-use crate::shape::{Array, Shape};
+use crate::shape::Array;
 use crate::{MakeModule, check, weights};
 
 /// An ensemble of separately initialised networks (observation and action in, N values out):
@@ -52,9 +52,7 @@ impl Critics {
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        let shape = Shape::critic(spec, networks);
-        let network = &mut || perceptron(&shape, networks, rng, device);
-        Self::ensemble(spec, critics, networks, device, network)
+        Self::build(None, spec, critics, networks, rng, device)
     }
 
     /// `critics` modules on a device, each with fresh weights from `rng`. A module gets
@@ -67,26 +65,27 @@ impl Critics {
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        let input = spec.obs_len + spec.action_len();
-        let output = spec.objectives.len();
-        let network = &mut || Network::new(make, input, output, rng, device).map_err(failed);
-        Self::ensemble(spec, critics, networks, device, network)
+        Self::build(Some(make), spec, critics, networks, rng, device)
     }
 
-    fn ensemble(
+    fn build(
+        make: Option<&MakeModule>,
         spec: &EnvSpec,
         critics: usize,
         networks: &Networks,
+        rng: &mut Rng,
         device: &Device,
-        network: &mut dyn FnMut() -> Result<Network>,
     ) -> Result<Self> {
         check::settings(spec, networks)?;
         check::positive("critics", critics)?;
+        let input = spec.obs_len + spec.action_len();
+        let output = spec.objectives.len();
+        let fresh = |_| network(make, input, output, networks, rng, device);
         Ok(Self {
-            networks: (0..critics).map(|_| network()).collect::<Result<_>>()?,
+            networks: (0..critics).map(fresh).collect::<Result<_>>()?,
             observation: spec.obs_len,
             action: spec.action_len(),
-            objectives: spec.objectives.len(),
+            objectives: output,
             lr: networks.critic_lr,
             device: device.clone(),
         })

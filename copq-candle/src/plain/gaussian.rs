@@ -23,7 +23,7 @@ impl Gaussian {
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        Ok(Self(Policy::new(spec, networks, 2 * spec.action_len(), rng, device)?))
+        Ok(Self(Policy::new(None, spec, networks, 2 * spec.action_len(), rng, device)?))
     }
 
     /// A module on a device, with fresh weights from `rng`. It gets an observation and answers with
@@ -36,7 +36,7 @@ impl Gaussian {
         device: &Device,
     ) -> Result<Self> {
         let output = 2 * spec.action_len();
-        Ok(Self(Policy::of_module(make, spec, networks, output, rng, device)?))
+        Ok(Self(Policy::new(Some(make), spec, networks, output, rng, device)?))
     }
 
     /// Writes the online parameters to a safetensors file, as the fused actor does.

@@ -6,6 +6,7 @@ use copq::{Activation, Networks, Rng, Stream};
 
 use super::failed;
 use super::network::Network;
+use crate::MakeModule;
 use crate::learned::Learned;
 use crate::shape::{Layer, Shape};
 
@@ -42,8 +43,23 @@ impl Module for Perceptron {
     }
 }
 
+/// A module of a user's making, or else the perceptron of all backends.
+pub(super) fn network(
+    make: Option<&MakeModule>,
+    input: usize,
+    output: usize,
+    networks: &Networks,
+    rng: &mut Rng,
+    device: &Device,
+) -> copq::Result<Network> {
+    match make {
+        Some(make) => Network::new(make, input, output, rng, device).map_err(failed),
+        None => perceptron(&Shape::new(input, &networks.hidden, output), networks, rng, device),
+    }
+}
+
 /// A network of this shape whose fresh weights are those of the fused one from an equal `rng`.
-pub(super) fn perceptron(
+fn perceptron(
     shape: &Shape,
     networks: &Networks,
     rng: &mut Rng,

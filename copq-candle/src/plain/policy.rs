@@ -9,9 +9,8 @@ use copq::{EnvSpec, Net, Networks, Result, Rng, State};
 
 use super::failed;
 use super::network::Network;
-use super::perceptron::perceptron;
+use super::perceptron::network;
 use crate::learned::Learned;
-use crate::shape::Shape;
 use crate::{MakeModule, check, weights};
 
 /// A network from observations to whatever an actor makes actions of.
@@ -28,9 +27,10 @@ pub(super) struct Policy {
 }
 
 impl Policy {
-    /// A multilayer perceptron with fresh weights drawn from `rng`, which answers with `output`
-    /// numbers.
+    /// A network with fresh weights drawn from `rng`, a module of a user's making if there is one,
+    /// which answers with `output` numbers.
     pub fn new(
+        make: Option<&MakeModule>,
         spec: &EnvSpec,
         networks: &Networks,
         output: usize,
@@ -38,40 +38,14 @@ impl Policy {
         device: &Device,
     ) -> Result<Self> {
         check::settings(spec, networks)?;
-        let shape = Shape::new(spec.obs_len, &networks.hidden, output);
-        let network = perceptron(&shape, networks, rng, device)?;
-        Ok(Self::around(network, spec, networks, output, device))
-    }
-
-    /// A module with fresh weights drawn from `rng`, which answers with `output` numbers.
-    pub fn of_module(
-        make: &MakeModule,
-        spec: &EnvSpec,
-        networks: &Networks,
-        output: usize,
-        rng: &mut Rng,
-        device: &Device,
-    ) -> Result<Self> {
-        check::settings(spec, networks)?;
-        let network = Network::new(make, spec.obs_len, output, rng, device).map_err(failed)?;
-        Ok(Self::around(network, spec, networks, output, device))
-    }
-
-    fn around(
-        network: Network,
-        spec: &EnvSpec,
-        networks: &Networks,
-        output: usize,
-        device: &Device,
-    ) -> Self {
-        Self {
-            network,
+        Ok(Self {
+            network: network(make, spec.obs_len, output, networks, rng, device)?,
             observation: spec.obs_len,
             action: spec.action_len(),
             output,
             lr: networks.actor_lr,
             device: device.clone(),
-        }
+        })
     }
 
     /// The number of rows in a batch of observations.

@@ -8,7 +8,7 @@ use copq::Rng;
 use copq_experiments::{Plan, RunFolder, Sheet};
 
 use crate::point_mass::{self, plan, settings};
-use crate::resume::assert_same;
+use crate::resume::{assert_same, open};
 
 const FOLDER: &str = "COPQ_TEST_FOLDER";
 const STEPS: &str = "COPQ_TEST_STEPS";
@@ -20,13 +20,8 @@ const AFTER: &str = "COPQ_TEST_AFTER";
 fn child() {
     let Some(folder) = std::env::var_os(FOLDER) else { return };
     let plan = busy(std::env::var(STEPS).unwrap().parse().unwrap());
-    let folder = Path::new(&folder);
-    let folder = if folder.exists() {
-        RunFolder::resume(folder, &plan, &settings())
-    } else {
-        RunFolder::create(folder, &plan, &settings())
-    };
-    let ending = point_mass::run(folder.unwrap(), &plan).train().unwrap();
+    let folder = open(Path::new(&folder), &plan);
+    let ending = point_mass::run(folder, &plan).train().unwrap();
     println!("{ending}");
     if std::env::var_os(AFTER).is_some() {
         std::fs::write(folder_of_child().join("trained"), "").unwrap();

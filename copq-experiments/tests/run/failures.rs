@@ -5,8 +5,8 @@ use std::path::Path;
 use copq::{Agent, Env, EnvSpec, Error, Outcome, Result, Rng, State, Stream, Trainer};
 use copq_experiments::{Ending, OnEnvError, Plan, Run, RunFolder, Sheet, read_checkpoint};
 
-use crate::point_mass::{self, PointMass, plan, settings};
-use crate::resume::{assert_same, train};
+use crate::point_mass::{self, PointMass, plan};
+use crate::resume::{assert_same, open, train};
 
 /// A world whose simulation fails at every so many steps.
 struct Unstable {
@@ -61,7 +61,7 @@ fn a_failing_world_stops_the_run_saved_and_the_next_goes_on() {
     let temporary = tempfile::tempdir().unwrap();
     let path = temporary.path().join("run");
     let plan = plan(3, 600);
-    let folder = RunFolder::create(&path, &plan, &settings()).unwrap();
+    let folder = open(&path, &plan);
     let error = unstable(folder, &plan, 185).train().unwrap_err().to_string();
     assert!(
         error.contains("failed after step 184, where the run is saved")
@@ -70,7 +70,7 @@ fn a_failing_world_stops_the_run_saved_and_the_next_goes_on() {
         "{error}"
     );
     assert_eq!(steps_saved(&path), 184);
-    let folder = RunFolder::resume(&path, &plan, &settings()).unwrap();
+    let folder = open(&path, &plan);
     // The counter begins anew with the process.
     unstable(folder, &plan, 185).train().unwrap_err();
     assert_eq!(steps_saved(&path), 368);
@@ -82,14 +82,14 @@ fn a_failing_world_is_counted_and_the_run_goes_on_if_it_is_told_so() {
     let path = temporary.path().join("run");
     let mut plan = plan(3, 600);
     plan.run.on_env_error = OnEnvError::Reset;
-    let folder = RunFolder::create(&path, &plan, &settings()).unwrap();
+    let folder = open(&path, &plan);
     assert!(matches!(unstable(folder, &plan, 150).train().unwrap(), Ending::Finished { .. }));
     let metrics = Sheet::read(&path.join("metrics.csv")).unwrap();
     assert_eq!(metrics.column("env_errors").unwrap().last(), Some(&4.0));
     let log = std::fs::read_to_string(path.join("log.txt")).unwrap();
     assert_eq!(log.matches("the episode counts as truncated").count(), 4, "{log}");
     let hopeless = temporary.path().join("hopeless");
-    let folder = RunFolder::create(&hopeless, &plan, &settings()).unwrap();
+    let folder = open(&hopeless, &plan);
     assert!(unstable(folder, &plan, 1).train().is_err(), "it never does a step");
 }
 
@@ -108,7 +108,7 @@ fn rows_that_nobody_writes_again_are_not_deleted() {
     ];
     for damage in damages {
         std::fs::write(&file, damage(&sound)).unwrap();
-        let folder = RunFolder::resume(&path, &plan, &settings()).unwrap();
+        let folder = open(&path, &plan);
         let env = Some(Box::new(PointMass::new()) as Box<dyn Env>);
         let error = Run::new(point_mass::trainer(5), env, folder, plan.run).unwrap_err();
         let error = error.to_string();
@@ -133,7 +133,7 @@ fn a_damaged_checkpoint_has_one_before_it() {
     bytes[middle] ^= 4;
     std::fs::write(&newest, bytes).unwrap();
     let plan = plan(5, 900);
-    let folder = RunFolder::resume(&path, &plan, &settings()).unwrap();
+    let folder = open(&path, &plan);
     let error = folder.load().unwrap_err().to_string();
     assert!(error.contains("--previous goes on from it") && error.contains("array '"), "{error}");
     folder.go_back().unwrap();
@@ -151,7 +151,7 @@ fn as_many_checkpoints_stay_as_were_asked_for() {
         let path = temporary.path().join(keep.to_string());
         let mut plan = plan(5, 900);
         plan.run.keep = keep;
-        let folder = RunFolder::create(&path, &plan, &settings()).unwrap();
+        let folder = open(&path, &plan);
         point_mass::run(folder, &plan).silent().train().unwrap();
         let mut steps = Vec::new();
         for age in 0..6 {
@@ -174,7 +174,7 @@ fn evaluation_can_be_off_or_in_the_training_world() {
     let off = temporary.path().join("off");
     let mut never = plan(5, 600);
     never.run.eval_every = 0;
-    let folder = RunFolder::create(&off, &never, &settings()).unwrap();
+    let folder = open(&off, &never);
     Run::new(point_mass::trainer(5), None, folder, never.run).unwrap().silent().train().unwrap();
     assert!(Sheet::read(&off.join("evaluations.csv")).unwrap().steps().is_empty());
 
@@ -182,7 +182,7 @@ fn evaluation_can_be_off_or_in_the_training_world() {
     let shared = temporary.path().join("shared");
     train(&own, 5, 600);
     let plan = plan(5, 600);
-    let folder = RunFolder::create(&shared, &plan, &settings()).unwrap();
+    let folder = open(&shared, &plan);
     Run::new(point_mass::trainer(5), None, folder, plan.run).unwrap().silent().train().unwrap();
     let read = |folder: &Path| std::fs::read(folder.join("evaluations.csv")).unwrap();
     assert_eq!(read(&own), read(&shared), "the training world goes on where it was");

@@ -13,13 +13,14 @@ pub const SAME: [&str; 5] =
 /// Begins or goes on with a run.
 pub fn train(folder: &Path, seed: u64, steps: u64) {
     let plan = plan(seed, steps);
-    let folder = if folder.exists() {
-        RunFolder::resume(folder, &plan, &settings())
-    } else {
-        RunFolder::create(folder, &plan, &settings())
-    };
-    let ending = point_mass::run(folder.unwrap(), &plan).silent().train().unwrap();
+    let ending = point_mass::run(open(folder, &plan), &plan).silent().train().unwrap();
     assert!(matches!(ending, Ending::Finished { .. }));
+}
+
+/// A run's folder, made or opened again.
+pub fn open(folder: &Path, plan: &Plan) -> RunFolder {
+    let open = if folder.exists() { RunFolder::resume } else { RunFolder::create };
+    open(folder, plan, &settings()).unwrap()
 }
 
 /// Compares what two runs left.

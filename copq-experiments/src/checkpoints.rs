@@ -1,0 +1,140 @@
+//! The newest checkpoint of a run and those before it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use copq::{Error, Result, State, files};
+
+use crate::plan::{MAX_KEEP, RunSettings, SavedReplay};
+
+/// A run folder's checkpoints: how many stay, and which of them hold the replay.
+#[derive(Debug)]
+pub(crate) struct Checkpoints {
+    folder: PathBuf,
+    keep: usize,
+    replay: SavedReplay,
+}
+
+impl Checkpoints {
+    pub(crate) fn new(folder: &Path, run: &RunSettings) -> Self {
+        Self { folder: folder.to_owned(), keep: run.keep, replay: run.replay }
+    }
+
+    /// Replaces the checkpoint by one that is read back before it takes its place; those before
+    /// become `checkpoint.1.safetensors` and so on.
+    pub(crate) fn save(&self, state: &State) -> Result<()> {
+        let newest = self.file(0);
+        let aside = self.folder.join(".checkpoint.before");
+        let has_older = self.keep > 1 && newest.exists();
+        if has_older {
+            link(&newest, &aside)?;
+        }
+        let saved = state.write_file(&newest);
+        if saved.is_err() {
+            remove_if_there(&aside);
+        }
+        saved?;
+        if has_older {
+            self.age(&aside)?;
+        }
+        for age in self.keep..=MAX_KEEP {
+            remove_if_there(&self.file(age));
+        }
+        Ok(())
+    }
+
+    /// Makes what was the newest checkpoint the one before, and all others older.
+    fn age(&self, aside: &Path) -> Result<()> {
+        if self.replay == SavedReplay::Last
+            && let Ok(mut older) = State::read_file(aside)
+        {
+            remove_replay(&mut older);
+            older.write_file(aside)?;
+        }
+        for age in (1..self.keep - 1).rev() {
+            move_if_there(&self.file(age), &self.file(age + 1))?;
+        }
+        move_if_there(aside, &self.file(1))
+    }
+
+    /// The last checkpoint; none if the run was stopped before the first. The error for a damaged
+    /// or lost one says whether there is one before it.
+    pub(crate) fn load(&self) -> Result<Option<State>> {
+        let path = self.file(0);
+        let older = self.older();
+        if !path.exists() && older.is_none() {
+            return Ok(None);
+        }
+        State::read_file(&path).map(Some).map_err(|e| match older {
+            None => e,
+            Some(_) => {
+                let shown = self.folder.display();
+                let advice = format!(
+                    "the checkpoint before it is there: copq resume {shown} --previous goes on \
+                     from it"
+                );
+                Error::other(advice, e)
+            }
+        })
+    }
+
+    /// Goes back to the checkpoint before the last one, which stays as
+    /// `checkpoint.damaged.safetensors`.
+    pub(crate) fn go_back(&self) -> Result<()> {
+        let newest = self.file(0);
+        let Some(age) = self.older() else {
+            let what = format!("run folder '{}'", self.folder.display());
+            return Err(Error::invalid(what, "a checkpoint before the last", "none"));
+        };
+        State::read_file(self.file(age))?;
+        if newest.exists() {
+            link(&newest, &self.folder.join("checkpoint.damaged.safetensors"))?;
+        }
+        // At every moment there is a newest one.
+        move_if_there(&self.file(age), &newest)?;
+        for older in age + 1..=MAX_KEEP {
+            move_if_there(&self.file(older), &self.file(older - age))?;
+        }
+        Ok(())
+    }
+
+    /// The age of the checkpoint before the newest.
+    fn older(&self) -> Option<usize> {
+        (1..=MAX_KEEP).find(|&age| self.file(age).exists())
+    }
+
+    /// The file of the checkpoint that is so many older than the newest.
+    fn file(&self, age: usize) -> PathBuf {
+        match age {
+            0 => self.folder.join("checkpoint.safetensors"),
+            _ => self.folder.join(format!("checkpoint.{age}.safetensors")),
+        }
+    }
+}
+
+/// Takes the replay out of a checkpoint.
+pub(crate) fn remove_replay(checkpoint: &mut State) {
+    checkpoint.child_mut("trainer").child_mut("agent").remove_child("replay");
+}
+
+/// Gives a file a second name, over what has it; that costs nothing, but not every disk can.
+fn link(from: &Path, to: &Path) -> Result<()> {
+    remove_if_there(to);
+    fs::hard_link(from, to).or_else(|_| fs::copy(from, to).map(drop)).map_err(|e| {
+        remove_if_there(to);
+        files::failed("keeping", from)(e)
+    })
+}
+
+/// Removes a file, if it can: what stays is only in the way.
+fn remove_if_there(path: &Path) {
+    fs::remove_file(path).unwrap_or_default();
+}
+
+fn move_if_there(from: &Path, to: &Path) -> Result<()> {
+    if !from.exists() {
+        return Ok(());
+    }
+    fs::rename(from, to).map_err(files::failed("moving", from))?;
+    files::sync_folder_of(to)
+}

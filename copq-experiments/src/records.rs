@@ -1,0 +1,139 @@
+//! What a run writes down as it goes: the rows of its tables, TensorBoard's events, and which
+//! evaluation was the best.
+
+use copq::{EnvSpec, Error, Evaluation, Result, State, Timing};
+
+use crate::best::Best;
+use crate::evaluations::{self, Evaluations};
+use crate::folder::RunFolder;
+use crate::metrics::Metrics;
+use crate::numbers::grouped;
+use crate::plan::RunSettings;
+use crate::sheet::Sheet;
+use crate::table::Table;
+use crate::tensorboard::EventFile;
+use crate::timings::Timings;
+
+const METRICS: &str = "metrics.csv";
+const EVALUATIONS: &str = "evaluations.csv";
+const TIMINGS: &str = "timings.csv";
+
+/// The tables and events of a run's folder.
+#[derive(Debug)]
+pub(crate) struct Records {
+    pub metrics: Metrics,
+    pub evaluations: Evaluations,
+    pub timings: Timings,
+    events: EventFile,
+    best: Best,
+    settings: RunSettings,
+}
+
+impl Records {
+    /// Opens or makes the files, and drops the rows that a run which goes on from `saved`, at this
+    /// step, will write again.
+    pub(crate) fn open(
+        folder: &RunFolder,
+        settings: &RunSettings,
+        saved: Option<&State>,
+        step: u64,
+        spec: &EnvSpec,
+    ) -> Result<Self> {
+        if saved.is_none() {
+            check_not_begun(folder, settings)?;
+        }
+        let table = |name: &str, every: u64| {
+            // Off its interval, a row was the last one of a shorter run.
+            let keep = |row: u64| row <= step && row.is_multiple_of(every);
+            Table::open(&folder.file(name), rows_of(saved, name), keep)
+        };
+        let mut metrics = Metrics::of(table(METRICS, settings.log_every)?);
+        if let Some(saved) = saved {
+            metrics.load(saved.child("metrics")?)?;
+        }
+        let evaluations = Evaluations::of(table(EVALUATIONS, settings.eval_every)?);
+        // A run from before there were policies' files begins to look for its best now.
+        let has_best = folder.file("policy-best.safetensors").exists();
+        let rows =
+            if has_best { Sheet::read(&folder.file(EVALUATIONS))? } else { Sheet::default() };
+        Ok(Self {
+            metrics,
+            evaluations,
+            timings: Timings::of(table(TIMINGS, settings.log_every)?, step),
+            events: EventFile::create(folder.path(), step)?,
+            best: Best::of_rows(&rows, spec),
+            settings: *settings,
+        })
+    }
+
+    /// Writes the averages and the times since the last row.
+    pub(crate) fn log(&mut self, step: u64, timing: Timing) -> Result<()> {
+        let averages = self.metrics.row(step)?;
+        let times = self.timings.row(step, timing)?;
+        self.events.scalars(step, &averages)?;
+        self.events.scalars(step, &times)
+    }
+
+    /// Writes an evaluation's row.
+    pub(crate) fn evaluated(
+        &mut self,
+        step: u64,
+        evaluation: &Evaluation,
+        spec: &EnvSpec,
+    ) -> Result<()> {
+        let numbers = self.evaluations.row(step, evaluation, spec)?;
+        self.events.scalars(step, &numbers)
+    }
+
+    /// Whether an evaluation is better than all before, from now on among them.
+    pub(crate) fn is_best(&mut self, evaluation: &Evaluation, spec: &EnvSpec) -> bool {
+        self.best.update_by(&evaluations::columns(evaluation, spec), spec)
+    }
+
+    /// Makes the rows durable, and writes how many there are and the averages under way into the
+    /// checkpoint that will not write them again.
+    pub(crate) fn save(&self, state: &mut State) -> Result<()> {
+        self.metrics.save(state.child_mut("metrics"));
+        let Self { metrics, evaluations, timings, settings, .. } = self;
+        let rows = state.child_mut("rows");
+        for (name, table, every) in [
+            (METRICS, metrics.table(), settings.log_every),
+            (EVALUATIONS, evaluations.table(), settings.eval_every),
+            (TIMINGS, timings.table(), settings.log_every),
+        ] {
+            table.sync()?;
+            rows.put(name, [table.rows(every)]);
+        }
+        Ok(())
+    }
+}
+
+/// How many rows of a table must be there, by the checkpoint; older ones do not say.
+fn rows_of(saved: Option<&State>, name: &str) -> u64 {
+    let rows = saved.and_then(|saved| saved.child("rows").ok());
+    rows.and_then(|rows| rows.get_one(name).ok()).unwrap_or(0)
+}
+
+/// An error for a folder that has lost its checkpoint: to begin anew would delete what it has left.
+fn check_not_begun(folder: &RunFolder, settings: &RunSettings) -> Result<()> {
+    let mut last = None;
+    for name in [EVALUATIONS, METRICS] {
+        let file = folder.file(name);
+        if file.exists() {
+            last = last.max(Sheet::read(&file)?.steps().last().copied());
+        }
+    }
+    match last {
+        Some(step) if step > settings.checkpoint_every => {
+            let what = format!("run folder '{}'", folder.path().display());
+            let wanted = "its checkpoint.safetensors, to go on from (the command in config.toml, \
+                 with a new --out, repeats the run)";
+            Err(Error::invalid(
+                what,
+                wanted,
+                format!("none, but rows up to step {}", grouped(step)),
+            ))
+        }
+        _ => Ok(()),
+    }
+}
