@@ -49,10 +49,12 @@ impl Env for Cart {
         let safe = distance > 0.0;
         reward.copy_from_slice(&[f32::from(safe), -(distance - 1.0).abs() / WALL]);
         obs.copy_from_slice(&self.state);
-        Ok(match self.steps == self.spec.horizon {
-            _ if !safe => Outcome::Terminated, // nothing follows
-            true => Outcome::Truncated, // time ran out, but the state is worth what it is worth
-            false => Outcome::Running,
+        Ok(if !safe {
+            Outcome::Terminated // nothing follows
+        } else if self.steps == self.spec.horizon {
+            Outcome::Truncated // time ran out, but the state is worth what it is worth
+        } else {
+            Outcome::Running
         })
     }
 }
