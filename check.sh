@@ -52,6 +52,9 @@ fi
 run $copq train --engine mujoco --preset paper \
     --steps 400 --set start_steps=300 --eval-every 400 --eval-episodes 2 --out "$smoke/mujoco"
 
+# A few runs killed, a few faults of their disk; scripts/torture.sh by itself takes an hour and more.
+run scripts/torture.sh $copq 6
+
 # The other way to MuJoCo, against whatever is installed: by itself, for one process should hold one MuJoCo.
 if exports=$(scripts/system-mujoco.sh); then
     eval "$exports"

@@ -86,6 +86,31 @@ int rename(const char *from, const char *to) {
     return fails(now, 0) ? -1 : real(from, to);
 }
 
+/* Other changes of a folder's names, and copies that never leave the kernel. */
+int link(const char *from, const char *to) {
+    static int (*real)(const char *, const char *);
+    if (!real) *(void **)&real = dlsym(RTLD_NEXT, "link");
+    return is_path_ours(to) && fails(due(0), 1) ? -1 : real(from, to);
+}
+
+int linkat(int from_fd, const char *from, int to_fd, const char *to, int flags) {
+    static int (*real)(int, const char *, int, const char *, int);
+    if (!real) *(void **)&real = dlsym(RTLD_NEXT, "linkat");
+    return is_path_ours(to) && fails(due(0), 1) ? -1 : real(from_fd, from, to_fd, to, flags);
+}
+
+int unlink(const char *path) {
+    static int (*real)(const char *);
+    if (!real) *(void **)&real = dlsym(RTLD_NEXT, "unlink");
+    return is_path_ours(path) && fails(due(0), 0) ? -1 : real(path);
+}
+
+ssize_t copy_file_range(int from, off64_t *from_at, int to, off64_t *to_at, size_t count, unsigned flags) {
+    static ssize_t (*real)(int, off64_t *, int, off64_t *, size_t, unsigned);
+    if (!real) *(void **)&real = dlsym(RTLD_NEXT, "copy_file_range");
+    return is_ours(to) && fails(due(0), 1) ? -1 : real(from, from_at, to, to_at, count, flags);
+}
+
 #define OPEN(name)                                                             \
     int name(const char *path, int flags, ...) {                               \
         static int (*real)(const char *, int, ...);                            \

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use copq::{Error, Result, State, files};
 
+use crate::ending::go_back_command;
 use crate::plan::{MAX_KEEP, RunSettings, SavedReplay};
 
 /// A run folder's checkpoints: how many stay, and which of them hold the replay.
@@ -68,11 +69,9 @@ impl Checkpoints {
         State::read_file(&path).map(Some).map_err(|e| match older {
             None => e,
             Some(_) => {
-                let shown = self.folder.display();
-                let advice = format!(
-                    "the checkpoint before it is there: copq resume {shown} --previous goes on \
-                     from it"
-                );
+                let command = go_back_command(&self.folder);
+                let advice =
+                    format!("the checkpoint before it is there: {command} goes on from it");
                 Error::other(advice, e)
             }
         })

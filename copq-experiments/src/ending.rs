@@ -1,7 +1,7 @@
 //! How a training run ended.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::numbers::grouped;
 
@@ -11,8 +11,10 @@ use crate::numbers::grouped;
 /// use copq_experiments::Ending;
 ///
 /// let ending = Ending::Interrupted { step: 12_000, folder: "runs/first".into() };
-/// let words = "stopped and saved at step 12,000; go on with copq resume runs/first";
-/// assert_eq!(ending.to_string(), words);
+/// assert_eq!(
+///     ending.to_string(),
+///     "stopped and saved at step 12,000; go on with RunFolder::resume(\"runs/first\", ..)"
+/// );
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -40,11 +42,35 @@ impl fmt::Display for Ending {
             Self::Interrupted { step, folder } => {
                 write!(
                     f,
-                    "stopped and saved at step {}; go on with copq resume {}",
+                    "stopped and saved at step {}; go on with {}",
                     grouped(*step),
-                    folder.display()
+                    resume_command(folder)
                 )
             }
         }
     }
+}
+
+/// How to go on with the run in a folder: the command line of copq's own program, or what the
+/// author of another program has for it.
+pub(crate) fn resume_command(folder: &Path) -> String {
+    if is_copq() {
+        format!("copq resume {}", folder.display())
+    } else {
+        format!("RunFolder::resume({folder:?}, ..)")
+    }
+}
+
+/// How to go on from the checkpoint before the newest.
+pub(crate) fn go_back_command(folder: &Path) -> String {
+    if is_copq() {
+        format!("copq resume {} --previous", folder.display())
+    } else {
+        "RunFolder::go_back".to_owned()
+    }
+}
+
+fn is_copq() -> bool {
+    let program = std::env::current_exe().unwrap_or_default();
+    program.file_stem().is_some_and(|name| name == "copq")
 }

@@ -9,6 +9,7 @@ use serde::de::DeserializeOwned;
 
 use crate::checkpoints::Checkpoints;
 use crate::config::{self, MadeWith, RunConfig};
+use crate::ending::resume_command;
 use crate::plan::Plan;
 use copq::files;
 
@@ -227,9 +228,8 @@ fn begin(path: &Path, config: &str, is_new: bool) -> Result<File> {
 fn taken(path: &Path) -> Error {
     let shown = path.display();
     let wanted = if path.join("config.toml").is_file() {
-        format!(
-            "a new folder (go on with this run by copq resume {shown}, or choose another --out)"
-        )
+        let command = resume_command(path);
+        format!("a new folder (go on with this run by {command}, or choose another --out)")
     } else {
         "a new folder (choose another --out)".to_owned()
     };

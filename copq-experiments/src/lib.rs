@@ -46,7 +46,6 @@ mod stop;
 mod table;
 pub mod tensorboard;
 mod timings;
-mod watched;
 
 pub use config::{MadeWith, RunConfig, with_changes};
 pub use ending::Ending;

@@ -3,10 +3,10 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use copq::{Agent, Env, Error, Observer, Result, State, Trainer, evaluate};
+use copq::{Agent, Env, Error, Observer, Result, State, Trainer, evaluate_while};
 
 use crate::checkpoints::remove_replay;
-use crate::ending::Ending;
+use crate::ending::{Ending, resume_command};
 use crate::evaluations;
 use crate::figure;
 use crate::folder::RunFolder;
@@ -16,7 +16,6 @@ use crate::progress::Progress;
 use crate::records::Records;
 use crate::stop::Stop;
 use crate::timings;
-use crate::watched::Watched;
 
 /// Failures of an environment without a good step between them, after which it is given up.
 const PATIENCE: u64 = 100;
@@ -214,13 +213,13 @@ impl Run {
             return Ok(());
         }
         self.checkpoint()?;
-        let path = self.folder.path().display();
+        let command = resume_command(self.folder.path());
         let what = if goes_on {
             format!("the environment failed {PATIENCE} times in a row after step {step}")
         } else {
             format!(
-                "the environment failed after step {step}, where the run is saved (copq resume \
-                 {path} goes on with a new episode; --on-env-error reset does so by itself)"
+                "the environment failed after step {step}, where the run is saved ({command} goes \
+                 on with a new episode; --on-env-error reset does so by itself)"
             )
         };
         Err(Error::other(what, error))
@@ -245,11 +244,10 @@ impl Run {
     fn evaluate(&mut self, stop: &Stop) -> Result<()> {
         let began = Instant::now();
         let episodes = self.settings.eval_episodes;
+        let may_go_on = || stop.check();
         let evaluation = match &mut self.eval_env {
-            None => self.trainer.evaluate(episodes),
-            Some(env) => {
-                evaluate(self.trainer.agent_mut(), Watched { env: env.as_mut(), stop }, episodes)
-            }
+            None => self.trainer.evaluate_while(episodes, may_go_on),
+            Some(env) => evaluate_while(self.trainer.agent_mut(), env, episodes, may_go_on),
         };
         let evaluation = match evaluation {
             Err(_) if stop.is_asked() => return Ok(()),

@@ -47,6 +47,14 @@ impl Stop {
     pub(crate) fn is_asked(&self) -> bool {
         self.0.asked.load(Ordering::Relaxed)
     }
+
+    /// An error once a signal has come.
+    pub(crate) fn check(&self) -> Result<()> {
+        if self.is_asked() {
+            return Err(Error::Unsupported { what: "stopped by a signal".to_owned() });
+        }
+        Ok(())
+    }
 }
 
 impl Drop for Stop {

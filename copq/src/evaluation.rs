@@ -75,6 +75,17 @@ pub fn evaluate<A: Agent + ?Sized>(
     env: impl Env,
     episodes: usize,
 ) -> Result<Evaluation> {
+    evaluate_while(agent, env, episodes, || Ok(()))
+}
+
+/// [`evaluate`], with a question before every step whose error ends it, such as whether somebody
+/// wants it to stop.
+pub fn evaluate_while<A: Agent + ?Sized>(
+    agent: &mut A,
+    env: impl Env,
+    episodes: usize,
+    may_go_on: impl Fn() -> Result<()>,
+) -> Result<Evaluation> {
     if episodes == 0 {
         return Err(Error::invalid("evaluation episodes", "at least 1", 0));
     }
@@ -101,6 +112,7 @@ pub fn evaluate<A: Agent + ?Sized>(
             *sum += weight * f64::from(q);
         }
         loop {
+            may_go_on()?;
             let outcome = rollout.step(&action)?;
             for (sum, &reward) in result.discounted.iter_mut().zip(rollout.reward()) {
                 *sum += weight * f64::from(reward);

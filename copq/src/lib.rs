@@ -121,7 +121,7 @@ pub use check_env::{EnvReport, check_env};
 pub use critic::{Critic, Net, QGrad};
 pub use env::{Env, Outcome};
 pub use error::{Error, Result};
-pub use evaluation::{Evaluation, evaluate};
+pub use evaluation::{Evaluation, evaluate, evaluate_while};
 pub use explore::{Context, Explore, GaussianNoise, Optimistic, PolicySamples, UniformActions};
 pub use famo::{Famo, FamoConfig, FamoDecay};
 pub use learner::Learner;

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::{
     Agent, Env, EnvSpec, Episode, Error, Evaluation, Mode, Observer, Result, Rng, Rollout, State,
-    Stream, Transition, evaluate,
+    Stream, Transition, evaluate_while,
 };
 
 /// Wall-clock time spent since the trainer was made (not saved: it is no part of the result).
@@ -190,12 +190,22 @@ impl<A: Agent> Trainer<A> {
     /// time. They are played in the trainer's own environment, which then goes on where it was; if
     /// it cannot be saved, a new training episode begins.
     pub fn evaluate(&mut self, episodes: usize) -> Result<Evaluation> {
+        self.evaluate_while(episodes, || Ok(()))
+    }
+
+    /// [`Trainer::evaluate`], with a question before every step whose error ends it.
+    pub fn evaluate_while(
+        &mut self,
+        episodes: usize,
+        may_go_on: impl Fn() -> Result<()>,
+    ) -> Result<Evaluation> {
         let mut running = State::default();
         match self.rollout.save(&mut running) {
             Err(Error::Unsupported { .. }) => running = State::default(),
             saved => saved?,
         }
-        let evaluation = evaluate(&mut self.agent, self.rollout.env_mut(), episodes);
+        let env = self.rollout.env_mut();
+        let evaluation = evaluate_while(&mut self.agent, env, episodes, may_go_on);
         self.rollout.load(&running)?;
         evaluation
     }

@@ -74,7 +74,8 @@ fn stop_with(signal: &str) {
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{text}");
     assert!(
-        text.contains("stopped and saved at step ") && text.contains("go on with copq resume "),
+        text.contains("stopped and saved at step ")
+            && text.contains("go on with RunFolder::resume("),
         "{text}"
     );
 

@@ -118,7 +118,7 @@ fn a_run_is_not_overwritten() {
     finished(&folder);
     let message = RunFolder::create(&folder, &plan(1, 620), &settings()).unwrap_err().to_string();
     assert!(
-        message.contains(&format!("copq resume {}", folder.display()))
+        message.contains(&format!("RunFolder::resume({folder:?}, ..)"))
             && message.contains("another --out")
     );
     std::fs::create_dir(temporary.path().join("mine")).unwrap();

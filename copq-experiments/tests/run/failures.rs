@@ -65,7 +65,7 @@ fn a_failing_world_stops_the_run_saved_and_the_next_goes_on() {
     let error = unstable(folder, &plan, 185).train().unwrap_err().to_string();
     assert!(
         error.contains("failed after step 184, where the run is saved")
-            && error.contains("copq resume")
+            && error.contains("RunFolder::resume")
             && error.ends_with("the simulation is unstable"),
         "{error}"
     );
@@ -135,7 +135,10 @@ fn a_damaged_checkpoint_has_one_before_it() {
     let plan = plan(5, 900);
     let folder = open(&path, &plan);
     let error = folder.load().unwrap_err().to_string();
-    assert!(error.contains("--previous goes on from it") && error.contains("array '"), "{error}");
+    assert!(
+        error.contains("RunFolder::go_back goes on from it") && error.contains("array '"),
+        "{error}"
+    );
     folder.go_back().unwrap();
     drop(folder);
     assert_eq!(steps_saved(&path), 600);

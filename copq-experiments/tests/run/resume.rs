@@ -95,7 +95,7 @@ fn a_run_that_lost_its_checkpoint_loses_nothing_more() {
     std::fs::remove_file(bare.join("checkpoint.safetensors")).unwrap();
     let folder = RunFolder::resume(&bare, &plan(5, 900), &settings()).unwrap();
     let error = folder.load().unwrap_err().to_string();
-    assert!(error.contains("--previous goes on from it"), "{error}");
+    assert!(error.contains("RunFolder::go_back goes on from it"), "{error}");
     drop(folder);
     std::fs::remove_file(bare.join("checkpoint.1.safetensors")).unwrap();
     let evaluations = std::fs::read_to_string(bare.join("evaluations.csv")).unwrap();

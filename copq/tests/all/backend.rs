@@ -81,6 +81,9 @@ fn a_method_of_your_own_trains_and_evaluates() {
         "{table}"
     );
     assert_eq!(trainer.evaluate(5).unwrap(), evaluation, "the same episodes every time");
+    let stopped = || Err(Error::Unsupported { what: "stopped".to_owned() });
+    assert_eq!(trainer.evaluate_while(5, stopped).unwrap_err().to_string(), "stopped");
+    assert_eq!(trainer.evaluate(5).unwrap(), evaluation, "also after one that was cut short");
     let mut other =
         Trainer::new(Toy::new(), toy::learner(toy::method(toy::config()), 3, 1)).unwrap();
     let mut state = State::default();
