@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Times copq against its peers, interleaved, from the same weights and on the same batches.
 
-    python3 bench/run.py                        everything: some 20 minutes on two quiet cores, after building
+    python3 bench/run.py                        everything: some half an hour on two quiet cores, after building
     python3 bench/run.py --rounds 5 walker2d    one part, roughly
     python3 bench/publish.py                    puts the tables into bench/RESULTS.md
 
@@ -12,6 +12,9 @@ again by itself; after a part of updates, the chart of all is drawn. Another mac
 The peers get a private environment in third_party/bench-peers (git-ignored; the first time it downloads several
 gigabytes, for PyPI's PyTorch brings CUDA along). Every program must report the same losses before it is timed. Needs
 Linux, Rust, a C and a C++ compiler, python3 with venv, crates.io and PyPI.
+
+OmniSafe, in the part `on-policy`, needs python3.10 and old packages: it gets an environment of its own in
+third_party/bench-omnisafe, as large. Without a python3.10, or with `--skip omnisafe`, it is left out.
 
 The part `instructions` has to be asked for: it needs Valgrind, which computes fused multiply-adds one by one, and takes
 most of an hour on a busy machine.
@@ -24,6 +27,7 @@ import argparse
 import os
 import platform
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -39,7 +43,7 @@ ROOT = BENCH.parent
 # A multiple of every workload's actor delay, and the number of batches.
 UPDATES = 20
 WORKLOADS = {"walker2d": 2, "humanoid": 2, "redq": 20}  # and their actor delays
-PARTS = [*WORKLOADS, "steps", "projections", "scaling", "instructions"]
+PARTS = [*WORKLOADS, "steps", "on-policy", "projections", "scaling", "instructions"]
 # Programs and what they are called: who serves each, in the order of the tables.
 PROGRAMS = {
     "products": "copq",
@@ -57,6 +61,10 @@ UNCHECKED = {"products", "learner"}
 # Environment steps in a round of whole training.
 STEPS = 200
 TRAININGS = {"td3": "copq", "cop": "copq", "sbx": "peers", "sb3": "peers"}
+# An epoch of on-policy training; who serves each, and which of ours does the same.
+EPOCH = 2048
+ON_POLICY = {"ppo": "copq", "cppo-pid": "copq", "sbx": "peers", "sb3": "peers", "omnisafe": "omnisafe"}
+SAME_METHOD = {"ppo": "ppo", "cppo-pid": "cppo-pid", "sbx": "ppo", "sb3": "ppo", "omnisafe": "cppo-pid"}
 LABELS = {
     "products": "its matrix products alone (`gemm`)",
     "copq": "**copq**",
@@ -72,19 +80,37 @@ LABELS = {
     "sbx": "SBX TD3 (JAX)",
     "sb3": "Stable-Baselines3 TD3 (PyTorch)",
 }
+ON_POLICY_LABELS = {
+    "ppo": "copq, PPO",
+    "cppo-pid": "copq, CPPOPID",
+    "sbx": "SBX PPO (JAX)",
+    "sb3": "Stable-Baselines3 PPO (PyTorch)",
+    "omnisafe": "OmniSafe CPPOPID (PyTorch)",
+}
 # Programs whose instructions are counted.
 COUNTED = ["products", "copq", "learner", "autograd"]
 
 
-def environment():
+def environment(venv=VENV, requirements="requirements.txt", python=sys.executable):
     """The peers' interpreter, freshly installed if it is not there or its list of packages has changed."""
-    wanted, installed = BENCH / "peers" / "requirements.txt", VENV / "installed.txt"
+    wanted, installed = BENCH / "peers" / requirements, venv / "installed.txt"
     if not installed.exists() or installed.read_text() != wanted.read_text():
-        print("installing the peers", file=sys.stderr)
-        subprocess.run([sys.executable, "-m", "venv", VENV], check=True)
-        subprocess.run([VENV / "bin" / "pip", "install", "--quiet", "--requirement", wanted], check=True)
+        print(f"installing {venv.name}", file=sys.stderr)
+        subprocess.run([python, "-m", "venv", venv], check=True)
+        subprocess.run([venv / "bin" / "pip", "install", "--quiet", "--requirement", wanted], check=True)
         installed.write_text(wanted.read_text())
-    return VENV / "bin" / "python"
+    return venv / "bin" / "python"
+
+
+def omnisafe(skip):
+    """The interpreter that has OmniSafe, if it can be had."""
+    python = shutil.which("python3.10")
+    if "omnisafe" in skip:
+        return None
+    if not python:
+        print("OmniSafe is left out: it needs a python3.10, and there is none", file=sys.stderr)
+        return None
+    return environment(VENV.with_name("bench-omnisafe"), "requirements-omnisafe.txt", python)
 
 
 def build(mujoco):
@@ -103,10 +129,14 @@ def machine(python):
     widest = "AVX-512" if "avx512f" in flags else "AVX2" if "avx2" in flags else "no AVX2"
     rustc = output(["rustc", "--version"]).split()[1]
     names = {"torch": "PyTorch", "jax": "JAX", "gymnasium": "Gymnasium", "stable_baselines3": "SB3", "sbx-rl": "SBX"}
+    peers = versions(python, names)
+    return f"{model}, {os.cpu_count()} cores, {widest}; Linux {platform.release()}; rustc {rustc}; {peers}"
+
+
+def versions(python, names):
+    """Of an interpreter and of its packages."""
     code = f"from importlib.metadata import version; [print(name, version(key)) for key, name in {names}.items()]"
-    peers = ", ".join(output([python, "-c", code]).splitlines())
-    python = output([python, "--version"]).strip()
-    return f"{model}, {os.cpu_count()} cores, {widest}; Linux {platform.release()}; rustc {rustc}; {python}, {peers}"
+    return ", ".join([output([python, "--version"]).strip(), *output([python, "-c", code]).splitlines()])
 
 
 def output(command):
@@ -147,16 +177,37 @@ def measure(workload, threads, title, programs, args):
 def steps(args):
     """The table of whole environment steps."""
     commands = {"copq": [args.programs / "td3-steps"], "peers": [args.python, BENCH / "peers" / "td3_steps.py", 1]}
+    times, shares = trainings("steps", commands, TRAININGS, STEPS, args)
+    return f"{args.rounds} interleaved rounds of {STEPS} environment steps, one thread.\n\n" + steps_table(
+        LABELS, times, shares, "copq's TD3", dict.fromkeys(TRAININGS, "td3")
+    )
+
+
+def on_policy(args):
+    """The table of whole epochs of on-policy training."""
+    commands = {"copq": [args.programs / "ppo-steps"], "peers": [args.python, BENCH / "peers" / "ppo_steps.py", 1]}
+    what = f"{args.rounds} interleaved rounds of an epoch of {EPOCH} environment steps, one thread"
+    if python := omnisafe(args.skip):
+        commands["omnisafe"] = [python, BENCH / "peers" / "omnisafe_steps.py", 1]
+        names = {"omnisafe": "OmniSafe", "torch": "PyTorch", "gymnasium": "Gymnasium", "mujoco": "MuJoCo"}
+        what += f"; OmniSafe by itself: {versions(python, names)}"
+    programs = {name: server for name, server in ON_POLICY.items() if server in commands}
+    times, shares = trainings("on-policy", commands, programs, EPOCH, args)
+    note = "Ratios are to copq's row of the same method: to its PPO, and OmniSafe's to its CPPOPID.\n"
+    table = steps_table(ON_POLICY_LABELS, times, shares, "copq's same method", SAME_METHOD)
+    return f"{what}.\n\n{table}\n{note}"
+
+
+def trainings(part, commands, programs, steps, args):
+    """Times by program, and the shares of ours."""
     servers = {name: Server(command, 1) for name, command in commands.items()}
-    times = interleave(servers, TRAININGS, STEPS, args.rounds, "steps")
-    ours = [name for name, server in TRAININGS.items() if server == "copq"]
-    shares = {name: servers["copq"].ask("shares", name, STEPS) for name in ours}
+    times = interleave(servers, programs, steps, args.rounds, part)
+    ours = [name for name, server in programs.items() if server == "copq"]
+    shares = {name: servers["copq"].ask("shares", name, steps) for name in ours}
     for server in servers.values():
         server.close()
-    write_csv(args.results / "steps.csv", [("steps", 1, times)])
-    return f"{args.rounds} interleaved rounds of {STEPS} environment steps, one thread.\n\n" + steps_table(
-        LABELS, times, shares
-    )
+    write_csv(args.results / f"{part}.csv", [(part, 1, times)])
+    return times, shares
 
 
 def ours_alone(part, args):
@@ -195,7 +246,8 @@ def executed(program, name, updates):
 
 def run(part, args):
     before = os.getloadavg()[0]
-    measured = {**dict.fromkeys(WORKLOADS, partial(updates, part)), "steps": steps, "instructions": instructions}
+    others = {"steps": steps, "on-policy": on_policy, "instructions": instructions}
+    measured = {**dict.fromkeys(WORKLOADS, partial(updates, part)), **others}
     table = measured.get(part, partial(ours_alone, part))(args)
     load = f"load {before:.1f} before, {os.getloadavg()[0]:.1f} after"
     statistics = "" if part == "instructions" else "Medians (smallest-largest), ratios of neighbouring rounds; "
@@ -217,11 +269,11 @@ def main():
     parser.add_argument("--python", help="an interpreter that has the peers, instead of a private environment")
     parser.add_argument("--programs", type=Path, help="the folder of our programs, instead of building them")
     args = parser.parse_args()
-    for chosen, known in [(args.parts, PARTS), (args.skip, PROGRAMS.keys() - {"copq", "products"})]:
+    for chosen, known in [(args.parts, PARTS), (args.skip, PROGRAMS.keys() - {"copq", "products"} | {"omnisafe"})]:
         if unknown := set(chosen) - set(known):
             parser.error(f"{', '.join(sorted(unknown))}: wanted some of {', '.join(known)}")
     args.python = args.python or environment()
-    args.programs = args.programs or build("steps" in args.parts)
+    args.programs = args.programs or build(bool({"steps", "on-policy"} & {*args.parts}))
     args.results.mkdir(parents=True, exist_ok=True)
     began, failed = time.monotonic(), []
     for i, part in enumerate(args.parts):

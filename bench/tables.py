@@ -18,14 +18,15 @@ def updates_table(title, labels, times, peaks):
     return "\n".join(lines) + "\n"
 
 
-def steps_table(labels, times, shares):
+def steps_table(labels, times, shares, reference, references):
+    """`reference` names what `references` gives for each program: what its times are divided by."""
     lines = [
-        "| training | steps a second | ms a step | CPU ms | to copq's TD3 |",
+        f"| training | steps a second | ms a step | CPU ms | to {reference} |",
         "|---|--:|--:|--:|--:|",
     ]
     for name in times:
         wall, cpu = zip(*times[name])
-        speed, to_ours = 1e3 / statistics.median(wall), ratio(times, name, "td3")
+        speed, to_ours = 1e3 / statistics.median(wall), ratio(times, name, references[name])
         lines.append(f"| {labels[name]} | {speed:.0f} | {text(wall)} | {text(cpu)} | {to_ours} |")
     lines += ["", "| share of the time, % | updates | environment | acting | all else |", "|---|--:|--:|--:|--:|"]
     for name, parts in shares.items():

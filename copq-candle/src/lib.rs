@@ -53,7 +53,7 @@ mod squash;
 mod weights;
 
 pub use candle_core::Device;
-use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Networks, Result, Rng};
+use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Networks, Result, Rng, on_policy};
 pub use modules::{MakeModule, Modules};
 
 /// K critics for an environment, in the fast implementation, with fresh weights from `rng`
@@ -164,6 +164,25 @@ impl Backend for Candle {
             ActorKind::Gaussian => {
                 Box::new(gaussian_actor(spec, networks, rng)?.threads(self.threads)?)
             }
+            ActorKind::Normal => Box::new(fused::Normal::new(spec, networks, rng)?),
         })
+    }
+
+    fn policy(
+        &self,
+        spec: &EnvSpec,
+        networks: &Networks,
+        rng: &mut Rng,
+    ) -> Result<Box<dyn on_policy::Policy>> {
+        Ok(Box::new(fused::Normal::new(spec, networks, rng)?))
+    }
+
+    fn value(
+        &self,
+        spec: &EnvSpec,
+        networks: &Networks,
+        rng: &mut Rng,
+    ) -> Result<Box<dyn on_policy::Value>> {
+        Ok(Box::new(fused::Value::new(spec, networks, rng)?))
     }
 }

@@ -116,6 +116,7 @@ impl Backend for Modules {
             ActorKind::Gaussian => {
                 Box::new(plain::Gaussian::of_module(make, spec, networks, rng, device)?)
             }
+            ActorKind::Normal => return Candle::default().actor(spec, networks, kind, rng),
         })
     }
 }

@@ -3,12 +3,11 @@
 use std::path::PathBuf;
 
 use copq::{Env, Outcome, Rng, Stream};
-use copq_experiments::{RunConfig, statistics};
+use copq_experiments::statistics;
 use serde::Serialize;
 
 use crate::options::{count, say, whole};
-use crate::saved;
-use crate::world::make_env;
+use crate::saved::Learned;
 
 /// Plays episodes of a run's policy without exploration and says what they returned.
 ///
@@ -73,10 +72,11 @@ impl Quantity {
 
 impl Evaluate {
     pub fn run(self) -> anyhow::Result<()> {
-        let RunConfig { plan, settings, .. } = saved::config(&self.run)?;
-        let env = make_env(&plan)?;
+        let learned = Learned::read(&self.run)?;
+        let env = learned.env()?;
         let spec = env.spec().clone();
-        let mut policy = saved::policy(&self.run, &plan, settings, &spec)?;
+        let mut policy = learned.policy(&self.run, &spec)?;
+        let plan = learned.plan;
         let seed = self.seed.unwrap_or(plan.run.seed);
         let mut seeds = Rng::new(seed, Stream::Evaluation);
         let mut action = vec![0.0; spec.action_len()];

@@ -2,11 +2,8 @@
 
 use std::path::PathBuf;
 
-use copq_experiments::RunConfig;
-
 use crate::options::say;
-use crate::saved;
-use crate::world::make_env;
+use crate::saved::Learned;
 
 /// Writes what a run has learned to one small safetensors file, without the replay: network,
 /// normaliser, action bounds.
@@ -24,9 +21,8 @@ pub struct Export {
 
 impl Export {
     pub fn run(self) -> anyhow::Result<()> {
-        let RunConfig { plan, settings, .. } = saved::config(&self.run)?;
-        let env = make_env(&plan)?;
-        let policy = saved::policy(&self.run, &plan, settings, env.spec())?;
+        let learned = Learned::read(&self.run)?;
+        let policy = learned.policy(&self.run, learned.env()?.spec())?;
         let out = self.out.unwrap_or_else(|| self.run.join("policy.safetensors"));
         policy.write(&out)?;
         Ok(say(&format!("the policy is in {}\n", out.display()))?)

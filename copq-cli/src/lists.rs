@@ -1,9 +1,9 @@
 //! `copq tasks` and `copq methods`: what there is to choose from.
 
-use copq::{Constraint, Ensemble, Method};
 use copq_envs::{Options, list_tasks};
 
 use crate::options::say;
+use crate::recipe::Recipe;
 
 const HEADING: &str = "\
 N is the number of objectives; critics value all of them, unless some are for costs and some for rewards.
@@ -34,51 +34,9 @@ pub struct Methods {}
 impl Methods {
     pub fn run(self) -> anyhow::Result<()> {
         let mut table = HEADING.to_owned();
-        for name in Method::names() {
-            let method = Method::by_name(name)?;
-            table += &format!(
-                "| {name} | {} | {} | {} | {} | {} |\n",
-                critics(method.critics),
-                method.bound.name(),
-                explorer(&method),
-                constraint(&method),
-                method.source
-            );
+        for name in Recipe::names() {
+            table += &Recipe::by_name(name)?.describe();
         }
         Ok(say(&table)?)
-    }
-}
-
-fn critics(ensemble: Ensemble) -> String {
-    match ensemble {
-        Ensemble::Spanning => "N + 1".to_owned(),
-        Ensemble::Joint(count) => count.to_string(),
-        Ensemble::Separate { cost, reward } => format!("{cost} a cost, {reward} a reward"),
-        other => format!("{other:?}"),
-    }
-}
-
-fn explorer(method: &Method) -> String {
-    let noise = match method.config.entropy {
-        Some(_) => "its own samples".to_owned(),
-        None => format!("noise of {}", method.config.exploration_std),
-    };
-    match &method.config.optimism {
-        None => noise,
-        Some(optimism) => {
-            let bound = optimism.projection.as_deref().unwrap_or(method.bound.name());
-            format!("{noise}, shifted up the {bound} bound")
-        }
-    }
-}
-
-fn constraint(method: &Method) -> &'static str {
-    match &method.config.constraint {
-        None => "nothing",
-        Some(Constraint::Lagrangian(lagrangian)) if lagrangian.augmentation > 0.0 => {
-            "an augmented Lagrangian"
-        }
-        Some(Constraint::Lagrangian(_)) => "a Lagrange multiplier",
-        Some(Constraint::Pid(_)) => "a PID controller",
     }
 }

@@ -7,6 +7,7 @@ mod keeping;
 mod lists;
 mod options;
 mod plot;
+mod recipe;
 mod resume;
 mod rollout;
 mod saved;

@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use copq_experiments::{RunConfig, RunFolder};
-
 use crate::keeping::Keeping;
 use crate::options::positive;
 use crate::saved;
@@ -32,13 +30,12 @@ pub struct Resume {
 
 impl Resume {
     pub fn run(self) -> anyhow::Result<()> {
-        let RunConfig { mut plan, settings, .. } = saved::config(&self.run)?;
-        let method = saved::method(&plan, settings)?;
+        let (mut plan, recipe) = saved::run(&self.run)?;
         plan.run.steps = self.steps.unwrap_or(plan.run.steps);
         self.keeping.over(&mut plan);
         let init = saved::init(&self.run, &plan)?;
-        train(method, plan, init, |plan, config| {
-            let folder = RunFolder::resume(self.run, plan, config)?;
+        train(recipe, plan, init, |recipe, plan| {
+            let folder = recipe.resume(&self.run, plan)?;
             if self.previous {
                 folder.go_back()?;
             }

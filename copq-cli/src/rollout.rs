@@ -3,12 +3,12 @@
 
 use std::path::PathBuf;
 
+use copq::on_policy::Saute;
 use copq::{Env, Outcome, Policy, Rng, Stream};
-use copq_experiments::RunConfig;
 use copq_render::animation::{Animation, Scene};
 
 use crate::options::{count, say, whole};
-use crate::saved;
+use crate::saved::Learned;
 use crate::view::{VIEWS, make_view};
 use crate::world::{World, make_world};
 
@@ -63,17 +63,31 @@ pub struct Rollout {
 impl Rollout {
     pub fn run(self) -> anyhow::Result<()> {
         // The run's task on its engine, and the policy that it has learned.
-        let RunConfig { plan, settings, .. } = saved::config(&self.run)?;
-        let world = make_world(&plan)?;
-        let mut policy = saved::policy(&self.run, &plan, settings, world.spec())?;
+        let learned = Learned::read(&self.run)?;
+        let world = make_world(&learned.plan)?;
+        match learned.saute() {
+            None => self.film(&learned, world, |world| world),
+            Some(saute) => self.film(&learned, Saute::new(world, saute)?, Saute::env),
+        }
+    }
+
+    /// Plays in a world, and films the robot in it.
+    fn film<E: Env>(
+        self,
+        learned: &Learned,
+        world: E,
+        robot: fn(&E) -> &World,
+    ) -> anyhow::Result<()> {
+        let mut policy = learned.policy(&self.run, world.spec())?;
 
         // Before anything is played, for it may have something to complain of.
-        let mut draw = make_view(&self.view, &world.task().robot)?;
-        let mut seeds = Rng::new(self.seed.unwrap_or(plan.run.seed), Stream::Evaluation);
+        let mut draw = make_view(&self.view, &robot(&world).task().robot)?;
+        let mut seeds = Rng::new(self.seed.unwrap_or(learned.plan.run.seed), Stream::Evaluation);
         let mut film = Animation::default();
         let mut rollout = copq::Rollout::new(world)?;
         for episode in 1..=self.episodes {
-            let end = play(&mut rollout, &mut policy, seeds.next_u64(), self.steps, &mut film)?;
+            let stage = Stage { rollout: &mut rollout, robot };
+            let end = stage.play(&mut policy, seeds.next_u64(), self.steps, &mut film)?;
             let readings: Vec<_> =
                 end.readings.iter().map(|(name, value)| format!("{name} {value}")).collect();
             say(&format!("episode {episode}: {}\n", readings.join(", ")))?;
@@ -88,35 +102,43 @@ impl Rollout {
     }
 }
 
-/// Plays an episode into the film, its end for a second; returns the end.
-fn play(
-    rollout: &mut copq::Rollout<World>,
-    policy: &mut Policy,
-    seed: u64,
-    steps: usize,
-    film: &mut Animation,
-) -> copq::Result<Scene> {
-    let dt = rollout.env().task().robot.dt();
-    let mut action = vec![0.0; policy.action_len()];
-    rollout.reset(seed)?;
-    for _ in 0..steps {
-        film.push(look(rollout), dt);
-        policy.act(rollout.obs(), &mut action)?;
-        if rollout.step(&action)? != Outcome::Running {
-            break;
-        }
-    }
-    film.push(look(rollout), 1.0);
-    Ok(look(rollout))
+/// A world with an episode in it, and how to see its robot.
+struct Stage<'a, E> {
+    rollout: &'a mut copq::Rollout<E>,
+    robot: fn(&E) -> &World,
 }
 
-/// Where the robot is now, with the steps and returns so far.
-fn look(rollout: &copq::Rollout<World>) -> Scene {
-    let world = rollout.env();
-    let episode = rollout.episode();
-    let mut readings = vec![("steps".to_owned(), episode.length.to_string())];
-    for (name, sum) in world.spec().names().into_iter().zip(&episode.returns) {
-        readings.push((name.to_owned(), format!("{sum:.1}")));
+impl<E: Env> Stage<'_, E> {
+    /// Plays an episode into the film, its end for a second; returns the end.
+    fn play(
+        self,
+        policy: &mut Policy,
+        seed: u64,
+        steps: usize,
+        film: &mut Animation,
+    ) -> copq::Result<Scene> {
+        let dt = (self.robot)(self.rollout.env()).task().robot.dt();
+        let mut action = vec![0.0; policy.action_len()];
+        self.rollout.reset(seed)?;
+        for _ in 0..steps {
+            film.push(self.look(), dt);
+            policy.act(self.rollout.obs(), &mut action)?;
+            if self.rollout.step(&action)? != Outcome::Running {
+                break;
+            }
+        }
+        film.push(self.look(), 1.0);
+        Ok(self.look())
     }
-    Scene { position: world.qpos().to_vec(), readings }
+
+    /// Where the robot is now, with the steps and returns so far.
+    fn look(&self) -> Scene {
+        let world = self.rollout.env();
+        let episode = self.rollout.episode();
+        let mut readings = vec![("steps".to_owned(), episode.length.to_string())];
+        for (name, sum) in world.spec().names().into_iter().zip(&episode.returns) {
+            readings.push((name.to_owned(), format!("{sum:.1}")));
+        }
+        Scene { position: (self.robot)(world).qpos().to_vec(), readings }
+    }
 }

@@ -2,28 +2,37 @@
 
 use std::path::{Path, PathBuf};
 
-use copq::projection::{self, Cholesky};
-use copq::{Config, EnvSpec, Error, Method, Policy};
+use copq::on_policy::{self, SauteConfig};
+use copq::{ActorKind, Config, Env, EnvSpec, Error, Method, Networks, Policy, projection};
 use copq_candle::Candle;
-use copq_experiments::{Plan, RunConfig, read_checkpoint, read_config};
+use copq_experiments::{Plan, read_checkpoint, read_config, read_plan};
 
-/// What the run in a folder was made with.
-pub fn config(folder: &Path) -> copq::Result<RunConfig<Config>> {
-    read_config(folder)
+use crate::recipe::{Recipe, is_on_policy};
+use crate::world::make_env;
+
+/// The plan and the method of the run in a folder.
+pub fn run(folder: &Path) -> copq::Result<(Plan, Recipe)> {
+    let plan = read_plan(folder)?;
+    if is_on_policy(&plan.method) {
+        let mut method = on_policy::Method::by_name(&plan.method)?;
+        method.config = read_config(folder)?.settings;
+        return Ok((plan, Recipe::OnPolicy(method)));
+    }
+    let method = method(&plan, read_config(folder)?.settings)?;
+    Ok((plan, Recipe::OffPolicy(method)))
 }
 
-/// The method of a run.
-pub fn method(plan: &Plan, settings: Config) -> copq::Result<Method> {
+/// The off-policy method of a run.
+fn method(plan: &Plan, settings: Config) -> copq::Result<Method> {
     let method = Method::by_name(&plan.method).map_err(|_| {
         let got = format!("one of '{}', which another program trains", plan.method);
         Error::invalid("the run", "one of copq's own methods (copq methods)", got)
     })?;
-    let mut method = if plan.bound == method.bound.name() {
-        method
-    } else {
-        method.bound(projection::by_name(&plan.bound)?)
+    let mut method = match &plan.bound {
+        Some(bound) if bound != method.bound.name() => method.bound(projection::by_name(bound)?),
+        _ => method,
     };
-    method.critics = plan.critics;
+    method.critics = plan.critics.unwrap_or(method.critics);
     method.config = settings;
     Ok(method)
 }
@@ -59,16 +68,43 @@ pub fn policy_file(path: &Path) -> copq::Result<PathBuf> {
     })
 }
 
-/// What the run in a folder has learned so far.
-pub fn policy(
-    folder: &Path,
-    plan: &Plan,
-    settings: Config,
-    spec: &EnvSpec,
-) -> copq::Result<Policy> {
-    let checkpoint = read_checkpoint(folder)?;
-    let agent = checkpoint.child("trainer")?.child("agent")?;
-    // A policy needs no bound and no critics, so that runs of other programs' methods have one,
-    // too.
-    Policy::load(&Method::new(&plan.method, settings, Cholesky), spec, &Candle::default(), agent)
+/// What a run's policy takes to be used: its plan, its world's budgets, its networks. Runs of other
+/// programs' methods have it, too.
+pub struct Learned {
+    pub plan: Plan,
+    saute: Option<SauteConfig>,
+    networks: Networks,
+    kind: ActorKind,
+}
+
+impl Learned {
+    /// Of the run in a folder.
+    pub fn read(folder: &Path) -> copq::Result<Self> {
+        let plan = read_plan(folder)?;
+        if is_on_policy(&plan.method) {
+            let config: on_policy::Config = read_config(folder)?.settings;
+            let on_policy::Config { saute, networks, .. } = config;
+            return Ok(Self { plan, saute, networks, kind: ActorKind::Normal });
+        }
+        let config: Config = read_config(folder)?.settings;
+        let kind = config.actor();
+        Ok(Self { plan, saute: None, networks: config.networks, kind })
+    }
+
+    /// The run's world.
+    pub fn env(&self) -> copq::Result<Box<dyn Env>> {
+        make_env(&self.plan, self.saute.as_ref())
+    }
+
+    /// The budgets that its world shows, if any.
+    pub fn saute(&self) -> Option<&SauteConfig> {
+        self.saute.as_ref()
+    }
+
+    /// What has been learned so far, for the run's world.
+    pub fn policy(&self, folder: &Path, spec: &EnvSpec) -> copq::Result<Policy> {
+        let checkpoint = read_checkpoint(folder)?;
+        let agent = checkpoint.child("trainer")?.child("agent")?;
+        Policy::load(agent, spec, &self.networks, self.kind, &Candle::default())
+    }
 }

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::{bail, ensure};
-use copq::{Config, Ensemble, EnvSpec, Method, files, projection};
-use copq_candle::Candle;
-use copq_experiments::{Plan, Run, RunConfig, RunFolder, RunSettings, with_changes};
+use copq::{Ensemble, EnvSpec, Method, files, projection};
+use copq_experiments::{Plan, Run, RunFolder, RunSettings};
 
 use crate::keeping::Keeping;
 use crate::options::{count, note, positive, say, whole};
+use crate::recipe::Recipe;
 use crate::saved;
 use crate::world::make_env;
 
@@ -19,7 +19,7 @@ use crate::world::make_env;
 #[derive(clap::Args)]
 pub struct Train {
     /// What to learn by; copq methods describes each. [default: cop-td3]
-    #[arg(value_parser = clap::builder::PossibleValuesParser::new(Method::names()))]
+    #[arg(value_parser = clap::builder::PossibleValuesParser::new(Recipe::names()))]
     method: Option<String>,
 
     /// Begins like the run in this folder: its method, task, settings and cadence, where no other
@@ -70,7 +70,7 @@ pub struct Train {
     bound: Option<String>,
 
     /// Environment steps to train for; copq resume lets you raise them. [default: 100000; 1000000
-    /// for cop-td3-paper]
+    /// for cop-td3-paper, 1024000 for on-policy methods, whose step size falls over them]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     steps: Option<u64>,
 
@@ -87,7 +87,8 @@ pub struct Train {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Environment steps between two evaluations without exploration; 0 for none. [default: 5000]
+    /// Environment steps between two evaluations without exploration; 0 for none. [default: 5000;
+    /// 20480 for on-policy methods]
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
     eval_every: Option<u64>,
 
@@ -123,59 +124,46 @@ pub struct Train {
 
 impl Train {
     pub fn run(self) -> anyhow::Result<()> {
-        let (base, method) = self.base()?;
-        let method = self.method(method)?;
-        let plan = self.plan(base, &method);
+        let (base, recipe) = self.base()?;
+        let plan = self.plan(base);
+        let recipe = self.recipe(recipe, &plan)?;
+        let plan = match &recipe {
+            Recipe::OffPolicy(Method { bound, critics, .. }) => {
+                Plan { bound: Some(bound.name().to_owned()), critics: Some(*critics), ..plan }
+            }
+            Recipe::OnPolicy(_) => plan,
+        };
         let folder =
             self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(self.folder_name(&plan)));
         let init = plan.init_from.as_deref().map(saved::policy_file).transpose()?;
-        train(method, plan, init, |plan, config| Ok(RunFolder::create(folder, plan, config)?))
+        train(recipe, plan, init, |recipe, plan| Ok(recipe.create(&folder, plan)?))
     }
 
     /// What the options change: the plan and method of another run, or a method's usual ones.
-    fn base(&self) -> anyhow::Result<(Plan, Method)> {
+    fn base(&self) -> anyhow::Result<(Plan, Recipe)> {
         if let Some(folder) = &self.like {
-            let RunConfig { plan, settings, .. } = saved::config(folder)?;
-            let method = saved::method(&plan, settings)?;
-            return Ok((plan, method));
+            return Ok(saved::run(folder)?);
         }
-        let method = Method::by_name(self.method.as_deref().unwrap_or("cop-td3"))?;
-        let paper = method.name == "cop-td3-paper";
-        let benchmark = match &method.config.constraint {
-            Some(_) => "b",
-            None if method.name == "td3" => "gym",
-            None => "a",
-        };
-        let usual = Plan::new(&method);
-        let plan = Plan {
-            task: format!("{benchmark}/hopper"),
-            preset: if paper { "paper".to_owned() } else { usual.preset.clone() },
-            run: RunSettings { steps: if paper { 1_000_000 } else { 100_000 }, ..usual.run },
-            ..usual
-        };
-        Ok((plan, method))
+        let recipe = Recipe::by_name(self.method.as_deref().unwrap_or("cop-td3"))?;
+        Ok((recipe.usual_plan(), recipe))
     }
 
     /// The method with the options over it.
-    fn method(&self, mut method: Method) -> anyhow::Result<Method> {
-        if let Some(bound) = &self.bound {
-            let usual = Method::by_name(&method.name)?;
-            let name = &usual.name;
-            let own = usual.bound.name();
-            ensure!(
-                usual.critics == Ensemble::Spanning || bound == own,
-                "--bound {bound}: wanted none, for {name} has its own, {own}"
-            );
-            method = method.bound(projection::by_name(bound)?);
-        }
-        let before = method.config;
-        method.config = with_changes(&before, &self.set)?;
-        check_name(&method.name, &before, &method.config)?;
-        Ok(method)
+    fn recipe(&self, recipe: Recipe, plan: &Plan) -> anyhow::Result<Recipe> {
+        let recipe = match (recipe, &self.bound) {
+            (Recipe::OffPolicy(method), Some(bound)) => {
+                Recipe::OffPolicy(with_bound(method, bound)?)
+            }
+            (Recipe::OnPolicy(method), Some(bound)) => {
+                bail!("--bound {bound}: wanted none, for {} bounds nothing", method.name)
+            }
+            (recipe, None) => recipe,
+        };
+        recipe.over(plan.run.steps).with_changes(&self.set)
     }
 
     /// The plan with the options over it.
-    fn plan(&self, base: Plan, method: &Method) -> Plan {
+    fn plan(&self, base: Plan) -> Plan {
         let run = RunSettings {
             steps: self.steps.unwrap_or(base.run.steps),
             seed: self.seed.unwrap_or(base.run.seed),
@@ -193,8 +181,6 @@ impl Train {
             engine: self.engine.clone().unwrap_or(base.engine),
             preset: self.preset.clone().unwrap_or(base.preset),
             init_from: self.init_from.clone().or(base.init_from),
-            bound: method.bound.name().to_owned(),
-            critics: method.critics,
             run,
             ..base
         };
@@ -216,54 +202,38 @@ impl Train {
     }
 }
 
-/// An error for settings that make another method of it than its name says.
-fn check_name(name: &str, before: &Config, after: &Config) -> anyhow::Result<()> {
-    let has_oac = Method::names().any(|known| known == format!("{name}-oac"));
-    if (has_oac || name.ends_with("-oac")) && before.optimism.is_some() != after.optimism.is_some()
-    {
-        let other = match name.strip_suffix("-oac") {
-            Some(plain) => format!("{plain}, which explores by noise alone"),
-            None => format!("{name}-oac, which explores towards the upper bound"),
-        };
-        bail!("--set optimism: {name} would be another method; choose {other}");
-    }
-    for (key, before, after) in [
-        ("constraint", before.constraint.is_some(), after.constraint.is_some()),
-        ("subset", before.subset.is_some(), after.subset.is_some()),
-    ] {
-        let other = if after { "one that has it" } else { "one without" };
-        ensure!(
-            before == after,
-            "--set {key}: {name} would be another method; choose {other} (copq methods)"
-        );
-    }
-    Ok(())
+/// The method with another bound; an error for one that has its own.
+fn with_bound(method: Method, bound: &str) -> anyhow::Result<Method> {
+    let usual = Method::by_name(&method.name)?;
+    let name = &usual.name;
+    let own = usual.bound.name();
+    ensure!(
+        usual.critics == Ensemble::Spanning || bound == own,
+        "--bound {bound}: wanted none, for {name} has its own, {own}"
+    );
+    Ok(method.bound(projection::by_name(bound)?))
 }
 
 /// Trains to the end of a plan, in the folder that `open` makes or reopens when all else has proved
 /// to fit. A run that begins with the policy in a file keeps a copy of it.
 pub fn train(
-    method: Method,
+    recipe: Recipe,
     plan: Plan,
     init: Option<PathBuf>,
-    open: impl FnOnce(&Plan, &Config) -> anyhow::Result<RunFolder>,
+    open: impl FnOnce(&Recipe, &Plan) -> anyhow::Result<RunFolder>,
 ) -> anyhow::Result<()> {
     // The world, twice: to learn in, and to be evaluated in.
-    let env = make_env(&plan)?;
-    check_task(&method, env.spec())?;
-    let config = method.config.clone();
-    let mut learner =
-        copq::Learner::new(method, env.spec(), &Candle::threads(plan.threads), plan.run.seed)?;
-    if let Some(file) = &init {
-        learner.start_from(file)?;
-    }
-    let trainer = copq::Trainer::new(env, Box::new(learner) as Box<dyn copq::Agent>)?;
-    let folder = open(&plan, &config)?;
+    let env = make_env(&plan, recipe.saute())?;
+    check_task(&recipe, env.spec())?;
+    let agent = recipe.clone().agent(env.spec(), &plan, init.as_deref())?;
+    let trainer = copq::Trainer::new(env, agent)?;
+    let folder = open(&recipe, &plan)?;
     if let Some(file) = init {
         let bytes = std::fs::read(&file).map_err(files::failed("reading", &file))?;
         files::replace(&folder.file(saved::INIT), &bytes)?;
     }
-    let eval_env = if plan.run.eval_every > 0 { Some(make_env(&plan)?) } else { None };
+    let eval_env =
+        if plan.run.eval_every > 0 { Some(make_env(&plan, recipe.saute())?) } else { None };
     let ending = Run::new(trainer, eval_env, folder, plan.run)?.train()?;
     // The run is done and says so in its log, too; that nobody reads it here is no failure.
     say(&format!("{ending}\n")).unwrap_or_default();
@@ -272,15 +242,15 @@ pub fn train(
 
 /// An error for a method that a task does not suit; a note where it suits but something goes
 /// unheeded.
-fn check_task(method: &Method, spec: &EnvSpec) -> anyhow::Result<()> {
-    if method.name == "td3" && spec.objectives.len() > 1 {
+fn check_task(recipe: &Recipe, spec: &EnvSpec) -> anyhow::Result<()> {
+    if recipe.name() == "td3" && spec.objectives.len() > 1 {
         bail!(
             "td3: wanted a task with one objective, such as --task gym/hopper, got {}",
             spec.name
         );
     }
     for objective in spec.objectives.iter().filter(|objective| objective.limit.is_some()) {
-        if method.config.constraint.is_none() {
+        if !recipe.holds_costs() {
             let cost = &objective.name;
             let weight = objective.weight;
             note(&format!(

@@ -1,5 +1,6 @@
 //! A world by the names of its task, engine and preset.
 
+use copq::on_policy::{Saute, SauteConfig};
 use copq::{Env, Error, OrderedEnv, Result};
 use copq_envs::{Locomotion, Options, Physics, RobotSpec};
 use copq_experiments::Plan;
@@ -10,12 +11,17 @@ pub const ENGINES: [&str; 3] = ["rapier", "mujoco", "system"];
 /// A robot and its task, on an engine chosen at run time.
 pub type World = Locomotion<Box<dyn Physics>>;
 
-/// A plan's task on its engine, its objectives in the plan's order.
-pub fn make_env(plan: &Plan) -> Result<Box<dyn Env>> {
+/// A plan's task on its engine, its objectives in the plan's order, its budgets in sight if there
+/// are settings for that.
+pub fn make_env(plan: &Plan, saute: Option<&SauteConfig>) -> Result<Box<dyn Env>> {
     let world = make_world(plan)?;
-    Ok(match &plan.order {
+    let ordered: Box<dyn Env> = match &plan.order {
         Some(order) => Box::new(OrderedEnv::parse(world, order)?),
         None => Box::new(world),
+    };
+    Ok(match saute {
+        Some(saute) => Box::new(Saute::new(ordered, saute)?),
+        None => ordered,
     })
 }
 

@@ -44,10 +44,13 @@ pub struct Plan {
     pub engine: String,
     /// Whose robots: the name of a preset such as `gym-v5`.
     pub preset: String,
-    /// The bound of the critics' values that targets use, such as `cholesky`.
-    pub bound: String,
-    /// The critics.
-    pub critics: Ensemble,
+    /// The bound of the critics' values that targets use, such as `cholesky`; on-policy methods
+    /// have none.
+    #[serde(default)]
+    pub bound: Option<String>,
+    /// The critics that it is of.
+    #[serde(default)]
+    pub critics: Option<Ensemble>,
     /// The run's folder or policy's file that its policy begins with, if it does not begin anew.
     #[serde(default)]
     pub init_from: Option<PathBuf>,
@@ -160,13 +163,22 @@ impl Plan {
     /// A method with its bound and critics on Gymnasium's `a/hopper`, on rapier, with one thread.
     pub fn new(method: &Method) -> Self {
         Self {
-            method: method.name.clone(),
+            bound: Some(method.bound.name().to_owned()),
+            critics: Some(method.critics),
+            ..Self::on_policy(&method.name)
+        }
+    }
+
+    /// A method of that name without a bound, the rest as in [`Plan::new`].
+    pub fn on_policy(method: impl Into<String>) -> Self {
+        Self {
+            method: method.into(),
             task: "a/hopper".to_owned(),
             order: None,
             engine: ENGINE.to_owned(),
             preset: PRESET.to_owned(),
-            bound: method.bound.name().to_owned(),
-            critics: method.critics,
+            bound: None,
+            critics: None,
             init_from: None,
             threads: 1,
             run: RunSettings::default(),
@@ -199,6 +211,9 @@ impl Plan {
                 name += &format!("-{part}");
             }
         }
-        format!("{name}-{}-s{}", self.bound, self.run.seed)
+        if let Some(bound) = &self.bound {
+            name += &format!("-{bound}");
+        }
+        format!("{name}-s{}", self.run.seed)
     }
 }

@@ -119,6 +119,12 @@ pub trait Agent: Send {
         Ok(())
     }
 
+    /// Whether the episode that runs shall end here, before its time, and not be counted: on-policy
+    /// learners begin their epochs with new ones.
+    fn ends_episode(&self) -> bool {
+        false
+    }
+
     /// The mean critic's Q(s, a), one per objective: what the agent believes this action will
     /// return.
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()>;
@@ -162,6 +168,10 @@ impl<A: Agent + ?Sized> Agent for Box<A> {
 
     fn update(&mut self, log: &mut dyn Observer) -> Result<()> {
         self.as_mut().update(log)
+    }
+
+    fn ends_episode(&self) -> bool {
+        self.as_ref().ends_episode()
     }
 
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()> {

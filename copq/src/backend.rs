@@ -1,6 +1,7 @@
 //! The seam to a tensor library: who builds the networks.
 
-use crate::{Actor, Critic, EnvSpec, Networks, Result, Rng};
+use crate::on_policy::{Policy, Value};
+use crate::{Actor, Critic, EnvSpec, Error, Networks, Result, Rng};
 
 /// Builds the networks of a [`Learner`](crate::Learner): `copq_candle::Candle`, or your own.
 ///
@@ -65,6 +66,31 @@ pub trait Backend {
         kind: ActorKind,
         rng: &mut Rng,
     ) -> Result<Box<dyn Actor>>;
+
+    /// A policy for on-policy learning. An error that says so unless implemented.
+    fn policy(
+        &self,
+        _spec: &EnvSpec,
+        _networks: &Networks,
+        _rng: &mut Rng,
+    ) -> Result<Box<dyn Policy>> {
+        Err(off_policy("policy"))
+    }
+
+    /// A critic of observations for on-policy learning. An error that says so unless implemented.
+    fn value(
+        &self,
+        _spec: &EnvSpec,
+        _networks: &Networks,
+        _rng: &mut Rng,
+    ) -> Result<Box<dyn Value>> {
+        Err(off_policy("value"))
+    }
+}
+
+fn off_policy(method: &str) -> Error {
+    let what = format!("on-policy methods need Backend::{method}, which this backend has not");
+    Error::Unsupported { what }
 }
 
 /// Which kind of policy a method learns.
@@ -81,4 +107,7 @@ pub enum ActorKind {
     Deterministic,
     /// A Gaussian, squashed by tanh (SAC).
     Gaussian,
+    /// A Gaussian that nothing squashes, with deviations of its own (PPO). Learners do not ask for
+    /// it by [`Backend::actor`] but by [`Backend::policy`]; a stored policy does.
+    Normal,
 }

@@ -27,6 +27,7 @@
 //! | you want to | type |
 //! |---|---|
 //! | choose or compose an algorithm | [`Method`], with its numbers in [`Config`] and its critics in [`Ensemble`] |
+//! | learn from the policy's own steps alone (PPO and its constrained kin) | [`on_policy`] |
 //! | learn by it | [`Learner`], with networks from a [`Backend`] (`copq_candle::Candle`) |
 //! | describe a world | [`Env`] and its [`EnvSpec`]; [`check_env`] first of all (robots: `copq-envs-rapier`, `copq-envs-mujoco`) |
 //! | train, evaluate, save, resume | [`Trainer`], or run folders with `copq-experiments` |
@@ -101,6 +102,7 @@ mod method;
 mod multiplier;
 mod normaliser;
 mod observer;
+pub mod on_policy;
 mod ordered;
 mod policy;
 pub mod projection;

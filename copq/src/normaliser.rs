@@ -34,18 +34,25 @@ pub struct Normaliser {
     squares: Vec<f64>,
     /// One over the deviations, made of the squares.
     scale: Vec<f64>,
+    /// Components after these, which are left as they are.
+    raw: usize,
 }
 
 impl Normaliser {
     /// One that has seen nothing, for observations of this length.
     pub fn new(observation: usize) -> Self {
         let zeros = vec![0.0; observation];
-        Self { count: 0, mean: zeros.clone(), squares: zeros.clone(), scale: zeros }
+        Self { count: 0, mean: zeros.clone(), squares: zeros.clone(), scale: zeros, raw: 0 }
+    }
+
+    /// For observations with so many more components at their end, which are left as they are.
+    pub fn and_raw(self, raw: usize) -> Self {
+        Self { raw, ..self }
     }
 
     /// Takes in one observation.
     pub fn push(&mut self, obs: &[f32]) -> Result<()> {
-        check_len("observation", obs.len(), self.mean.len())?;
+        check_len("observation", obs.len(), self.mean.len() + self.raw)?;
         self.count += 1;
         let share = 1.0 / self.count as f64;
         for ((mean, squares), &x) in self.mean.iter_mut().zip(&mut self.squares).zip(obs) {
@@ -66,7 +73,7 @@ impl Normaliser {
 
     /// Normalises a batch of observations, `rows x observation`, in place.
     pub fn normalise(&self, obs: &mut [f32]) -> Result<()> {
-        let width = self.mean.len();
+        let width = self.mean.len() + self.raw;
         if width == 0 || !obs.len().is_multiple_of(width) {
             return Err(Error::invalid(
                 "observations",
@@ -85,6 +92,15 @@ impl Normaliser {
         Ok(())
     }
 
+    /// The normaliser of a saved agent for observations of this length, if it has one.
+    pub(crate) fn of(agent: &State, observation: usize) -> Result<Option<Self>> {
+        let Ok(state) = agent.child("normaliser") else { return Ok(None) };
+        let raw = state.get_one::<u64>("raw").unwrap_or(0) as usize;
+        let mut normaliser = Self::new(observation.saturating_sub(raw)).and_raw(raw);
+        normaliser.load(state)?;
+        Ok(Some(normaliser))
+    }
+
     /// Restores the normaliser of a saved agent; an error if one side has it and the other has not.
     pub(crate) fn restore(normaliser: &mut Option<Self>, agent: &State) -> Result<()> {
         match (normaliser, agent.child("normaliser")) {
@@ -99,6 +115,9 @@ impl Normaliser {
     /// Writes what it has seen.
     pub fn save(&self, state: &mut State) {
         state.put("count", [self.count]);
+        if self.raw > 0 {
+            state.put("raw", [self.raw as u64]);
+        }
         state.put("mean", self.mean.as_slice());
         state.put("squares", self.squares.as_slice());
     }

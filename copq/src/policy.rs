@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::error::check_len;
 use crate::learner::check_made_by;
 use crate::{
-    Activation, Actor, ActorKind, Backend, EnvSpec, Error, Method, Net, Networks, Normaliser,
-    Result, Rng, State, Stream, Value,
+    Activation, Actor, ActorKind, Backend, EnvSpec, Error, Net, Networks, Normaliser, Result, Rng,
+    State, Stream, Value,
 };
 
 /// An actor with the normaliser of its observations, if it learned with one, and the bounds of its
@@ -52,24 +52,27 @@ impl std::fmt::Debug for Policy {
 }
 
 impl Policy {
-    /// The policy in the saved state of an agent that learned by `method` (the child `agent` of a
-    /// trainer's); one of another method or task is refused.
+    /// The policy in the saved state of an agent (the child `agent` of a trainer's) that learned a
+    /// policy of some kind with such networks; one of another task is refused.
     pub fn load(
-        method: &Method,
-        spec: &EnvSpec,
-        backend: &dyn Backend,
         agent: &State,
+        spec: &EnvSpec,
+        networks: &Networks,
+        kind: ActorKind,
+        backend: &dyn Backend,
     ) -> Result<Self> {
-        check_made_by(agent, "method", &method.name)?;
         check_made_by(agent, "task", &spec.name)?;
-        let networks = method.config.networks.clone();
-        let kind = method.actor();
         // What was saved takes the place of these weights.
-        let mut actor = backend.actor(spec, &networks, kind, &mut Rng::new(0, Stream::Init))?;
+        let mut actor = backend.actor(spec, networks, kind, &mut Rng::new(0, Stream::Init))?;
         actor.load(agent.child("actor")?)?;
-        let mut normaliser = method.config.normalise.then(|| Normaliser::new(spec.obs_len));
-        Normaliser::restore(&mut normaliser, agent)?;
-        Ok(Self { actor, normaliser, spec: spec.clone(), networks, kind, obs: Vec::new() })
+        Ok(Self {
+            actor,
+            normaliser: Normaliser::of(agent, spec.obs_len)?,
+            spec: spec.clone(),
+            networks: networks.clone(),
+            kind,
+            obs: Vec::new(),
+        })
     }
 
     /// Reads a policy's file.
@@ -92,8 +95,7 @@ impl Policy {
         let kind = kind(about.get_text("kind")?)?;
         let mut actor = backend.actor(&spec, &networks, kind, &mut Rng::new(0, Stream::Init))?;
         actor.import(state.child("actor")?)?;
-        let mut normaliser = state.child("normaliser").is_ok().then(|| Normaliser::new(obs_len));
-        Normaliser::restore(&mut normaliser, &state)?;
+        let normaliser = Normaliser::of(&state, obs_len)?;
         Ok(Self { actor, normaliser, spec, networks, kind, obs: Vec::new() })
     }
 
@@ -144,6 +146,28 @@ pub(crate) fn exported(
     Ok(state)
 }
 
+/// Begins with the policy in a file, of this or another task of the same robot: its weights and its
+/// normaliser. An error for another kind of policy, or one of another world.
+pub(crate) fn begin_with(
+    path: &Path,
+    spec: &EnvSpec,
+    networks: &Networks,
+    kind: ActorKind,
+    actor: &mut dyn Actor,
+    normaliser: &mut Option<Normaliser>,
+) -> Result<()> {
+    let policy = State::read_file(path)?;
+    check_fits(&policy, spec, networks, kind)?;
+    let has = policy.child("normaliser").is_ok();
+    if has != normaliser.is_some() {
+        let [own, other] = if has { ["without", "with"] } else { ["with", "without"] };
+        let wanted = format!("one {own} a normaliser (or normalise = {has})");
+        return Err(Error::invalid("policy to begin with", wanted, format!("one {other}")));
+    }
+    actor.import(policy.child("actor")?)?;
+    Normaliser::restore(normaliser, &policy)
+}
+
 /// What a policy's file says of it.
 fn exported_about(spec: &EnvSpec, networks: &Networks, kind: ActorKind) -> State {
     let mut about = State::default();
@@ -159,12 +183,7 @@ fn exported_about(spec: &EnvSpec, networks: &Networks, kind: ActorKind) -> State
 
 /// An error unless an exported policy is of these networks and for such a world; its task may be
 /// another one of the robot's.
-pub(crate) fn check_fits(
-    policy: &State,
-    spec: &EnvSpec,
-    networks: &Networks,
-    kind: ActorKind,
-) -> Result<()> {
+fn check_fits(policy: &State, spec: &EnvSpec, networks: &Networks, kind: ActorKind) -> Result<()> {
     let about = policy.child("policy")?;
     let own = exported_about(spec, networks, kind);
     for (name, wanted) in own.values().filter(|(name, _)| *name != "task") {
@@ -189,7 +208,7 @@ fn shown(value: &Value) -> String {
 }
 
 const ACTIVATIONS: [&str; 3] = ["relu", "tanh", "silu"];
-const KINDS: [&str; 2] = ["deterministic", "gaussian"];
+const KINDS: [&str; 3] = ["deterministic", "gaussian", "normal"];
 
 fn activation_name(activation: Activation) -> &'static str {
     match activation {
@@ -203,6 +222,7 @@ fn kind_name(kind: ActorKind) -> &'static str {
     match kind {
         ActorKind::Deterministic => "deterministic",
         ActorKind::Gaussian => "gaussian",
+        ActorKind::Normal => "normal",
     }
 }
 
@@ -219,6 +239,7 @@ fn kind(name: &str) -> Result<ActorKind> {
     match name {
         "deterministic" => Ok(ActorKind::Deterministic),
         "gaussian" => Ok(ActorKind::Gaussian),
+        "normal" => Ok(ActorKind::Normal),
         _ => Err(Error::unknown("kind of policy", name, &KINDS)),
     }
 }

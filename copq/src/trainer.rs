@@ -168,6 +168,9 @@ impl<A: Agent> Trainer<A> {
         self.timing.env += (reset - start) + (stepped - acted);
         self.timing.update += stepped.elapsed();
         let ended = (!self.rollout.is_running()).then(|| self.rollout.episode().clone());
+        if self.agent.ends_episode() {
+            self.rollout.give_up();
+        }
         Ok(ended)
     }
 

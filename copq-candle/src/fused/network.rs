@@ -2,7 +2,7 @@
 
 use copq::{Activation, Net, Result, State};
 
-use super::activation::activate;
+use super::activation::{activate, multiply};
 use super::layout::Layout;
 use super::panels::{PanelRow, Panels};
 use super::product::{Finish, affine};
@@ -10,7 +10,7 @@ use super::threads::Threads;
 use super::workspace::{Gate, Workspace};
 use super::{adam, passes};
 use crate::learned::Learned;
-use crate::shape::Shape;
+use crate::shape::{Layer, Shape};
 
 /// A network, its target and its optimiser.
 #[derive(Clone, Debug)]
@@ -93,6 +93,89 @@ impl Network {
         }
     }
 
+    /// After [`Network::forward`] on the same input: writes dL/dparameters, laid out as they are.
+    pub fn gradient(
+        &self,
+        input: &Panels,
+        grad_out: &[f32],
+        out: &mut Vec<PanelRow>,
+        workspace: &mut Workspace,
+    ) {
+        out.resize(self.layout.len(), PanelRow::default());
+        workspace.begin(input.rows(), grad_out);
+        for (i, (layer, map)) in self.layout.maps().enumerate().rev() {
+            let below = i.checked_sub(1).map(|below| &self.outputs[below]);
+            workspace.gradient_into(below.unwrap_or(input), &mut out[map.clone()]);
+            if let Some(below) = below {
+                workspace.transpose(layer, &self.learned.online[map], 0);
+                workspace.step_down(gate(below, self.slopes.get(i - 1)));
+            }
+        }
+    }
+
+    /// One optimiser step of all parameters along a gradient laid out as they are. There is no
+    /// target to follow.
+    pub fn descend(&mut self, grad: &[PanelRow], lr: f64) {
+        self.learned.steps += 1;
+        let all = 0..self.layout.len();
+        adam::step(&mut self.learned, all, grad, lr, 0.0);
+    }
+
+    /// After [`Network::forward`] on the same input: how the outputs move as the parameters move
+    /// along a flat `direction`.
+    pub fn push_forward(
+        &self,
+        input: &Panels,
+        direction: &[f32],
+        out: &mut [f32],
+        workspace: &Workspace,
+    ) {
+        let threads = workspace.threads();
+        let direction = self.layout.pack(direction);
+        let mut moved: Option<Panels> = None;
+        for (i, (layer, map)) in self.layout.maps().enumerate() {
+            let below = i.checked_sub(1).map_or(input, |below| &self.outputs[below]);
+            let mut here = Panels::default();
+            affine(below, &direction[map.clone()], layer.output, Finish::Keep, &mut here, threads);
+            if let Some(moved) = &moved {
+                let mut through = Panels::default();
+                let weights = without_bias(layer, &self.learned.online[map]);
+                affine(moved, &weights, layer.output, Finish::Keep, &mut through, threads);
+                passes::add(here.lines_mut(), through.lines(), 1.0);
+            }
+            if i < self.outputs.len() - 1 {
+                match self.slopes.get(i) {
+                    Some(slopes) => multiply(&mut here, slopes),
+                    None => passes::mask(here.lines_mut(), self.outputs[i].lines()),
+                }
+            }
+            moved = Some(here);
+        }
+        if let Some(moved) = moved {
+            moved.get(0, out);
+        }
+    }
+
+    /// Optimiser steps so far.
+    pub fn steps(&self) -> u64 {
+        self.learned.steps
+    }
+
+    /// The online parameters, laid out as a gradient is.
+    pub fn online(&self) -> &[PanelRow] {
+        &self.learned.online
+    }
+
+    /// Adds a flat step to the online parameters.
+    pub fn shift(&mut self, step: &[f32]) {
+        passes::add(&mut self.learned.online, &self.layout.pack(step), 1.0);
+    }
+
+    /// A gradient as a flat buffer.
+    pub fn flat(&self, grad: &[PanelRow]) -> Vec<f32> {
+        self.layout.unpack(grad)
+    }
+
     /// After [`Network::forward`] on `rows` inputs: dL/d(their columns from `first` on).
     pub fn input_grad(
         &self,
@@ -129,6 +212,16 @@ impl Network {
         self.set_learned(&Learned::load(&self.shape().arrays(), state)?);
         Ok(())
     }
+}
+
+/// A layer's map with nothing to start from.
+fn without_bias(layer: &Layer, map: &[PanelRow]) -> Vec<PanelRow> {
+    let mut map = map.to_vec();
+    map.iter_mut()
+        .skip(layer.input)
+        .step_by(layer.input + 1)
+        .for_each(|line| *line = PanelRow::default());
+    map
 }
 
 /// The way back through a hidden layer's activation.

@@ -24,6 +24,39 @@ pub(super) fn polyak(target: &mut [PanelRow], online: &[PanelRow], tau: f32) {
     });
 }
 
+/// to <- to + scale by
+pub(super) fn add(to: &mut [PanelRow], by: &[PanelRow], scale: f32) {
+    let to: &mut [f32] = cast_slice_mut(to);
+    let by: &[f32] = cast_slice(by);
+    Arch::new().dispatch(|| to.iter_mut().zip(by).for_each(|(to, by)| *to += scale * by));
+}
+
+/// values <- scale values
+pub(super) fn scale(values: &mut [PanelRow], scale: f32) {
+    let values: &mut [f32] = cast_slice_mut(values);
+    Arch::new().dispatch(|| values.iter_mut().for_each(|x| *x *= scale));
+}
+
+/// Zero wherever an activation is not positive.
+pub(super) fn mask(values: &mut [PanelRow], activation: &[PanelRow]) {
+    let values: &mut [f32] = cast_slice_mut(values);
+    let activation: &[f32] = cast_slice(activation);
+    for (value, &activation) in values.iter_mut().zip(activation) {
+        *value = if activation > 0.0 { *value } else { 0.0 };
+    }
+}
+
+/// The sum of all squares, in one order whatever the width of vectors.
+pub(super) fn squares(lines: &[PanelRow]) -> f64 {
+    let mut sums = PanelRow::default();
+    Arch::new().dispatch(|| {
+        for line in lines {
+            sums.0.iter_mut().zip(&line.0).for_each(|(sum, x)| *sum += x * x);
+        }
+    });
+    sums.0.iter().map(|&sum| f64::from(sum)).sum()
+}
+
 /// tanh of every value, by `libm` so that no platform's own changes a run.
 pub(super) fn tanh(values: &mut [f32]) {
     values.iter_mut().for_each(|x| *x = libm::tanhf(*x));

@@ -71,6 +71,11 @@ impl Workspace {
         self.grad.lines()
     }
 
+    /// The same into memory of the caller's.
+    pub fn gradient_into(&self, input: &Panels, out: &mut [PanelRow]) {
+        gradient(input, &self.delta, out, &self.threads);
+    }
+
     /// Keeps the present layer's weight for the way down, for inputs from panel `first` on.
     pub fn transpose(&mut self, layer: &Layer, map: &[PanelRow], first: usize) {
         transpose(layer, map, first, &mut self.transposed);

@@ -5,13 +5,17 @@ mod actor;
 mod critics;
 mod gaussian;
 mod network;
+mod normal;
 mod perceptron;
 mod policy;
 mod seeded;
+mod value;
 
 pub use actor::Deterministic;
 pub use critics::Critics;
 pub use gaussian::Gaussian;
+pub use normal::Normal;
+pub use value::Value;
 
 use candle_core::{Device, Tensor};
 use copq::{Error, Result};

@@ -99,6 +99,35 @@ impl Network {
         Ok(())
     }
 
+    /// The online variables.
+    pub fn online(&self) -> impl Iterator<Item = &Var> {
+        self.variables.iter().map(|variable| &variable.online)
+    }
+
+    /// The sum of all squares of their gradient.
+    pub fn squares(&self, grads: &GradStore) -> Result<f64> {
+        let squares = self.online().filter_map(|online| grads.get(online)).map(|grad| {
+            let sum = grad.sqr()?.sum_all()?.to_scalar::<f32>()?;
+            Ok(f64::from(sum))
+        });
+        squares.sum()
+    }
+
+    /// Multiplies their gradient.
+    pub fn scale(&self, grads: &mut GradStore, factor: f64) -> Result<()> {
+        for online in self.online() {
+            if let Some(grad) = grads.remove(online) {
+                grads.insert(online, (grad * factor)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// Optimiser steps so far.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
     /// Polyak averaging: target <- (1 - tau) target + tau online.
     pub fn update_target(&mut self, tau: f32) -> Result<()> {
         for Variable { online, target, .. } in &self.variables {

@@ -10,4 +10,5 @@ mod gaussian;
 mod gradients;
 mod methods;
 mod modules;
+mod on_policy;
 mod pytorch;

@@ -342,7 +342,8 @@ mod tests {
             Labelled { label: "td3".to_owned(), folder: path }
         };
         let plan = |bound: &str, seed| {
-            let mut plan = Plan { bound: bound.to_owned(), ..Plan::new(&copq::Method::cop_td3()) };
+            let mut plan =
+                Plan { bound: Some(bound.to_owned()), ..Plan::new(&copq::Method::cop_td3()) };
             plan.run.seed = seed;
             plan
         };

@@ -19,10 +19,9 @@ const LIMIT_NOTE: &str = " Dashed: the limit.";
 pub(crate) fn draw_run(folder: &Path, spec: &EnvSpec) -> Result<()> {
     let run = Evaluated::read(folder)?;
     let plan = crate::folder::read_plan(folder)?;
-    let title = format!(
-        "{}, {} on {}, {} bound, seed {}",
-        plan.method, plan.task, plan.engine, plan.bound, plan.run.seed
-    );
+    let bound = plan.bound.map_or(String::new(), |bound| format!(", {bound} bound"));
+    let title =
+        format!("{}, {} on {}{bound}, seed {}", plan.method, plan.task, plan.engine, plan.run.seed);
     let limit = |title: &str| {
         let objective = spec.names().into_iter().position(|name| name == title)?;
         spec.limit(objective).map(f64::from)

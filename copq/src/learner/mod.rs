@@ -3,11 +3,11 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::policy::{check_fits, exported};
+use crate::policy::{begin_with, exported};
 use crate::temperature::Temperature;
 use crate::{
-    Actor, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, Multiplier, Normaliser, Observer,
-    Projection, Replay, Result, State,
+    Actor, Batch, Config, Critic, EnvSpec, Explore, Famo, Multiplier, Normaliser, Observer,
+    Projection, Replay, Result,
 };
 pub(crate) use agent::check_made_by;
 use buffers::{Buffers, Names};
@@ -137,17 +137,9 @@ impl Learner {
     /// method and task of the same robot: its weights and its normaliser. Critics, optimisers and
     /// replay begin anew. An error for another kind of policy, or one of another world.
     pub fn start_from(&mut self, path: impl AsRef<std::path::Path>) -> Result<()> {
-        let policy = State::read_file(path)?;
-        let networks = &self.config.networks;
-        check_fits(&policy, &self.spec, networks, self.config.actor())?;
-        let has = policy.child("normaliser").is_ok();
-        if has != self.normaliser.is_some() {
-            let [own, other] = if has { ["without", "with"] } else { ["with", "without"] };
-            let wanted = format!("one {own} a normaliser (or normalise = {has})");
-            return Err(Error::invalid("policy to begin with", wanted, format!("one {other}")));
-        }
-        self.actor.import(policy.child("actor")?)?;
-        Normaliser::restore(&mut self.normaliser, &policy)
+        let Self { spec, config, actor, normaliser, .. } = self;
+        let kind = config.actor();
+        begin_with(path.as_ref(), spec, &config.networks, kind, actor.as_mut(), normaliser)
     }
 
     /// Updates done so far.

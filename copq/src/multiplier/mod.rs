@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 pub use costs::discounted_limit;
 pub use fixed::FixedWeights;
 pub use lagrangian::{Lagrangian, LagrangianConfig};
+pub(crate) use pid::Controller;
 pub use pid::{Pid, PidConfig};
 
 use crate::{EnvSpec, Observer, Result, State};

@@ -35,12 +35,14 @@ pub struct PidConfig {
     pub multiplier: f64,
     /// Updates over which the rise is taken.
     pub delay: usize,
-    /// The largest multiplier.
+    /// The largest multiplier; `inf` for none.
     pub cap: f64,
+    /// The largest integral; `inf` for none.
+    pub integral_cap: f64,
 }
 
 impl Default for PidConfig {
-    /// OmniSafe's SACPID: gains 1e-6, 1e-7 and 1e-7 an update, a delay of 10, a cap of 100.
+    /// OmniSafe's SACPID: gains 1e-6, 1e-7 and 1e-7 an update, a delay of 10, a cap of 100 on the multiplier.
     fn default() -> Self {
         Self {
             proportional: 1e-6,
@@ -49,6 +51,7 @@ impl Default for PidConfig {
             multiplier: 0.001,
             delay: 10,
             cap: 100.0,
+            integral_cap: f64::INFINITY,
         }
     }
 }
@@ -79,29 +82,27 @@ pub struct Pid {
     controllers: Vec<Controller>,
 }
 
+/// The controller of one multiplier.
 #[derive(Clone, Debug)]
-struct Controller {
+pub(crate) struct Controller {
     integral: f64,
     error: f64,
     cost: f64,
     /// The smoothed costs of the last updates, oldest first.
     past: VecDeque<f64>,
-    lambda: f64,
+    pub(crate) lambda: f64,
 }
 
 impl Controller {
-    fn new(config: &PidConfig) -> Self {
-        Self {
-            integral: config.multiplier,
-            error: 0.0,
-            cost: 0.0,
-            past: [0.0].into(),
-            lambda: config.multiplier,
-        }
+    /// One whose multiplier is `lambda` until its first update.
+    pub(crate) fn new(config: &PidConfig, lambda: f64) -> Self {
+        Self { integral: config.multiplier, error: 0.0, cost: 0.0, past: [0.0].into(), lambda }
     }
 
-    fn update(&mut self, config: &PidConfig, cost: f64, violation: f64) {
-        self.integral = (self.integral + config.integral * violation).max(0.0);
+    /// Learns from a cost and how far it is above its limit.
+    pub(crate) fn update(&mut self, config: &PidConfig, cost: f64, violation: f64) {
+        let integral = self.integral + config.integral * violation;
+        self.integral = integral.clamp(0.0, config.integral_cap);
         self.error = SMOOTHING * self.error + (1.0 - SMOOTHING) * violation;
         self.cost = SMOOTHING * self.cost + (1.0 - SMOOTHING) * cost;
         let rise = (self.cost - self.past.front().copied().unwrap_or(0.0)).max(0.0);
@@ -113,25 +114,51 @@ impl Controller {
         }
         self.past.push_back(self.cost);
     }
+
+    pub(crate) fn save(&self, state: &mut State) {
+        state.put("numbers", [self.integral, self.error, self.cost, self.lambda]);
+        state.put("past", self.past.iter().copied().collect::<Vec<f64>>());
+    }
+
+    pub(crate) fn load(&mut self, state: &State) -> Result<()> {
+        let mut numbers = [0.0; 4];
+        state.read("numbers", &mut numbers)?;
+        [self.integral, self.error, self.cost, self.lambda] = numbers;
+        self.past.clear();
+        self.past.extend(state.get::<f64>("past")?);
+        Ok(())
+    }
+}
+
+impl PidConfig {
+    /// An error that names the first setting that cannot be used.
+    pub(crate) fn check(&self) -> Result<()> {
+        for (name, value) in [
+            ("pid.proportional", self.proportional),
+            ("pid.integral", self.integral),
+            ("pid.derivative", self.derivative),
+            ("pid.multiplier", self.multiplier),
+        ] {
+            check_not_negative(name, value)?;
+        }
+        for (name, cap) in [("pid.cap", self.cap), ("pid.integral_cap", self.integral_cap)] {
+            if cap.is_nan() || cap < 0.0 {
+                return Err(Error::invalid(name, "a number, at least 0, or inf", cap));
+            }
+        }
+        if self.delay == 0 {
+            return Err(Error::invalid("pid.delay", "at least 1", 0));
+        }
+        Ok(())
+    }
 }
 
 impl Pid {
     /// A controller for each of a task's costs; an error if it has none.
     pub fn new(config: PidConfig, spec: &EnvSpec, discount: f64) -> Result<Self> {
-        for (name, value) in [
-            ("pid.proportional", config.proportional),
-            ("pid.integral", config.integral),
-            ("pid.derivative", config.derivative),
-            ("pid.multiplier", config.multiplier),
-            ("pid.cap", config.cap),
-        ] {
-            check_not_negative(name, value)?;
-        }
-        if config.delay == 0 {
-            return Err(Error::invalid("pid.delay", "at least 1", 0));
-        }
+        config.check()?;
         let costs = Costs::new(spec, discount)?;
-        let controllers = (0..costs.len()).map(|_| Controller::new(&config)).collect();
+        let controllers = vec![Controller::new(&config, config.multiplier); costs.len()];
         let mut new = Self { config, costs, controllers };
         new.refresh();
         Ok(new)
@@ -172,20 +199,13 @@ impl Multiplier for Pid {
 
     fn save(&self, state: &mut State) {
         for (i, c) in self.controllers.iter().enumerate() {
-            let state = state.child_mut(&format!("controller.{i}"));
-            state.put("numbers", [c.integral, c.error, c.cost, c.lambda]);
-            state.put("past", c.past.iter().copied().collect::<Vec<f64>>());
+            c.save(state.child_mut(&format!("controller.{i}")));
         }
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
         for (i, c) in self.controllers.iter_mut().enumerate() {
-            let state = state.child(&format!("controller.{i}"))?;
-            let mut numbers = [0.0; 4];
-            state.read("numbers", &mut numbers)?;
-            [c.integral, c.error, c.cost, c.lambda] = numbers;
-            c.past.clear();
-            c.past.extend(state.get::<f64>("past")?);
+            c.load(state.child(&format!("controller.{i}"))?)?;
         }
         self.refresh();
         Ok(())
@@ -203,7 +223,7 @@ mod tests {
     fn fixture() {
         let config =
             PidConfig { proportional: 0.1, integral: 0.01, derivative: 0.01, ..Default::default() };
-        let mut controller = Controller::new(&config);
+        let mut controller = Controller::new(&config, config.multiplier);
         controller.update(&config, 30.0, 20.0);
         // I = 0.201, e = 1, C = 1.5, rise 1.5: 0.1 + 0.201 + 0.015.
         assert_abs_diff_eq!(controller.lambda, 0.316, epsilon = 1e-12);

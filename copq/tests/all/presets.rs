@@ -106,6 +106,7 @@ fn entropy_and_multipliers() {
         multiplier: 0.001,
         delay: 10,
         cap: 100.0,
+        integral_cap: f64::INFINITY,
     };
     assert_eq!(PidConfig::default(), pid);
 }

@@ -54,8 +54,8 @@ fn old_words_become_todays() {
     ] {
         let plan = read(&folder(run)).plan;
         assert_eq!(
-            (plan.method.as_str(), plan.bound.as_str(), plan.critics),
-            (method, bound, critics),
+            (plan.method.as_str(), plan.bound.as_deref(), plan.critics),
+            (method, Some(bound), Some(critics)),
             "{run}"
         );
     }

@@ -1,7 +1,10 @@
 //! A robot with real networks: 2,000 steps equal 1,000 + resume + 1,000, bit for bit.
 
 use copq::projection::{self, Extremum};
-use copq::{Agent, Env, Learner, Method, Mode, OrderedEnv, Policy, Result, Silent, State, Trainer};
+use copq::{
+    ActorKind, Agent, Env, EnvSpec, Learner, Method, Mode, OrderedEnv, Policy, Result, Silent,
+    State, Trainer,
+};
 use copq_candle::Candle;
 use copq_experiments::{Plan, Run, RunFolder, RunSettings};
 
@@ -93,8 +96,14 @@ fn a_checkpoint_says_what_it_is_of_and_anything_else_is_refused() {
     assert_eq!(refused(far, "a/hopper", 0), other("discount", "0.99", "0.995"));
     let agent = state.child("agent").unwrap();
     let spec = copq_envs_rapier::make("a/hopper").unwrap().spec().clone();
-    let error = Policy::load(&Method::td3(), &spec, &Candle::default(), agent).unwrap_err();
-    assert_eq!(error.to_string(), other("method", "td3", "cop-td3"));
+    let other_spec = copq_envs_rapier::make("a/walker2d").unwrap().spec().clone();
+    let load = |spec: &EnvSpec| {
+        let networks = &Method::cop_td3().config.networks;
+        Policy::load(agent, spec, networks, ActorKind::Deterministic, &Candle::default())
+    };
+    assert!(load(&spec).is_ok());
+    let error = load(&other_spec).unwrap_err();
+    assert_eq!(error.to_string(), other("task", "a/walker2d", "a/hopper"));
 }
 
 #[test]

@@ -534,6 +534,7 @@ impl Backend for Linear {
         Ok(match kind {
             ActorKind::Deterministic => Box::new(LinearActor::new(0.005)),
             ActorKind::Gaussian => Box::new(GaussianActor::new(0.005, -1.0)),
+            ActorKind::Normal => unreachable!(),
         })
     }
 }

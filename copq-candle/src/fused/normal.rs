@@ -1,0 +1,223 @@
+//! A Gaussian policy that nothing squashes, in the fast implementation.
+
+use copq::on_policy::{self, Descent, NormalGrad, NormalGradient};
+use copq::{ActionGrad, Actor, EnvSpec, Error, Net, Networks, Result, Rng, State};
+
+use super::network::Network;
+use super::panels::{PanelRow, Panels};
+use super::passes::room;
+use super::value::prepare;
+use super::workspace::Workspace;
+use crate::adam::{BETA1, BETA2, EPSILON, Step};
+use crate::check;
+use crate::learned::Learned;
+use crate::shape::Shape;
+
+/// PPO's policy: observation -> hidden layers -> the means of a Gaussian, whose deviations are
+/// parameters of their own that begin at 1. Its mode is the mean, clamped to [-1, 1].
+///
+/// ```
+/// use copq::on_policy::Policy;
+/// use copq::{Activation, Actor, EnvSpec, Net, Networks, Rng, Stream};
+/// use copq_candle::fused::Normal;
+///
+/// let spec = EnvSpec::new("example", 2, 1).reward("safety", 1.0);
+/// let networks = Networks { activation: Activation::Tanh, ..Networks::default() };
+/// let mut policy = Normal::new(&spec, &networks, &mut Rng::new(0, Stream::Init))?;
+/// assert_eq!(policy.log_std(), [0.0]);
+///
+/// let mut mean = [0.0];
+/// let mut mode = [0.0];
+/// policy.means(&[0.1, 0.2], &mut mean)?;
+/// policy.mode(Net::Online, &[0.1, 0.2], &mut mode)?;
+/// assert_eq!(mode[0], mean[0].clamp(-1.0, 1.0));
+/// # Ok::<(), copq::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Normal {
+    network: Network,
+    input: Panels,
+    workspace: Workspace,
+    observation: usize,
+    log_std: Deviations,
+    /// Of a batch: means, their gradient, and the network's parameters'.
+    mean: Vec<f32>,
+    grad_mean: Vec<f32>,
+    grad: Vec<PanelRow>,
+}
+
+/// The deviations' logarithms and Adam's moments of them; the network counts the steps.
+#[derive(Clone, Debug)]
+struct Deviations {
+    online: Vec<f32>,
+    m: Vec<f32>,
+    v: Vec<f32>,
+    grad: Vec<f32>,
+}
+
+impl Deviations {
+    fn step(&mut self, lr: f64, count: u64) {
+        let Step { rate, root } = Step::new(lr, count);
+        let moments = self.m.iter_mut().zip(&mut self.v);
+        for ((x, (m, v)), &grad) in self.online.iter_mut().zip(moments).zip(&self.grad) {
+            let grad = f64::from(grad);
+            *m = (BETA1 * f64::from(*m) + (1.0 - BETA1) * grad) as f32;
+            *v = (BETA2 * f64::from(*v) + (1.0 - BETA2) * grad * grad) as f32;
+            let scale = f64::from(*v).sqrt() / root + EPSILON;
+            *x = (f64::from(*x) - rate * f64::from(*m) / scale) as f32;
+        }
+    }
+}
+
+impl Normal {
+    /// A policy for an environment, with fresh weights drawn from `rng`.
+    pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<Self> {
+        check::settings(spec, networks)?;
+        let shape = Shape::actor(spec, networks);
+        let learned = Learned::new(&shape, networks.init, rng);
+        let zeros = vec![0.0; spec.action_len()];
+        Ok(Self {
+            network: Network::new(shape, networks.activation, &learned),
+            input: Panels::default(),
+            workspace: Workspace::default(),
+            observation: spec.obs_len,
+            log_std: Deviations {
+                online: zeros.clone(),
+                m: zeros.clone(),
+                v: zeros.clone(),
+                grad: zeros,
+            },
+            mean: Vec::new(),
+            grad_mean: Vec::new(),
+            grad: Vec::new(),
+        })
+    }
+
+    /// A batch's means, and the gradient that `grad` fills, down to the parameters.
+    fn backward(&mut self, obs: &[f32], grad: NormalGrad<'_>) -> Result<()> {
+        let rows = check::rows(obs, self.observation)?;
+        self.input.set(rows, &[obs]);
+        let len = rows * self.log_std.online.len();
+        let mean = room(&mut self.mean, len);
+        self.network.forward(&self.input, mean, &self.workspace);
+        let grad_mean = room(&mut self.grad_mean, len);
+        grad(
+            on_policy::Normal { mean, log_std: &self.log_std.online },
+            NormalGradient { mean: grad_mean, log_std: &mut self.log_std.grad },
+        )?;
+        self.network.gradient(&self.input, grad_mean, &mut self.grad, &mut self.workspace);
+        Ok(())
+    }
+}
+
+impl Actor for Normal {
+    fn action_len(&self) -> usize {
+        self.log_std.online.len()
+    }
+
+    fn mode(&mut self, _: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
+        on_policy::Policy::means(self, obs, action)?;
+        action.iter_mut().for_each(|action| *action = action.clamp(-1.0, 1.0));
+        Ok(())
+    }
+
+    fn improve(&mut self, _: &[f32], _: &[f32], _: ActionGrad<'_>) -> Result<()> {
+        let what = "this policy learns by on_policy::Policy::descend, not by Actor::improve";
+        Err(Error::Unsupported { what: what.to_owned() })
+    }
+
+    fn update_target(&mut self, _: f32) -> Result<()> {
+        Ok(())
+    }
+
+    fn export(&self, state: &mut State) -> Result<()> {
+        Learned::export(&self.network.learned().online, &self.network.shape().arrays(), state);
+        state.put("log_std", self.log_std.online.as_slice());
+        Ok(())
+    }
+
+    fn import(&mut self, state: &State) -> Result<()> {
+        let online = Learned::import(&self.network.shape().arrays(), state)?;
+        state.read("log_std", &mut self.log_std.online)?;
+        self.network.set_learned(&Learned::from_online(online));
+        self.log_std.m.fill(0.0);
+        self.log_std.v.fill(0.0);
+        Ok(())
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        self.network.save(state);
+        let Deviations { online, m, v, .. } = &self.log_std;
+        for (name, values) in [("log_std", online), ("log_std_m", m), ("log_std_v", v)] {
+            state.put(name, values.as_slice());
+        }
+        Ok(())
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        let Deviations { online, m, v, .. } = &mut self.log_std;
+        for (name, values) in [("log_std", online), ("log_std_m", m), ("log_std_v", v)] {
+            state.read(name, values)?;
+        }
+        self.network.load(state)
+    }
+}
+
+impl on_policy::Policy for Normal {
+    fn log_std(&self) -> &[f32] {
+        &self.log_std.online
+    }
+
+    fn means(&mut self, obs: &[f32], mean: &mut [f32]) -> Result<()> {
+        let rows = check::rows(obs, self.observation)?;
+        check::batch("means", mean, rows, self.log_std.online.len())?;
+        self.input.set(rows, &[obs]);
+        self.network.values(Net::Online, &self.input, mean, &mut self.workspace);
+        Ok(())
+    }
+
+    fn descend(&mut self, obs: &[f32], step: Descent, grad: NormalGrad<'_>) -> Result<()> {
+        self.backward(obs, grad)?;
+        let Deviations { online, grad, .. } = &mut self.log_std;
+        let penalty = 2.0 * step.decay as f32;
+        grad.iter_mut().zip(&*online).for_each(|(grad, x)| *grad += penalty * x);
+        let more = grad.iter().map(|&x| f64::from(x) * f64::from(x)).sum();
+        let factor = prepare(&self.network, &mut self.grad, more, step);
+        grad.iter_mut().for_each(|grad| *grad *= factor);
+        self.network.descend(&self.grad, step.lr);
+        self.log_std.step(step.lr, self.network.steps());
+        Ok(())
+    }
+
+    fn parameters(&self) -> usize {
+        self.network.shape().len() + self.log_std.online.len()
+    }
+
+    fn gradient(&mut self, obs: &[f32], grad: NormalGrad<'_>, out: &mut [f32]) -> Result<()> {
+        check::batch("gradient", out, self.parameters(), 1)?;
+        self.backward(obs, grad)?;
+        let (network, log_std) = out.split_at_mut(self.network.shape().len());
+        network.copy_from_slice(&self.network.flat(&self.grad));
+        log_std.copy_from_slice(&self.log_std.grad);
+        Ok(())
+    }
+
+    fn push_forward(&mut self, obs: &[f32], direction: &[f32], out: &mut [f32]) -> Result<()> {
+        let rows = check::rows(obs, self.observation)?;
+        check::batch("direction", direction, self.parameters(), 1)?;
+        check::batch("moved means", out, rows, self.log_std.online.len())?;
+        self.input.set(rows, &[obs]);
+        self.network.forward(&self.input, room(&mut self.mean, out.len()), &self.workspace);
+        let direction = &direction[..self.network.shape().len()];
+        self.network.push_forward(&self.input, direction, out, &self.workspace);
+        Ok(())
+    }
+
+    fn shift(&mut self, step: &[f32]) -> Result<()> {
+        check::batch("step", step, self.parameters(), 1)?;
+        let (network, log_std) = step.split_at(self.network.shape().len());
+        self.network.shift(network);
+        self.log_std.online.iter_mut().zip(log_std).for_each(|(x, step)| *x += step);
+        Ok(())
+    }
+}

@@ -1,0 +1,192 @@
+//! A Gaussian policy that nothing squashes, readable.
+
+use candle_core::{Device, Tensor, Var};
+use copq::on_policy::{self, Descent, NormalGrad, NormalGradient};
+use copq::{ActionGrad, Actor, EnvSpec, Error, Net, Networks, Result, Rng, State};
+
+use super::network::Network;
+use super::perceptron::network;
+use super::value::{factor, forward, with_penalty};
+use super::{failed, values};
+use crate::adam::{BETA1, BETA2, EPSILON, Step};
+use crate::check;
+use crate::learned::Learned;
+
+/// PPO's policy: observation -> hidden layers -> the means of a Gaussian, whose deviations are
+/// parameters of their own that begin at 1. It is [`fused::Normal`](crate::fused::Normal) by
+/// autograd, on any device, but for natural gradients, which it has not.
+///
+/// ```
+/// use copq::on_policy::Policy;
+/// use copq::{EnvSpec, Networks, Rng, Stream};
+/// use copq_candle::{Device, plain::Normal};
+///
+/// let spec = EnvSpec::new("example", 2, 1).reward("safety", 1.0);
+/// let rng = &mut Rng::new(0, Stream::Init);
+/// let mut policy = Normal::new(&spec, &Networks::default(), rng, &Device::Cpu)?;
+/// let mut mean = [0.0];
+/// policy.means(&[0.1, 0.2], &mut mean)?;
+/// # Ok::<(), copq::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Normal {
+    network: Network,
+    observation: usize,
+    device: Device,
+    log_std: Var,
+    /// The same as numbers, and Adam's moments of them.
+    shown: Vec<f32>,
+    m: Vec<f32>,
+    v: Vec<f32>,
+}
+
+impl Normal {
+    /// A policy for an environment, with fresh weights drawn from `rng`.
+    pub fn new(
+        spec: &EnvSpec,
+        networks: &Networks,
+        rng: &mut Rng,
+        device: &Device,
+    ) -> Result<Self> {
+        check::settings(spec, networks)?;
+        let zeros = vec![0.0; spec.action_len()];
+        let log_std = Tensor::from_slice(&zeros, zeros.len(), device).map_err(failed)?;
+        Ok(Self {
+            network: network(None, spec.obs_len, zeros.len(), networks, rng, device)?,
+            observation: spec.obs_len,
+            device: device.clone(),
+            log_std: Var::from_tensor(&log_std).map_err(failed)?,
+            shown: zeros.clone(),
+            m: zeros.clone(),
+            v: zeros,
+        })
+    }
+
+    fn forward(&self, obs: &[f32]) -> Result<Tensor> {
+        forward(&self.network, obs, self.observation, &self.device)
+    }
+
+    fn set_log_std(&mut self, values: Vec<f32>) -> Result<()> {
+        let tensor = Tensor::from_slice(&values, values.len(), &self.device).map_err(failed)?;
+        self.log_std.set(&tensor).map_err(failed)?;
+        self.shown = values;
+        Ok(())
+    }
+
+    /// Adam's step of the deviations; the network counts the steps.
+    fn step_log_std(&mut self, grad: &[f32], lr: f64) -> Result<()> {
+        let Step { rate, root } = Step::new(lr, self.network.steps());
+        let mut values = self.shown.clone();
+        for (i, x) in values.iter_mut().enumerate() {
+            let grad = f64::from(grad[i]);
+            self.m[i] = (BETA1 * f64::from(self.m[i]) + (1.0 - BETA1) * grad) as f32;
+            self.v[i] = (BETA2 * f64::from(self.v[i]) + (1.0 - BETA2) * grad * grad) as f32;
+            let scale = f64::from(self.v[i]).sqrt() / root + EPSILON;
+            *x = (f64::from(*x) - rate * f64::from(self.m[i]) / scale) as f32;
+        }
+        self.set_log_std(values)
+    }
+}
+
+impl Actor for Normal {
+    fn action_len(&self) -> usize {
+        self.shown.len()
+    }
+
+    fn mode(&mut self, _: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
+        on_policy::Policy::means(self, obs, action)?;
+        action.iter_mut().for_each(|action| *action = action.clamp(-1.0, 1.0));
+        Ok(())
+    }
+
+    fn improve(&mut self, _: &[f32], _: &[f32], _: ActionGrad<'_>) -> Result<()> {
+        let what = "this policy learns by on_policy::Policy::descend, not by Actor::improve";
+        Err(Error::Unsupported { what: what.to_owned() })
+    }
+
+    fn update_target(&mut self, _: f32) -> Result<()> {
+        Ok(())
+    }
+
+    fn export(&self, state: &mut State) -> Result<()> {
+        Learned::export(&self.network.learned()?.online, self.network.arrays(), state);
+        state.put("log_std", self.shown.as_slice());
+        Ok(())
+    }
+
+    fn import(&mut self, state: &State) -> Result<()> {
+        let online = Learned::import(self.network.arrays(), state)?;
+        let mut log_std = self.shown.clone();
+        state.read("log_std", &mut log_std)?;
+        self.network.set_learned(&Learned::from_online(online))?;
+        self.m.fill(0.0);
+        self.v.fill(0.0);
+        self.set_log_std(log_std)
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        self.network.learned()?.save(self.network.arrays(), state);
+        for (name, values) in
+            [("log_std", &self.shown), ("log_std_m", &self.m), ("log_std_v", &self.v)]
+        {
+            state.put(name, values.as_slice());
+        }
+        Ok(())
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        let mut log_std = self.shown.clone();
+        state.read("log_std", &mut log_std)?;
+        state.read("log_std_m", &mut self.m)?;
+        state.read("log_std_v", &mut self.v)?;
+        self.network.set_learned(&Learned::load(self.network.arrays(), state)?)?;
+        self.set_log_std(log_std)
+    }
+}
+
+impl on_policy::Policy for Normal {
+    fn log_std(&self) -> &[f32] {
+        &self.shown
+    }
+
+    fn means(&mut self, obs: &[f32], mean: &mut [f32]) -> Result<()> {
+        let output = self.forward(obs)?;
+        check::batch("means", mean, output.elem_count(), 1)?;
+        mean.copy_from_slice(&values(&output).map_err(failed)?);
+        Ok(())
+    }
+
+    fn descend(&mut self, obs: &[f32], step: Descent, grad: NormalGrad<'_>) -> Result<()> {
+        let output = self.forward(obs)?;
+        let mean = values(&output).map_err(failed)?;
+        let mut grad_mean = vec![0.0; mean.len()];
+        let mut grad_log_std = vec![0.0; self.shown.len()];
+        grad(
+            on_policy::Normal { mean: &mean, log_std: &self.shown },
+            NormalGradient { mean: &mut grad_mean, log_std: &mut grad_log_std },
+        )?;
+        let loss = || {
+            // A loss with these gradients, which are constants.
+            let grad_mean = Tensor::from_vec(grad_mean, output.dims(), &self.device)?;
+            let grad = Tensor::from_vec(grad_log_std, self.shown.len(), &self.device)?;
+            (output * grad_mean)?.sum_all()? + (self.log_std.as_tensor() * grad)?.sum_all()?
+        };
+        let variables = self.network.online().chain([&self.log_std]);
+        let loss = with_penalty(loss().map_err(failed)?, variables, step.decay)?;
+        let mut descend = || {
+            let mut grads = loss.backward()?;
+            let log_std = match grads.get(&self.log_std) {
+                Some(grad) => values(grad)?,
+                None => vec![0.0; self.shown.len()],
+            };
+            let own: f64 = log_std.iter().map(|&x| f64::from(x) * f64::from(x)).sum();
+            let factor = factor(self.network.squares(&grads)? + own, step);
+            self.network.scale(&mut grads, factor)?;
+            self.network.step(&grads, step.lr)?;
+            Ok((log_std, factor as f32))
+        };
+        let (log_std, factor) = descend().map_err(failed)?;
+        let cut: Vec<f32> = log_std.iter().map(|grad| factor * grad).collect();
+        self.step_log_std(&cut, step.lr)
+    }
+}

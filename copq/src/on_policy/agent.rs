@@ -1,0 +1,214 @@
+//! The on-policy learner as an agent.
+
+use std::path::Path;
+
+use super::learner::Learner;
+use super::saute::costs;
+use crate::error::check_len;
+use crate::learner::check_made_by;
+use crate::loss::{check_finite, check_finite_row};
+use crate::{
+    Agent, EnvSpec, Error, Mode, Net, Normaliser, Observer, Outcome, Result, State, Transition,
+};
+
+/// What to do about an observation that is not finite.
+const OBSERVATION: &str = "the environment returned it; check its physics";
+/// Worlds are not told apart yet.
+const WORLD: usize = 0;
+
+impl Learner {
+    /// Ends a path that its world has left without a word, as after an error: it was cut short
+    /// after what came last.
+    fn end_what_was_left(&mut self, obs: &[f32]) -> Result<()> {
+        if self.epoch.is_open(WORLD) && self.worlds[WORLD].obs != obs {
+            let last = self.worlds[WORLD].obs.clone();
+            let values = self.values_of_next(&last)?;
+            self.epoch.end(WORLD, values);
+            self.worlds[WORLD].costs.fill(0.0);
+        }
+        Ok(())
+    }
+
+    /// Ends a path where an episode ends or the epoch does.
+    fn end_path(&mut self, outcome: Outcome, obs: &[f32]) -> Result<()> {
+        let mut values = self.values_of_next(obs)?;
+        if outcome == Outcome::Terminated {
+            values.fill(0.0);
+        }
+        self.epoch.end(WORLD, values);
+        let episode = &mut self.worlds[WORLD].costs;
+        if outcome != Outcome::Running {
+            if self.window.len() == self.config.window {
+                self.window.pop_front();
+            }
+            self.window.push_back(episode.clone());
+            self.fresh += 1;
+        }
+        episode.fill(0.0);
+        Ok(())
+    }
+
+    fn check_maker(&self, state: &State) -> Result<()> {
+        check_made_by(state, "method", &self.name)?;
+        check_made_by(state, "task", &self.spec.name)?;
+        check_made_by(state, "objectives", &self.spec.names().join(","))?;
+        let made = state.child("made_by")?;
+        let seed = made.get_one::<u64>("seed")?;
+        if seed != self.seed {
+            return Err(Error::invalid("seed of the saved learner", self.seed, seed));
+        }
+        let discount = made.get_one::<f64>("discount")?;
+        if discount != self.config.discount {
+            let what = "discount of the saved learner";
+            return Err(Error::invalid(what, self.config.discount, discount));
+        }
+        Ok(())
+    }
+}
+
+impl Agent for Learner {
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn discount(&self) -> f64 {
+        self.config.discount
+    }
+
+    fn check_spec(&self, spec: &EnvSpec) -> Result<()> {
+        self.spec.check_same("the environment of a learner made for another", spec)
+    }
+
+    fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
+        check_len("observation", obs.len(), self.spec.obs_len)?;
+        check_len("action", action.len(), self.noise.len())?;
+        check_finite_row("observation", obs, self.steps, OBSERVATION)?;
+        if mode == Mode::Exploit {
+            self.keep(obs)?;
+            self.policy.mode(Net::Online, &self.obs, action)?;
+        } else {
+            self.end_what_was_left(obs)?;
+            self.take_in(obs)?;
+            self.worlds[WORLD].taken.obs.copy_from_slice(&self.obs);
+            let mut noise = std::mem::take(&mut self.noise);
+            self.explore.fill_normal(&mut noise);
+            let taken = self.take(WORLD, &noise, action);
+            self.noise = noise;
+            taken?;
+        }
+        let advice = "the policy's weights have diverged; lower its step size";
+        check_finite_row("action", action, self.steps, advice)
+    }
+
+    fn observe(&mut self, t: Transition<'_>) -> Result<()> {
+        check_len("transition's reward", t.reward.len(), self.spec.objectives.len())?;
+        check_len("observation", t.next_obs.len(), self.spec.obs_len)?;
+        let objectives: Vec<_> = self.spec.names().into_iter().map(str::to_owned).collect();
+        check_finite("reward", t.reward, &objectives, self.steps)?;
+        check_finite_row("observation", t.next_obs, self.steps, OBSERVATION)?;
+        let signals = self.signals(t.reward, t.next_obs);
+        let world = &mut self.worlds[WORLD];
+        self.epoch.push(WORLD, &world.taken, signals.into_iter());
+        world.obs.copy_from_slice(t.next_obs);
+        for (sum, cost) in world.costs.iter_mut().zip(costs(&self.spec)) {
+            *sum += f64::from(t.reward[cost]);
+        }
+        self.steps += 1;
+        if t.outcome != Outcome::Running || self.epoch.is_full(WORLD) {
+            self.end_path(t.outcome, t.next_obs)?;
+        }
+        Ok(())
+    }
+
+    fn update(&mut self, log: &mut dyn Observer) -> Result<()> {
+        if self.epoch.is_complete() { self.learn(log) } else { Ok(()) }
+    }
+
+    fn ends_episode(&self) -> bool {
+        // The last path of a complete epoch has just been learned from.
+        self.epoch.is_empty()
+    }
+
+    fn value(&mut self, obs: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
+        check_len("values", q.len(), self.spec.objectives.len())?;
+        self.keep(obs)?;
+        let mut values = vec![0.0; self.critics.len()];
+        for (critic, value) in self.critics.iter_mut().zip(values.chunks_exact_mut(1)) {
+            critic.values(&self.obs, value)?;
+        }
+        // The one critic of all rewards speaks for a reward that is alone.
+        let rewards = self.spec.objectives.iter().filter(|o| o.limit.is_none()).count();
+        let mut costs = values[1..].iter();
+        for (q, objective) in q.iter_mut().zip(&self.spec.objectives) {
+            *q = match objective.limit {
+                Some(_) => costs.next().copied().unwrap_or(f32::NAN),
+                None if rewards == 1 && objective.weight != 0.0 => values[0] / objective.weight,
+                None => f32::NAN,
+            };
+        }
+        Ok(())
+    }
+
+    fn save_policy(&self, path: &Path) -> Result<()> {
+        self.save_policy(path)
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        let made = state.child_mut("made_by");
+        made.put_text("method", &self.name);
+        made.put_text("task", &self.spec.name);
+        made.put_text("objectives", &self.spec.names().join(","));
+        made.put("seed", [self.seed]);
+        made.put("discount", [self.config.discount]);
+        state.put("steps", [self.steps]);
+        state.put("epochs", [self.epochs]);
+        state.put("fresh", [self.fresh as u64]);
+        state.put("window", self.window.iter().flatten().copied().collect::<Vec<f64>>());
+        self.explore.save("rng_explore", state);
+        self.order.save("rng_order", state);
+        self.epoch.save(state.child_mut("epoch"));
+        for (i, world) in self.worlds.iter().enumerate() {
+            let state = state.child_mut(&format!("world.{i}"));
+            state.put("obs", world.obs.as_slice());
+            state.put("costs", world.costs.as_slice());
+        }
+        for (i, multiplier) in self.multipliers.iter().enumerate() {
+            multiplier.save(state.child_mut(&format!("multiplier.{i}")));
+        }
+        if let Some(normaliser) = &self.normaliser {
+            normaliser.save(state.child_mut("normaliser"));
+        }
+        self.policy.save(state.child_mut("actor"))?;
+        for (i, critic) in self.critics.iter().enumerate() {
+            critic.save(state.child_mut(&format!("critic.{i}")))?;
+        }
+        Ok(())
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.check_maker(state)?;
+        self.steps = state.get_one("steps")?;
+        self.epochs = state.get_one("epochs")?;
+        self.fresh = state.get_one::<u64>("fresh")? as usize;
+        let window = state.get::<f64>("window")?;
+        let costs = costs(&self.spec).len();
+        self.window = window.chunks_exact(costs.max(1)).map(<[f64]>::to_vec).collect();
+        self.explore.load("rng_explore", state)?;
+        self.order.load("rng_order", state)?;
+        self.epoch.load(state.child("epoch")?)?;
+        for (i, world) in self.worlds.iter_mut().enumerate() {
+            let state = state.child(&format!("world.{i}"))?;
+            state.read("obs", &mut world.obs)?;
+            state.read("costs", &mut world.costs)?;
+        }
+        for (i, multiplier) in self.multipliers.iter_mut().enumerate() {
+            multiplier.load(state.child(&format!("multiplier.{i}"))?)?;
+        }
+        Normaliser::restore(&mut self.normaliser, state)?;
+        self.policy.load(state.child("actor")?)?;
+        for (i, critic) in self.critics.iter_mut().enumerate() {
+            critic.load(state.child(&format!("critic.{i}"))?)?;
+        }
+        Ok(())
+    }
+}

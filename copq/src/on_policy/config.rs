@@ -1,0 +1,274 @@
+//! The numbers of an on-policy method.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::check_not_negative;
+use crate::{Activation, Error, Init, Networks, PidConfig, Result};
+
+/// The numbers of an on-policy [`Method`](super::Method): how an epoch is gathered, how the policy
+/// and its critics learn from it, and how costs are held. A run's `config.toml` lists them all.
+///
+/// ```
+/// use copq::on_policy::Method;
+///
+/// let mut method = Method::cppo_pid();
+/// method.config.steps_per_epoch = 4_096;
+/// method.config.networks.hidden = vec![128, 128];
+/// method.config.check()?;
+/// # Ok::<(), copq::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default = "ppo", deny_unknown_fields)]
+pub struct Config {
+    /// gamma, the discount of rewards and costs.
+    pub discount: f64,
+    /// lambda of the generalised advantages of rewards and costs (Schulman et al. 2016).
+    pub gae: f64,
+    /// Environment steps of an epoch, of all worlds together.
+    pub steps_per_epoch: usize,
+    /// Environment steps over which the policy's step size falls to nothing, an epoch at a time;
+    /// constant if none.
+    pub anneal_steps: Option<u64>,
+    /// At most so many passes over an epoch's rows.
+    pub passes: usize,
+    /// Rows of a minibatch.
+    pub batch: usize,
+    /// How far a pass may move the policy: passes end, the critics' too, when KL(old || new), summed
+    /// over action components, is larger. Of a natural step its length.
+    pub target_kl: f64,
+    /// How far a ratio of probabilities may move the objective from 1.
+    pub clip: f64,
+    /// The natural gradient's step in place of the clipped ones, if any.
+    pub natural: Option<NaturalStep>,
+    /// A second step of the policy, down its costs, if any (CUP).
+    pub second: Option<SecondStep>,
+    /// Weight of the policy's mean entropy of a component.
+    pub entropy: f64,
+    /// c of the penalty c sum(p^2) in the critics' losses.
+    pub critic_decay: f64,
+    /// The largest norm of a network's gradient.
+    pub max_norm: f64,
+    /// How the multipliers of costs are set, if costs are to be held by them.
+    pub constraint: Option<Constraint>,
+    /// Finished episodes whose mean cost the multipliers see.
+    pub window: usize,
+    /// Budgets in the observations, if costs are to be held by them ([`Saute`](super::Saute)).
+    pub saute: Option<SauteConfig>,
+    /// Whether networks see observations in units of their running deviation
+    /// ([`Normaliser`](crate::Normaliser)).
+    pub normalise: bool,
+    /// Network shapes and step sizes.
+    pub networks: Networks,
+}
+
+/// The multiplier of a cost, which weighs its advantages against the reward's:
+/// `(A_r - sum lambda_j A_j) / (1 + sum lambda_j)`. It learns once an epoch, from the mean
+/// undiscounted cost of the last finished episodes.
+///
+/// ```
+/// use copq::on_policy::{Ascent, Constraint, Method};
+///
+/// let mut method = Method::ppo_lag();
+/// method.config.constraint = Some(Constraint::Adam(Ascent { lr: 0.05, ..Ascent::default() }));
+/// method.config.check()?;
+/// # Ok::<(), copq::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Constraint {
+    /// A PID controller (Stooke et al. 2020).
+    Pid(PidConfig),
+    /// Gradient ascent by Adam on lambda itself.
+    Adam(Ascent),
+}
+
+/// Constants of [`Constraint::Adam`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Ascent {
+    /// Adam's step size: lambda moves by about as much an epoch, however large the violation.
+    pub lr: f64,
+    /// lambda to begin with.
+    pub multiplier: f64,
+    /// The largest lambda; `inf` for none.
+    pub cap: f64,
+}
+
+impl Default for Ascent {
+    /// OmniSafe's: a step size of 0.035 from 0.001 on, without a cap.
+    fn default() -> Self {
+        Self { lr: 0.035, multiplier: 0.001, cap: f64::INFINITY }
+    }
+}
+
+/// Constants of the natural gradient's step (Kakade 2001), as OmniSafe's RCPO takes it: its Fisher
+/// matrix and so its KL are means over rows *and* action components.
+///
+/// ```
+/// use copq::on_policy::NaturalStep;
+///
+/// assert_eq!(NaturalStep::default(), NaturalStep { iterations: 15, damping: 0.1 });
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NaturalStep {
+    /// At most so many conjugate gradients.
+    pub iterations: usize,
+    /// What is added to the diagonal of the Fisher matrix.
+    pub damping: f64,
+}
+
+impl Default for NaturalStep {
+    /// OmniSafe's: 15 and 0.1.
+    fn default() -> Self {
+        Self { iterations: 15, damping: 0.1 }
+    }
+}
+
+/// Constants of CUP's second step (Yang et al. 2022): down the costs' advantages, weighed by the
+/// multipliers, and not far from where the first step led.
+///
+/// ```
+/// use copq::on_policy::SecondStep;
+///
+/// assert_eq!(SecondStep::default().passes, 40);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SecondStep {
+    /// At most so many passes over the epoch's rows.
+    pub passes: usize,
+}
+
+impl Default for SecondStep {
+    /// OmniSafe's: 40.
+    fn default() -> Self {
+        Self { passes: 40 }
+    }
+}
+
+/// Constants of [`Saute`](super::Saute) (Sootla et al. 2022).
+///
+/// ```
+/// use copq::on_policy::SauteConfig;
+///
+/// // A limit of 740.2 on the costs of 1,000 steps, as a budget of what is discounted.
+/// let budget = SauteConfig::default().budget(740.2, 1_000);
+/// assert!((budget - 468.03).abs() < 5e-3);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SauteConfig {
+    /// The discount of what is spent.
+    pub discount: f64,
+    /// The reward of a step after which a budget is spent.
+    pub unsafe_reward: f64,
+}
+
+impl Default for SauteConfig {
+    /// OmniSafe's: a discount of 0.999 and a reward of -1.
+    fn default() -> Self {
+        Self { discount: 0.999, unsafe_reward: -1.0 }
+    }
+}
+
+impl SauteConfig {
+    /// A limit of an episode's cost as a budget: what a steady payer within it pays, discounted.
+    pub fn budget(&self, limit: f64, horizon: usize) -> f64 {
+        crate::discounted_limit(limit, self.discount, horizon)
+    }
+}
+
+/// What a stored setting that is not there means.
+fn ppo() -> Config {
+    Config::default()
+}
+
+impl Default for Config {
+    /// OmniSafe's PPO for a million steps.
+    fn default() -> Self {
+        Self {
+            discount: 0.99,
+            gae: 0.95,
+            steps_per_epoch: 2_048,
+            anneal_steps: Some(1_024_000),
+            passes: 40,
+            batch: 64,
+            target_kl: 0.02,
+            clip: 0.2,
+            natural: None,
+            second: None,
+            entropy: 0.0,
+            critic_decay: 0.001,
+            max_norm: 40.0,
+            constraint: None,
+            window: 50,
+            saute: None,
+            normalise: true,
+            networks: Networks {
+                hidden: vec![64, 64],
+                critic_lr: 3e-4,
+                actor_lr: 3e-4,
+                init: Init::Torch,
+                activation: Activation::Tanh,
+            },
+        }
+    }
+}
+
+impl Config {
+    /// The policy's step size in an epoch, counted from 0: `lr (1 - k/K)` of K epochs, and after
+    /// them as in the last.
+    pub fn actor_lr(&self, epoch: u64) -> f64 {
+        let lr = self.networks.actor_lr;
+        let Some(steps) = self.anneal_steps else { return lr };
+        let epochs = (steps / self.steps_per_epoch as u64).max(1);
+        lr * (1.0 - epoch.min(epochs - 1) as f64 / epochs as f64)
+    }
+
+    /// An error that names the first setting that cannot be used.
+    pub fn check(&self) -> Result<()> {
+        for (name, value) in [("discount", self.discount), ("gae", self.gae)] {
+            if !(0.0..=1.0).contains(&value) {
+                return Err(Error::invalid(name, "a number from 0 to 1", value));
+            }
+        }
+        if self.second.is_some() && self.discount == 1.0 {
+            return Err(Error::invalid("discount", "less than 1 with a second step", 1));
+        }
+        for (name, count) in [
+            ("steps_per_epoch", self.steps_per_epoch),
+            ("passes", self.passes),
+            ("batch", self.batch),
+            ("window", self.window),
+            ("natural.iterations", self.natural.map_or(1, |natural| natural.iterations)),
+            ("second.passes", self.second.map_or(1, |second| second.passes)),
+        ] {
+            if count == 0 {
+                return Err(Error::invalid(name, "at least 1", 0));
+            }
+        }
+        for (name, value) in [
+            ("target_kl", self.target_kl),
+            ("clip", self.clip),
+            ("entropy", self.entropy),
+            ("critic_decay", self.critic_decay),
+            ("natural.damping", self.natural.map_or(0.0, |natural| natural.damping)),
+        ] {
+            check_not_negative(name, value)?;
+        }
+        positive("max_norm", self.max_norm)?;
+        if let Some(saute) = &self.saute {
+            positive("saute.discount", saute.discount)?;
+        }
+        if self.second.is_some() && self.constraint.is_none() {
+            let wanted = "none without a constraint, whose multipliers weigh it";
+            return Err(Error::invalid("second", wanted, "one"));
+        }
+        self.networks.check()
+    }
+}
+
+fn positive(name: &str, value: f64) -> Result<()> {
+    if value > 0.0 { Ok(()) } else { Err(Error::invalid(name, "a positive number", value)) }
+}

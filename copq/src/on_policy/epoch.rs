@@ -1,0 +1,184 @@
+//! The steps of an epoch, world after world, and what they become for learning.
+
+use super::advantage::{centre, generalised, moments, standardise};
+use super::update::Rows;
+use crate::error::check_len;
+use crate::{Result, State};
+
+/// One step as the policy took it: what it saw, did and expected.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Taken {
+    /// As the networks saw it.
+    pub obs: Vec<f32>,
+    /// As it was sampled.
+    pub action: Vec<f32>,
+    pub log_prob: f64,
+    /// Of each signal: the reward's, then the costs'.
+    pub values: Vec<f32>,
+}
+
+/// Where a path of rows ends.
+#[derive(Clone, Debug)]
+struct End {
+    /// The row after it.
+    row: usize,
+    /// The value of what would have come, of each signal.
+    values: Vec<f32>,
+}
+
+/// The rows of an epoch while they come; each world has as many.
+#[derive(Clone, Debug)]
+pub(super) struct Epoch {
+    /// Rows of each world, and how many each has.
+    capacity: usize,
+    filled: Vec<usize>,
+    obs_len: usize,
+    rows: Rows,
+    /// Rewards and values, signal by signal.
+    signals: Vec<Vec<f32>>,
+    values: Vec<Vec<f32>>,
+    ends: Vec<End>,
+    /// Each signal's deviation of the advantages, before they were put into its units.
+    spreads: Vec<f64>,
+}
+
+impl Epoch {
+    /// Room for the steps of so many worlds.
+    pub fn new(steps: usize, worlds: usize, [obs, action]: [usize; 2], signals: usize) -> Self {
+        let zeros = vec![vec![0.0; steps]; signals];
+        Self {
+            capacity: steps / worlds,
+            filled: vec![0; worlds],
+            obs_len: obs,
+            rows: Rows {
+                obs: vec![0.0; steps * obs],
+                action: vec![0.0; steps * action],
+                log_prob: vec![0.0; steps],
+                advantages: zeros.clone(),
+                targets: zeros.clone(),
+            },
+            signals: zeros.clone(),
+            values: zeros,
+            ends: Vec::new(),
+            spreads: vec![0.0; signals],
+        }
+    }
+
+    /// Adds a world's step and what came of it.
+    pub fn push(&mut self, world: usize, taken: &Taken, signals: impl Iterator<Item = f32>) {
+        let row = self.next_row(world);
+        let action = taken.action.len();
+        self.rows.obs[row * self.obs_len..][..self.obs_len].copy_from_slice(&taken.obs);
+        self.rows.action[row * action..][..action].copy_from_slice(&taken.action);
+        self.rows.log_prob[row] = taken.log_prob;
+        for (values, value) in self.values.iter_mut().zip(&taken.values) {
+            values[row] = *value;
+        }
+        for (rewards, reward) in self.signals.iter_mut().zip(signals) {
+            rewards[row] = reward;
+        }
+        self.filled[world] += 1;
+    }
+
+    /// Ends a world's path after its last row, with the values of what would have come.
+    pub fn end(&mut self, world: usize, values: Vec<f32>) {
+        self.ends.push(End { row: self.next_row(world), values });
+    }
+
+    fn next_row(&self, world: usize) -> usize {
+        world * self.capacity + self.filled[world]
+    }
+
+    /// Whether a world's path has rows and no end.
+    pub fn is_open(&self, world: usize) -> bool {
+        let row = self.next_row(world);
+        self.filled[world] > 0 && self.ends.iter().all(|end| end.row != row)
+    }
+
+    /// Whether a world has all its rows.
+    pub fn is_full(&self, world: usize) -> bool {
+        self.filled[world] == self.capacity
+    }
+
+    /// Whether every world has all its rows.
+    pub fn is_complete(&self) -> bool {
+        (0..self.filled.len()).all(|world| self.is_full(world))
+    }
+
+    /// Advantages and targets of a complete epoch: the reward's standardised, the costs' centred.
+    pub fn finish(&mut self, discount: f64, lambda: f64) -> &Rows {
+        self.ends.sort_by_key(|end| end.row);
+        for (k, (signal, values)) in self.signals.iter().zip(&self.values).enumerate() {
+            let ends = self.ends.iter().map(|end| (end.row, end.values[k]));
+            let advantage = &mut self.rows.advantages[k];
+            let target = &mut self.rows.targets[k];
+            generalised(signal, values, ends, [discount, lambda], advantage, target);
+            self.spreads[k] = moments(advantage)[1];
+            if k == 0 { standardise(advantage) } else { centre(advantage) }
+        }
+        &self.rows
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.filled.iter().all(|&rows| rows == 0)
+    }
+
+    /// Of a signal, after [`Epoch::finish`]: the deviation of its advantages, and the share of its
+    /// targets' variance that its critic had told beforehand.
+    pub fn quality(&self, signal: usize) -> [f64; 2] {
+        let targets = &self.rows.targets[signal];
+        let missed: Vec<f32> =
+            targets.iter().zip(&self.values[signal]).map(|(y, v)| y - v).collect();
+        let [_, all] = moments(targets);
+        let [_, rest] = moments(&missed);
+        let explained = if all > 0.0 { 1.0 - (rest / all).powi(2) } else { 0.0 };
+        [self.spreads[signal], explained]
+    }
+
+    /// Forgets all rows.
+    pub fn clear(&mut self) {
+        self.filled.fill(0);
+        self.ends.clear();
+    }
+
+    /// Writes the rows so far.
+    pub fn save(&self, state: &mut State) {
+        let filled: Vec<_> = self.filled.iter().map(|&rows| rows as u64).collect();
+        state.put("filled", filled);
+        state.put("obs", self.rows.obs.as_slice());
+        state.put("action", self.rows.action.as_slice());
+        state.put("log_prob", self.rows.log_prob.as_slice());
+        for (k, (signal, values)) in self.signals.iter().zip(&self.values).enumerate() {
+            state.put(&format!("signal.{k}"), signal.as_slice());
+            state.put(&format!("value.{k}"), values.as_slice());
+        }
+        state.put("end_rows", self.ends.iter().map(|end| end.row as u64).collect::<Vec<_>>());
+        let values = self.ends.iter().flat_map(|end| &end.values).copied().collect::<Vec<f32>>();
+        state.put("end_values", values);
+    }
+
+    /// Restores what [`Epoch::save`] wrote.
+    pub fn load(&mut self, state: &State) -> Result<()> {
+        let filled = state.get::<u64>("filled")?;
+        check_len("worlds of the saved epoch", filled.len(), self.filled.len())?;
+        for (own, &saved) in self.filled.iter_mut().zip(filled) {
+            *own = (saved as usize).min(self.capacity);
+        }
+        state.read("obs", &mut self.rows.obs)?;
+        state.read("action", &mut self.rows.action)?;
+        state.read("log_prob", &mut self.rows.log_prob)?;
+        let signals = self.signals.len();
+        for (k, (signal, values)) in self.signals.iter_mut().zip(&mut self.values).enumerate() {
+            state.read(&format!("signal.{k}"), signal)?;
+            state.read(&format!("value.{k}"), values)?;
+        }
+        let rows = state.get::<u64>("end_rows")?;
+        let values = state.get::<f32>("end_values")?;
+        check_len("values at the ends of the saved epoch", values.len(), rows.len() * signals)?;
+        let ends = rows.iter().zip(values.chunks_exact(signals));
+        self.ends =
+            ends.map(|(&row, values)| End { row: row as usize, values: values.to_vec() }).collect();
+        Ok(())
+    }
+}

@@ -1,0 +1,360 @@
+//! The one on-policy learner: every method is a [`Method`] given to it.
+
+use std::collections::VecDeque;
+use std::fmt;
+
+use super::epoch::{Epoch, Taken};
+use super::multiplier::Multiplier;
+use super::normal::{log_prob, mean_entropy};
+use super::saute::{costs, shows_budgets};
+use super::{Config, Method, Policy, Report, Value, update};
+use crate::policy::{begin_with, exported};
+use crate::{ActorKind, Backend, EnvSpec, Error, Normaliser, Observer, Result, Rng, Stream};
+
+/// Learns a policy, and the values of its observations, from epochs of its own steps.
+///
+/// It is an [`Agent`](crate::Agent): [`Trainer`](crate::Trainer) drives it, run folders save it in
+/// mid-epoch, and it goes on bit for bit. An epoch begins with a new episode; the one that it cuts
+/// short counts for nothing but its steps.
+///
+/// ```
+/// use copq::EnvSpec;
+/// use copq::on_policy::{Learner, Method};
+/// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
+/// # use still::Still;
+/// # let backend = Still;
+///
+/// let spec = EnvSpec::new("cart", 2, 1).cost("speed", 100.0).reward("progress", 1.0);
+/// let learner = Learner::new(Method::cppo_pid(), &spec, &backend, 0)?; // copq_candle::Candle::default()
+/// assert_eq!(learner.multipliers(), [0.0]);
+///
+/// // A task without a cost has nothing to hold.
+/// let free = EnvSpec::new("cart", 2, 1).reward("progress", 1.0);
+/// assert!(Learner::new(Method::cppo_pid(), &free, &backend, 0).is_err());
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub struct Learner {
+    pub(super) config: Config,
+    pub(super) seed: u64,
+    pub(super) name: String,
+    pub(super) spec: EnvSpec,
+    pub(super) policy: Box<dyn Policy>,
+    /// The reward's, then those of the costs that multipliers weigh.
+    pub(super) critics: Vec<Box<dyn Value>>,
+    pub(super) multipliers: Vec<Multiplier>,
+    pub(super) normaliser: Option<Normaliser>,
+    pub(super) epoch: Epoch,
+    /// Where each world is.
+    pub(super) worlds: Vec<World>,
+    /// The undiscounted costs of the last finished episodes.
+    pub(super) window: VecDeque<Vec<f64>>,
+    /// How many of them are of this epoch.
+    pub(super) fresh: usize,
+    pub(super) explore: Rng,
+    pub(super) order: Rng,
+    /// Environment steps and epochs done.
+    pub(super) steps: u64,
+    pub(super) epochs: u64,
+    pub(super) report: Report,
+    /// One observation as the networks see it, and an action's noise.
+    pub(super) obs: Vec<f32>,
+    pub(super) noise: Vec<f32>,
+}
+
+/// One world's episode as the learner has seen it.
+#[derive(Clone, Debug)]
+pub(super) struct World {
+    /// The step that was last chosen.
+    pub taken: Taken,
+    /// What came last, as the world showed it.
+    pub obs: Vec<f32>,
+    /// The episode's costs so far.
+    pub costs: Vec<f64>,
+}
+
+impl fmt::Debug for Learner {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Learner")
+            .field("name", &self.name)
+            .field("config", &self.config)
+            .field("multipliers", &self.multipliers)
+            .field("steps", &self.steps)
+            .field("epochs", &self.epochs)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Learner {
+    /// A learner by a method, for a task, with networks from a backend; every random number comes
+    /// from `seed`.
+    ///
+    /// An error for a task without costs where a method holds them, and for one whose budgets are
+    /// not in sight where a method needs them ([`Saute`](super::Saute)).
+    pub fn new(method: Method, spec: &EnvSpec, backend: &dyn Backend, seed: u64) -> Result<Self> {
+        let Method { name, config, .. } = method;
+        config.check()?;
+        spec.check()?;
+        check_task(&name, &config, spec)?;
+        let costs = costs(spec).len();
+        let held = if config.constraint.is_some() { costs } else { 0 };
+        let rng = &mut Rng::new(seed, Stream::Init);
+        let networks = &config.networks;
+        let policy = backend.policy(spec, networks, rng)?;
+        let critics =
+            (0..=held).map(|_| backend.value(spec, networks, rng)).collect::<Result<_>>()?;
+        let constraints = config.constraint.iter().cycle().take(held);
+        let multipliers = constraints.map(|&rule| Multiplier::new(rule)).collect::<Result<_>>()?;
+        let action = spec.action_len();
+        let unseen = if config.saute.is_some() { costs } else { 0 };
+        Ok(Self {
+            normaliser: config
+                .normalise
+                .then(|| Normaliser::new(spec.obs_len - unseen).and_raw(unseen)),
+            epoch: Epoch::new(config.steps_per_epoch, 1, [spec.obs_len, action], held + 1),
+            worlds: vec![World::new(spec, costs, held + 1)],
+            window: VecDeque::new(),
+            fresh: 0,
+            explore: Rng::new(seed, Stream::Explore),
+            order: Rng::new(seed, Stream::Batch),
+            steps: 0,
+            epochs: 0,
+            report: Report::default(),
+            obs: Vec::new(),
+            noise: vec![0.0; action],
+            spec: spec.clone(),
+            name,
+            seed,
+            config,
+            policy,
+            critics,
+            multipliers,
+        })
+    }
+
+    /// The costs' multipliers, by priority; none if nothing weighs them.
+    pub fn multipliers(&self) -> Vec<f64> {
+        self.multipliers.iter().map(Multiplier::value).collect()
+    }
+
+    /// Epochs done so far.
+    pub fn epochs(&self) -> u64 {
+        self.epochs
+    }
+
+    /// What the last epoch's learning did.
+    pub fn report(&self) -> &Report {
+        &self.report
+    }
+
+    /// Writes the policy to a small file: [`Policy::read`](crate::Policy::read) reads it back.
+    pub fn save_policy(&self, path: impl AsRef<std::path::Path>) -> Result<()> {
+        let normaliser = self.normaliser.as_ref();
+        let networks = &self.config.networks;
+        let actor = self.policy.as_ref();
+        exported(actor, normaliser, &self.spec, networks, ActorKind::Normal)?.write_file(path)
+    }
+
+    /// Begins with the policy in a file that [`Learner::save_policy`] wrote, of this or another
+    /// method and task of the same robot: its weights and its normaliser.
+    pub fn start_from(&mut self, path: impl AsRef<std::path::Path>) -> Result<()> {
+        let Self { spec, config, policy, normaliser, .. } = self;
+        let kind = ActorKind::Normal;
+        begin_with(path.as_ref(), spec, &config.networks, kind, policy.as_mut(), normaliser)
+    }
+
+    /// Chooses a world's action by its noise: the sample, as it is stored, and clamped to [-1, 1].
+    pub(super) fn take(&mut self, world: usize, noise: &[f32], action: &mut [f32]) -> Result<()> {
+        self.values_into(world)?;
+        let log_std = self.policy.log_std().to_vec();
+        let taken = &mut self.worlds[world].taken;
+        self.policy.means(&taken.obs, action)?;
+        for ((sample, mean), (noise, log_std)) in
+            taken.action.iter_mut().zip(&*action).zip(noise.iter().zip(&log_std))
+        {
+            let std = libm::exp(f64::from(*log_std));
+            *sample = (f64::from(*mean) + std * f64::from(*noise)) as f32;
+        }
+        taken.log_prob = log_prob(action, &log_std, &taken.action);
+        for (action, sample) in action.iter_mut().zip(&taken.action) {
+            *action = sample.clamp(-1.0, 1.0);
+        }
+        Ok(())
+    }
+
+    /// What the critics expect where a world is about to act.
+    fn values_into(&mut self, world: usize) -> Result<()> {
+        let Taken { obs, values, .. } = &mut self.worlds[world].taken;
+        let all = self.critics.iter_mut().zip(values.chunks_exact_mut(1));
+        all.into_iter().try_for_each(|(critic, value)| critic.values(obs, value))
+    }
+
+    /// What the critics expect of an observation that the networks have not seen, which counts for
+    /// the normaliser.
+    pub(super) fn values_of_next(&mut self, obs: &[f32]) -> Result<Vec<f32>> {
+        self.take_in(obs)?;
+        let mut values = vec![0.0; self.critics.len()];
+        for (critic, value) in self.critics.iter_mut().zip(values.chunks_exact_mut(1)) {
+            critic.values(&self.obs, value)?;
+        }
+        Ok(values)
+    }
+
+    /// Lets the normaliser see an observation, and keeps it as the networks see it then.
+    pub(super) fn take_in(&mut self, obs: &[f32]) -> Result<()> {
+        if let Some(normaliser) = &mut self.normaliser {
+            normaliser.push(obs)?;
+        }
+        self.keep(obs)
+    }
+
+    /// Keeps an observation as the networks see it.
+    pub(super) fn keep(&mut self, obs: &[f32]) -> Result<()> {
+        self.obs.clear();
+        self.obs.extend_from_slice(obs);
+        self.normaliser.as_ref().map_or(Ok(()), |normaliser| normaliser.normalise(&mut self.obs))
+    }
+
+    /// A step's signals: the weighed reward, or what a spent budget makes of it, then the costs
+    /// that multipliers weigh.
+    pub(super) fn signals(&self, reward: &[f32], next_obs: &[f32]) -> Vec<f32> {
+        let costs = costs(&self.spec);
+        let budgets = &next_obs[next_obs.len() - costs.len()..];
+        let spent = self.config.saute.filter(|_| budgets.iter().any(|&left| left <= 0.0));
+        let objectives = self.spec.objectives.iter().zip(reward);
+        let weighed = objectives.filter(|(objective, _)| objective.limit.is_none());
+        let total: f64 = weighed.map(|(o, &reward)| f64::from(o.weight) * f64::from(reward)).sum();
+        let earned = spent.map_or(total, |saute| saute.unsafe_reward);
+        let held = costs.into_iter().take(self.multipliers.len()).map(|cost| reward[cost]);
+        std::iter::once(earned as f32).chain(held).collect()
+    }
+
+    /// The mean costs of so many of the last finished episodes; none if there are none.
+    pub(super) fn mean_costs(&self, episodes: usize) -> Option<Vec<f64>> {
+        let last = self.window.iter().rev().take(episodes);
+        let count = last.len() as f64;
+        let add = |sum: Vec<f64>, costs: &Vec<f64>| {
+            sum.iter().zip(costs).map(|(sum, cost)| sum + cost).collect()
+        };
+        let sum = last.fold(vec![0.0; costs(&self.spec).len()], add);
+        (count > 0.0).then(|| sum.iter().map(|sum| sum / count).collect())
+    }
+
+    /// A finished epoch's learning: multipliers, advantages, steps.
+    pub(super) fn learn(&mut self, log: &mut dyn Observer) -> Result<()> {
+        if let Some(mean) = self.mean_costs(self.config.window) {
+            for ((multiplier, &objective), cost) in
+                self.multipliers.iter_mut().zip(&costs(&self.spec)).zip(mean)
+            {
+                let limit = self.spec.limit(objective).unwrap_or(f32::INFINITY);
+                multiplier.update(cost, f64::from(limit));
+            }
+        }
+        let Self { epoch, config, policy, critics, order, .. } = self;
+        let multipliers: Vec<_> = self.multipliers.iter().map(Multiplier::value).collect();
+        let rows = epoch.finish(config.discount, config.gae);
+        self.report = update(
+            config,
+            rows,
+            &multipliers,
+            config.actor_lr(self.epochs),
+            policy.as_mut(),
+            critics,
+            &mut |rows| shuffle(order, rows),
+        )?;
+        self.check_finite()?;
+        self.log(log);
+        self.epoch.clear();
+        self.epochs += 1;
+        self.fresh = 0;
+        Ok(())
+    }
+
+    fn check_finite(&self) -> Result<()> {
+        let kl = self.report.kl.iter().chain(&self.report.second_kl);
+        let losses = &self.report.critic_losses;
+        if kl.chain(losses).all(|x| x.is_finite()) {
+            return Ok(());
+        }
+        let wanted = "finite numbers (lower step sizes, or rewards near 1)";
+        let what = format!("divergence and losses of epoch {}", self.epochs);
+        Err(Error::invalid(what, wanted, format!("{:?}", self.report)))
+    }
+
+    fn log(&self, log: &mut dyn Observer) {
+        let step = self.steps;
+        let report = &self.report;
+        let mut put = |name: &str, value: f64| log.scalar(step, name, value);
+        put("policy/kl", report.kl.last().copied().unwrap_or(0.0));
+        put("policy/passes", report.kl.len() as f64);
+        if self.config.second.is_some() {
+            put("policy/second_kl", report.second_kl.last().copied().unwrap_or(0.0));
+            put("policy/second_passes", report.second_kl.len() as f64);
+        }
+        put("policy/clip_share", report.clip_share);
+        put("policy/entropy", mean_entropy(self.policy.log_std()));
+        let stds = self.policy.log_std().iter().map(|&log| libm::exp(f64::from(log)));
+        put("policy/std", stds.sum::<f64>() / self.noise.len() as f64);
+        put("policy/lr", self.config.actor_lr(self.epochs));
+        let costs = costs(&self.spec);
+        let names = std::iter::once("reward")
+            .chain(costs.iter().map(|&cost| self.spec.objectives[cost].name.as_str()));
+        for (k, (name, loss)) in names.clone().zip(&report.critic_losses).enumerate() {
+            put(&format!("critic_loss/{name}"), *loss);
+            let [spread, explained] = self.epoch.quality(k);
+            put(&format!("advantage_std/{name}"), spread);
+            put(&format!("explained_variance/{name}"), explained);
+        }
+        for (name, lambda) in names.clone().skip(1).zip(self.multipliers()) {
+            put(&format!("multiplier/{name}"), lambda);
+        }
+        for (kind, episodes) in [("window", self.config.window), ("epoch", self.fresh)] {
+            for (name, cost) in
+                names.clone().skip(1).zip(self.mean_costs(episodes).iter().flatten())
+            {
+                put(&format!("cost_{kind}/{name}"), *cost);
+            }
+        }
+    }
+}
+
+impl World {
+    pub(super) fn new(spec: &EnvSpec, costs: usize, signals: usize) -> Self {
+        let taken = Taken {
+            obs: vec![0.0; spec.obs_len],
+            action: vec![0.0; spec.action_len()],
+            log_prob: 0.0,
+            values: vec![0.0; signals],
+        };
+        Self { taken, obs: vec![0.0; spec.obs_len], costs: vec![0.0; costs] }
+    }
+}
+
+/// An error for a task that a method cannot learn.
+fn check_task(name: &str, config: &Config, spec: &EnvSpec) -> Result<()> {
+    let costs = costs(spec).len();
+    if config.constraint.is_some() && costs == 0 {
+        let what = format!("{name} on '{}'", spec.name);
+        let wanted = "a task with a cost under a limit, such as b/hopper";
+        return Err(Error::invalid(what, wanted, "none"));
+    }
+    if config.saute.is_some() != shows_budgets(spec) {
+        let wanted = if config.saute.is_some() {
+            "a world that shows its budgets (on_policy::Saute)"
+        } else {
+            "a world without budgets, which are for settings with saute"
+        };
+        return Err(Error::invalid(format!("{name}'s world"), wanted, format!("'{}'", spec.name)));
+    }
+    if spec.objectives.len() == costs {
+        let what = format!("rewards of '{}'", spec.name);
+        return Err(Error::invalid(what, "one at least", "costs alone"));
+    }
+    Ok(())
+}
+
+/// Fisher and Yates.
+fn shuffle(rng: &mut Rng, rows: &mut [usize]) {
+    for i in (1..rows.len()).rev() {
+        rows.swap(i, rng.below(i + 1));
+    }
+}

@@ -1,0 +1,142 @@
+//! The networks of on-policy learning: a Gaussian that nothing squashes, and critics of
+//! observations alone.
+
+use crate::{Actor, Error, Result, State};
+
+/// One step of Adam: down the gradient of `L + decay sum(p^2)`, cut to `max_norm`.
+///
+/// ```
+/// use copq::on_policy::Descent;
+///
+/// let critic = Descent { lr: 3e-4, decay: 0.001, max_norm: 40.0 };
+/// assert_eq!(Descent { decay: 0.0, ..critic }.lr, 3e-4);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Descent {
+    /// Adam's step size.
+    pub lr: f64,
+    /// c of the penalty c sum(p^2) over all of the network's parameters, biases too.
+    pub decay: f64,
+    /// The largest norm of the network's whole gradient, penalty included.
+    pub max_norm: f64,
+}
+
+/// A policy's Gaussians for a batch, as it shows them to the function that fills the gradient.
+#[derive(Clone, Copy, Debug)]
+pub struct Normal<'a> {
+    /// Means, `rows x action`.
+    pub mean: &'a [f32],
+    /// log of the deviations, one an action component, the same for all rows.
+    pub log_std: &'a [f32],
+}
+
+/// dL/dmean (`rows x action`) and dL/dlog_std (`action`), to be filled.
+#[derive(Debug)]
+pub struct NormalGradient<'a> {
+    /// dL/dmean.
+    pub mean: &'a mut [f32],
+    /// dL/dlog_std.
+    pub log_std: &'a mut [f32],
+}
+
+/// Given a policy's Gaussians, fills their gradient.
+pub type NormalGrad<'a> = &'a mut dyn FnMut(Normal<'_>, NormalGradient<'_>) -> Result<()>;
+
+/// Given a critic's values, fills their gradient.
+pub type ValueGrad<'a> = &'a mut dyn FnMut(&[f32], &mut [f32]) -> Result<()>;
+
+/// A policy whose actions are Gaussian: a network has their means, and their deviations are
+/// parameters of their own. Actions are not squashed; who acts clamps them to [-1, 1].
+///
+/// Its [`Actor::mode`] is the mean, clamped; [`Actor::improve`] is for off-policy learning and may
+/// be an error. What the natural gradient needs beside it ([`Policy::gradient`] and what follows)
+/// may be left out by networks that only learn by clipped steps.
+pub trait Policy: Actor {
+    /// log of the deviations, one an action component.
+    fn log_std(&self) -> &[f32];
+
+    /// Writes the means for a batch of observations, `rows x action`.
+    fn means(&mut self, obs: &[f32], mean: &mut [f32]) -> Result<()>;
+
+    /// One optimiser step that lowers L: forward, `grad` fills dL/dmean and dL/dlog_std, backward,
+    /// step.
+    fn descend(&mut self, obs: &[f32], step: Descent, grad: NormalGrad<'_>) -> Result<()>;
+
+    /// How many parameters there are, the deviations' among them, which come last.
+    fn parameters(&self) -> usize {
+        0
+    }
+
+    /// Writes dL/dparameters.
+    fn gradient(&mut self, _obs: &[f32], _grad: NormalGrad<'_>, _out: &mut [f32]) -> Result<()> {
+        Err(missing("gradient"))
+    }
+
+    /// Writes how the means move (`rows x action`) as the parameters move along `direction`: the
+    /// product of the means' Jacobian with it.
+    fn push_forward(&mut self, _obs: &[f32], _direction: &[f32], _out: &mut [f32]) -> Result<()> {
+        Err(missing("push_forward"))
+    }
+
+    /// Adds `step` to the parameters.
+    fn shift(&mut self, _step: &[f32]) -> Result<()> {
+        Err(missing("shift"))
+    }
+}
+
+fn missing(method: &str) -> Error {
+    let what = format!("natural gradients need Policy::{method}, which this policy has not");
+    Error::Unsupported { what }
+}
+
+/// A critic of observations: one number for each, the value of what the policy does from there.
+///
+/// ```
+/// use copq::on_policy::{Descent, Value, ValueGrad};
+/// use copq::Result;
+///
+/// /// The same value everywhere.
+/// struct Constant(f32);
+///
+/// impl Value for Constant {
+///     fn values(&mut self, _: &[f32], value: &mut [f32]) -> Result<()> {
+///         value.fill(self.0);
+///         Ok(())
+///     }
+///
+///     fn descend(&mut self, obs: &[f32], step: Descent, grad: ValueGrad<'_>) -> Result<()> {
+///         let value = vec![self.0; obs.len()];
+///         let mut gradient = value.clone();
+///         grad(&value, &mut gradient)?;
+///         self.0 -= step.lr as f32 * gradient.iter().sum::<f32>();
+///         Ok(())
+///     }
+/// }
+///
+/// // Two observations of one number each; down the gradient of (V - 3)^2 / 2 of both.
+/// let mut critic = Constant(1.0);
+/// let step = Descent { lr: 0.25, decay: 0.0, max_norm: f64::INFINITY };
+/// critic.descend(&[0.1, 0.2], step, &mut |value, grad| {
+///     grad.iter_mut().zip(value).for_each(|(grad, v)| *grad = v - 3.0);
+///     Ok(())
+/// })?;
+/// assert_eq!(critic.0, 2.0);
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub trait Value: Send {
+    /// Writes the values of a batch of observations.
+    fn values(&mut self, obs: &[f32], value: &mut [f32]) -> Result<()>;
+
+    /// One optimiser step that lowers L: forward, `grad` fills dL/dvalue, backward, step.
+    fn descend(&mut self, obs: &[f32], step: Descent, grad: ValueGrad<'_>) -> Result<()>;
+
+    /// Writes parameters and optimiser state.
+    fn save(&self, _state: &mut State) -> Result<()> {
+        Err(Error::cannot_be_saved("this critic", "Value"))
+    }
+
+    /// Restores what [`Value::save`] wrote.
+    fn load(&mut self, _state: &State) -> Result<()> {
+        Err(Error::cannot_be_saved("this critic", "Value"))
+    }
+}

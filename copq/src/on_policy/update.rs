@@ -1,0 +1,131 @@
+//! One epoch's learning, whatever the method.
+
+use super::clipped::clipped;
+use super::natural::natural;
+use super::second::second;
+use super::{Config, Policy, Report, Value};
+use crate::error::check_len;
+use crate::{Error, Result};
+
+/// An epoch's steps, ready to be learned from. Signals are the reward, then the costs that have
+/// critics.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rows {
+    /// Observations as the networks see them, `rows x observation`.
+    pub obs: Vec<f32>,
+    /// Actions as they were sampled, `rows x action`.
+    pub action: Vec<f32>,
+    /// log of their density then, `rows`.
+    pub log_prob: Vec<f64>,
+    /// Advantages, `rows` of each signal.
+    pub advantages: Vec<Vec<f32>>,
+    /// What the critics should have said, `rows` of each signal.
+    pub targets: Vec<Vec<f32>>,
+}
+
+impl Rows {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.log_prob.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.log_prob.is_empty()
+    }
+
+    /// The advantage that the policy climbs: the reward's, less the costs' by their multipliers.
+    pub(super) fn weighed(&self, multipliers: &[f64]) -> Vec<f32> {
+        let total = 1.0 + multipliers.iter().sum::<f64>();
+        let row = |b: usize| {
+            let costs = multipliers.iter().zip(&self.advantages[1..]);
+            let cost: f64 = costs.map(|(lambda, cost)| lambda * f64::from(cost[b])).sum();
+            ((f64::from(self.advantages[0][b]) - cost) / total) as f32
+        };
+        (0..self.len()).map(row).collect()
+    }
+
+    /// The costs' advantages by their multipliers.
+    pub(super) fn cost(&self, multipliers: &[f64]) -> Vec<f32> {
+        let row = |b: usize| {
+            let costs = multipliers.iter().zip(&self.advantages[1..]);
+            costs.map(|(lambda, cost)| lambda * f64::from(cost[b])).sum::<f64>() as f32
+        };
+        (0..self.len()).map(row).collect()
+    }
+
+    fn check(&self, signals: usize) -> Result<()> {
+        if self.is_empty() {
+            return Err(Error::invalid("rows of an epoch", "at least 1", 0));
+        }
+        check_len("signals of the advantages", self.advantages.len(), signals)?;
+        check_len("signals of the targets", self.targets.len(), signals)?;
+        for values in self.advantages.iter().chain(&self.targets) {
+            check_len("rows of a signal", values.len(), self.len())?;
+        }
+        Ok(())
+    }
+}
+
+/// Learns from one epoch's rows: the policy by the method's step, each critic by its targets. What
+/// a [`Learner`](super::Learner) does at the end of an epoch, for those who gather their own.
+///
+/// `multipliers` has one number for each critic of a cost, `critics` the reward's first. `shuffle`
+/// puts the rows' numbers into the order of a pass's minibatches.
+pub fn update(
+    config: &Config,
+    rows: &Rows,
+    multipliers: &[f64],
+    actor_lr: f64,
+    policy: &mut dyn Policy,
+    critics: &mut [Box<dyn Value>],
+    shuffle: &mut dyn FnMut(&mut [usize]),
+) -> Result<Report> {
+    rows.check(critics.len())?;
+    check_len("multipliers", multipliers.len(), critics.len() - 1)?;
+    if config.natural.is_some() {
+        return natural(config, rows, multipliers, policy, critics, shuffle);
+    }
+    // CUP's first step looks at the reward alone.
+    let weighed = if config.second.is_some() { &[] } else { multipliers };
+    let advantage = rows.weighed(weighed);
+    let mut report = clipped(config, rows, &advantage, actor_lr, policy, critics, shuffle)?;
+    if let Some(step) = config.second {
+        let cost = rows.cost(multipliers);
+        report.second_kl = second(config, step, rows, &cost, actor_lr, policy, shuffle)?;
+    }
+    Ok(report)
+}
+
+/// Passes over an epoch's rows in minibatches, each in an order of its own.
+pub(super) struct Passes<'a> {
+    rows: &'a Rows,
+    batch: usize,
+    order: Vec<usize>,
+    obs: Vec<f32>,
+}
+
+impl<'a> Passes<'a> {
+    pub fn new(rows: &'a Rows, batch: usize) -> Self {
+        Self { rows, batch, order: (0..rows.len()).collect(), obs: Vec::new() }
+    }
+
+    /// One pass: calls with every minibatch's rows and their observations.
+    pub fn each(
+        &mut self,
+        shuffle: &mut dyn FnMut(&mut [usize]),
+        mut step: impl FnMut(&[usize], &[f32]) -> Result<()>,
+    ) -> Result<()> {
+        let Self { rows, batch, order, obs } = self;
+        let width = rows.obs.len() / rows.len();
+        shuffle(order);
+        for picked in order.chunks(*batch) {
+            obs.clear();
+            for &row in picked {
+                obs.extend_from_slice(&rows.obs[row * width..][..width]);
+            }
+            step(picked, obs)?;
+        }
+        Ok(())
+    }
+}
