@@ -32,3 +32,12 @@ pub fn positive(text: &str) -> Result<u64, String> {
 pub fn count(text: &str) -> Result<usize, String> {
     positive(text).map(|number| number as usize)
 }
+
+/// A cost and its limit, as cost=25.
+pub fn limit(text: &str) -> Result<(String, f64), String> {
+    let parts = text.split_once('=').and_then(|(name, value)| Some((name, value.parse().ok()?)));
+    match parts {
+        Some((name, value)) => Ok((name.to_owned(), value)),
+        None => Err("wanted a cost's name and a number, such as cost=25".to_owned()),
+    }
+}

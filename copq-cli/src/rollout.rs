@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use copq::on_policy::Saute;
-use copq::{Env, Outcome, Policy, Rng, Stream};
+use copq::{Env, LimitedEnv, Outcome, Policy, Rng, Stream};
 use copq_render::animation::{Animation, Scene};
 
 use crate::options::{count, say, whole};
@@ -67,7 +67,12 @@ impl Rollout {
         let world = make_world(&learned.plan)?;
         match learned.saute() {
             None => self.film(&learned, world, |world| world),
-            Some(saute) => self.film(&learned, Saute::new(world, saute)?, Saute::env),
+            Some(saute) => {
+                let limits =
+                    learned.plan.limits.iter().map(|(cost, &limit)| (cost.as_str(), limit));
+                let limited = LimitedEnv::new(world, limits)?;
+                self.film(&learned, Saute::new(limited, saute)?, |saute| saute.env().env())
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use copq::{Ensemble, EnvSpec, Method, files, projection};
 use copq_experiments::{Plan, Run, RunFolder, RunSettings};
 
 use crate::keeping::Keeping;
-use crate::options::{count, note, positive, say, whole};
+use crate::options::{count, limit, note, positive, say, whole};
 use crate::recipe::Recipe;
 use crate::saved;
 use crate::world::make_env;
@@ -48,6 +48,16 @@ pub struct Train {
     /// Weights and limits follow. Only bounds that know priorities care.
     #[arg(long, value_name = "ORDER")]
     order: Option<String>,
+
+    /// Worlds that take their steps together; of on-policy methods alone. With --threads they share
+    /// the processors; the results are the same, bit for bit. [default: 1]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    envs: Option<usize>,
+
+    /// Another limit of a cost than the task's own, such as cost=25: what an episode may cost; may be
+    /// given several times.
+    #[arg(long, value_name = "COST=LIMIT", value_parser = limit)]
+    limit: Vec<(String, f64)>,
 
     /// Physics engine: rapier (pure Rust, nothing to install), mujoco or system (your libmujoco).
     ///
@@ -178,8 +188,10 @@ impl Train {
         let mut plan = Plan {
             task: self.task.clone().or(of_robot).unwrap_or(base.task),
             order: self.order.clone().or(base.order),
+            limits: base.limits.into_iter().chain(self.limit.iter().cloned()).collect(),
             engine: self.engine.clone().unwrap_or(base.engine),
             preset: self.preset.clone().unwrap_or(base.preset),
+            envs: self.envs.unwrap_or(base.envs),
             init_from: self.init_from.clone().or(base.init_from),
             run,
             ..base
@@ -222,11 +234,15 @@ pub fn train(
     init: Option<PathBuf>,
     open: impl FnOnce(&Recipe, &Plan) -> anyhow::Result<RunFolder>,
 ) -> anyhow::Result<()> {
-    // The world, twice: to learn in, and to be evaluated in.
+    // The worlds to learn in, and below another one to be evaluated in.
     let env = make_env(&plan, recipe.saute())?;
     check_task(&recipe, env.spec())?;
     let agent = recipe.clone().agent(env.spec(), &plan, init.as_deref())?;
-    let trainer = copq::Trainer::new(env, agent)?;
+    let mut envs = vec![env];
+    for _ in 1..plan.envs {
+        envs.push(make_env(&plan, recipe.saute())?);
+    }
+    let trainer = copq::Trainer::of_worlds(envs, agent)?.threads(plan.threads);
     let folder = open(&recipe, &plan)?;
     if let Some(file) = init {
         let bytes = std::fs::read(&file).map_err(files::failed("reading", &file))?;

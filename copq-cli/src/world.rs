@@ -1,7 +1,7 @@
 //! A world by the names of its task, engine and preset.
 
 use copq::on_policy::{Saute, SauteConfig};
-use copq::{Env, Error, OrderedEnv, Result};
+use copq::{Env, Error, LimitedEnv, OrderedEnv, Result};
 use copq_envs::{Locomotion, Options, Physics, RobotSpec};
 use copq_experiments::Plan;
 
@@ -14,7 +14,8 @@ pub type World = Locomotion<Box<dyn Physics>>;
 /// A plan's task on its engine, its objectives in the plan's order, its budgets in sight if there
 /// are settings for that.
 pub fn make_env(plan: &Plan, saute: Option<&SauteConfig>) -> Result<Box<dyn Env>> {
-    let world = make_world(plan)?;
+    let limits = plan.limits.iter().map(|(cost, &limit)| (cost.as_str(), limit));
+    let world = LimitedEnv::new(make_world(plan)?, limits)?;
     let ordered: Box<dyn Env> = match &plan.order {
         Some(order) => Box::new(OrderedEnv::parse(world, order)?),
         None => Box::new(world),

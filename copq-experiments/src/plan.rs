@@ -1,5 +1,6 @@
 //! What a run does: the task, the parts to swap, and how long and how often.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use copq::{Ensemble, Error, Method, Result};
@@ -40,6 +41,9 @@ pub struct Plan {
     pub task: String,
     /// Another priority order of the task's objectives, such as `vsc`, if any.
     pub order: Option<String>,
+    /// Other limits of the task's costs than its own, if any.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub limits: BTreeMap<String, f64>,
     /// The physics engine.
     pub engine: String,
     /// Whose robots: the name of a preset such as `gym-v5`.
@@ -54,6 +58,9 @@ pub struct Plan {
     /// The run's folder or policy's file that its policy begins with, if it does not begin anew.
     #[serde(default)]
     pub init_from: Option<PathBuf>,
+    /// Worlds that take their steps together.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub envs: usize,
     /// Threads inside the run.
     pub threads: usize,
     /// How long and how often.
@@ -123,6 +130,16 @@ pub enum OnEnvError {
     Reset,
 }
 
+fn one() -> usize {
+    1
+}
+
+// As serde calls it.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_one(count: &usize) -> bool {
+    *count == 1
+}
+
 impl Default for RunSettings {
     /// 100,000 steps, and the cadence of the literature: 10 episodes every 5,000.
     fn default() -> Self {
@@ -175,11 +192,13 @@ impl Plan {
             method: method.into(),
             task: "a/hopper".to_owned(),
             order: None,
+            limits: BTreeMap::new(),
             engine: ENGINE.to_owned(),
             preset: PRESET.to_owned(),
             bound: None,
             critics: None,
             init_from: None,
+            envs: 1,
             threads: 1,
             run: RunSettings::default(),
         }
@@ -189,6 +208,9 @@ impl Plan {
     pub fn check(&self) -> Result<()> {
         if !(1..=MAX_THREADS).contains(&self.threads) {
             return Err(Error::invalid("threads", format!("1 to {MAX_THREADS}"), self.threads));
+        }
+        if self.envs == 0 {
+            return Err(Error::invalid("envs", "at least 1", 0));
         }
         self.run.check()
     }
@@ -206,10 +228,16 @@ impl Plan {
         if let Some(order) = &self.order {
             name += &format!("-{}", order.replace([',', ' '], "-"));
         }
+        for (cost, limit) in &self.limits {
+            name += &format!("-{cost}{limit}");
+        }
         for (part, usual) in [(&self.engine, ENGINE), (&self.preset, PRESET)] {
             if part != usual {
                 name += &format!("-{part}");
             }
+        }
+        if self.envs > 1 {
+            name += &format!("-{}envs", self.envs);
         }
         if let Some(bound) = &self.bound {
             name += &format!("-{bound}");

@@ -169,7 +169,8 @@ impl Run {
     }
 
     fn step(&mut self, stop: &Stop) -> Result<()> {
-        let episode = match self.trainer.step(&mut self.records.metrics) {
+        let before = self.trainer.steps();
+        let episodes = match self.trainer.step(&mut self.records.metrics) {
             Err(error) if self.trainer.world_failed() => return self.world_failed(error),
             stepped => stepped?,
         };
@@ -179,18 +180,20 @@ impl Run {
         for warning in self.records.metrics.take_warnings() {
             self.progress.line(&warning);
         }
-        if let Some(episode) = episode {
+        for episode in episodes {
             let spec = self.trainer.spec();
             self.records.metrics.episode(step, &episode, spec);
             self.progress.episode(&episode, &spec.weights());
         }
-        if step.is_multiple_of(self.settings.log_every) {
+        // Several worlds take several steps at once.
+        let has_passed = |every: u64| step / every > before / every;
+        if has_passed(self.settings.log_every) {
             self.log()?;
         }
-        if self.is_evaluation_due() {
+        if self.settings.eval_every > 0 && has_passed(self.settings.eval_every) {
             self.evaluate(stop)?;
         }
-        if step.is_multiple_of(self.settings.checkpoint_every) && !stop.is_asked() {
+        if has_passed(self.settings.checkpoint_every) && !stop.is_asked() {
             self.checkpoint()?;
         }
         Ok(())

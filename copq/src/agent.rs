@@ -105,6 +105,18 @@ pub trait Agent: Send {
         Ok(())
     }
 
+    /// Makes room for so many worlds that take their steps together. An error for more than one
+    /// unless implemented.
+    fn prepare(&mut self, worlds: usize) -> Result<()> {
+        if worlds == 1 {
+            return Ok(());
+        }
+        Err(Error::invalid("worlds of an agent that learns from one at a time", 1, worlds))
+    }
+
+    /// Says which world the next [`Agent::act`] or [`Agent::observe`] is about, counted from 0.
+    fn attend(&mut self, _world: usize) {}
+
     /// Writes an action in [-1, 1] for one observation.
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()>;
 
@@ -156,6 +168,14 @@ impl<A: Agent + ?Sized> Agent for Box<A> {
 
     fn check_spec(&self, spec: &EnvSpec) -> Result<()> {
         self.as_ref().check_spec(spec)
+    }
+
+    fn prepare(&mut self, worlds: usize) -> Result<()> {
+        self.as_mut().prepare(worlds)
+    }
+
+    fn attend(&mut self, world: usize) {
+        self.as_mut().attend(world);
     }
 
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {

@@ -54,7 +54,7 @@
 //! [`Optimism::projection`] names whose. [`Learner::explore`] takes a rule of your own.
 //!
 //! **Change the priorities**: [`OrderedEnv`] is the same world with its objectives in another
-//! order.
+//! order; [`LimitedEnv`] has other limits of its costs.
 //!
 //! **Train, save, resume**: [`Trainer::step`] is one environment step with its learning,
 //! [`Trainer::save`] holds everything; a loaded trainer goes on bit for bit, and refuses what is of
@@ -96,6 +96,7 @@ mod explore;
 mod famo;
 pub mod files;
 mod learner;
+mod limited;
 mod loss;
 mod memory;
 mod method;
@@ -127,6 +128,7 @@ pub use evaluation::{Evaluation, evaluate, evaluate_while};
 pub use explore::{Context, Explore, GaussianNoise, Optimistic, PolicySamples, UniformActions};
 pub use famo::{Famo, FamoConfig, FamoDecay};
 pub use learner::Learner;
+pub use limited::LimitedEnv;
 pub use method::{
     Activation, Config, Ensemble, Init, Method, Networks, Optimism, Smoothing, WarmUp,
 };

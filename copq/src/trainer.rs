@@ -1,11 +1,11 @@
-//! The interaction loop: one call is one environment step and the learning that goes with it.
+//! The interaction loop: one call is one step of every world and the learning that goes with it.
 
 use std::fmt;
 use std::time::{Duration, Instant};
 
 use crate::{
-    Agent, Env, EnvSpec, Episode, Error, Evaluation, Mode, Observer, Result, Rng, Rollout, State,
-    Stream, Transition, evaluate_while,
+    Agent, Env, EnvSpec, Episode, Error, Evaluation, Mode, Observer, Outcome, Result, Rng, Rollout,
+    State, Stream, Transition, evaluate_while,
 };
 
 /// Wall-clock time spent since the trainer was made (not saved: it is no part of the result).
@@ -35,7 +35,8 @@ pub struct Timing {
     pub update: Duration,
 }
 
-/// An agent at work in an environment. Its whole state can be saved between any two steps.
+/// An agent at work in an environment, or in several alike. Its whole state can be saved between
+/// any two steps.
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
@@ -51,19 +52,23 @@ pub struct Timing {
 /// # Ok::<(), copq::Error>(())
 /// ```
 pub struct Trainer<A = Box<dyn Agent>> {
-    rollout: Rollout<Box<dyn Env>>,
+    worlds: Vec<Rollout<Box<dyn Env>>>,
     agent: A,
     episode_seeds: Rng,
     steps: u64,
     timing: Timing,
-    action: Vec<f32>,
-    world_failed: bool,
+    threads: usize,
+    /// Of each world: its action, and what came of it.
+    actions: Vec<Vec<f32>>,
+    outcomes: Vec<Result<Outcome>>,
+    /// The world whose error the last step's was.
+    failed: Option<usize>,
 }
 
 impl<A> fmt::Debug for Trainer<A> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Trainer")
-            .field("rollout", &self.rollout)
+            .field("worlds", &self.worlds)
             .field("steps", &self.steps)
             .finish_non_exhaustive()
     }
@@ -72,22 +77,42 @@ impl<A> fmt::Debug for Trainer<A> {
 impl<A: Agent> Trainer<A> {
     /// Puts an agent into an environment; episode seeds come from the agent's seed.
     pub fn new(env: impl Env + 'static, agent: A) -> Result<Self> {
-        agent.check_spec(env.spec())?;
-        let action = vec![0.0; env.spec().action_len()];
-        let rollout = Rollout::new(Box::new(env) as Box<dyn Env>)?;
-        let episode_seeds = Rng::new(agent.seed(), Stream::Env);
+        Self::of_worlds(vec![Box::new(env)], agent)
+    }
+
+    /// Puts an agent into several environments of the same task, which take their steps together.
+    /// An error for an agent that learns from one world at a time, as off-policy learners do.
+    pub fn of_worlds(envs: Vec<Box<dyn Env>>, mut agent: A) -> Result<Self> {
+        let Some(first) = envs.first() else {
+            return Err(Error::invalid("environments of a trainer", "at least 1", 0));
+        };
+        let spec = first.spec().clone();
+        agent.check_spec(&spec)?;
+        for env in &envs {
+            spec.check_same("one of several environments", env.spec())?;
+        }
+        agent.prepare(envs.len())?;
+        let worlds = envs.into_iter().map(Rollout::new).collect::<Result<Vec<_>>>()?;
         Ok(Self {
-            rollout,
+            episode_seeds: Rng::new(agent.seed(), Stream::Env),
             agent,
-            episode_seeds,
             steps: 0,
             timing: Timing::default(),
-            action,
-            world_failed: false,
+            threads: 1,
+            actions: vec![vec![0.0; spec.action_len()]; worlds.len()],
+            outcomes: Vec::with_capacity(worlds.len()),
+            failed: None,
+            worlds,
         })
     }
 
-    /// Environment steps done so far.
+    /// Steps several worlds on so many threads (1 unless set). The results are the same, bit for
+    /// bit.
+    pub fn threads(self, threads: usize) -> Self {
+        Self { threads: threads.max(1), ..self }
+    }
+
+    /// Environment steps done so far, of all worlds together.
     pub fn steps(&self) -> u64 {
         self.steps
     }
@@ -107,86 +132,151 @@ impl<A: Agent> Trainer<A> {
         &mut self.agent
     }
 
-    /// The environment.
+    /// The environment, the first of several.
     pub fn env(&self) -> &dyn Env {
-        self.rollout.env().as_ref()
+        self.worlds[0].env().as_ref()
     }
 
-    /// The episode that runs, or the last one.
+    /// The episode that runs, or the last one; of several worlds the first one's, or that of the
+    /// world that failed.
     pub fn episode(&self) -> &Episode {
-        self.rollout.episode()
+        self.worlds[self.failed.unwrap_or(0)].episode()
     }
 
     /// The environment's description.
     pub fn spec(&self) -> &EnvSpec {
-        self.rollout.env().spec()
+        self.worlds[0].env().spec()
     }
 
-    /// So many environment steps, each with its learning.
+    /// So many environment steps, each with its learning; of several worlds the next whole number
+    /// of steps of each.
     pub fn run(&mut self, steps: u64, log: &mut dyn Observer) -> Result<()> {
-        for _ in 0..steps {
+        let end = self.steps + steps;
+        while self.steps < end {
             self.step(log)?;
         }
         Ok(())
     }
 
-    /// Acts, steps, observes and updates once; returns the episode if it ended here.
+    /// One step of every world: acts, steps, observes and updates; returns the episodes that ended
+    /// here.
     ///
-    /// After an error of the environment ([`Trainer::world_failed`]) the step has not happened, and
-    /// the episode counts as truncated where it was: the trainer can be saved, and the next step
+    /// After an error of an environment ([`Trainer::world_failed`]) its step has not happened, and
+    /// its episode counts as truncated where it was: the trainer can be saved, and the next step
     /// begins a new one.
-    pub fn step(&mut self, log: &mut dyn Observer) -> Result<Option<Episode>> {
+    pub fn step(&mut self, log: &mut dyn Observer) -> Result<Vec<Episode>> {
+        self.failed = None;
         let start = Instant::now();
-        self.world_failed = false;
-        if !self.rollout.is_running() {
-            let begun = self.rollout.reset(self.episode_seeds.next_u64());
-            self.or_give_up(begun)?;
+        for world in 0..self.worlds.len() {
+            self.begin(world)?;
         }
-        let reset = Instant::now();
-        let chosen = self.agent.act(self.rollout.obs(), Mode::Explore, &mut self.action);
-        if self.rollout.is_finite() {
-            chosen?
-        } else {
-            self.or_give_up(chosen)?
+        let begun = Instant::now();
+        for world in 0..self.worlds.len() {
+            self.act(world)?;
         }
         let acted = Instant::now();
-        let done = self.rollout.step(&self.action);
-        let outcome = self.or_give_up(done)?;
+        self.step_worlds();
         let stepped = Instant::now();
-        let observed = self.agent.observe(Transition {
-            obs: self.rollout.previous_obs(),
-            action: &self.action,
-            reward: self.rollout.reward(),
-            next_obs: self.rollout.obs(),
-            outcome,
-        });
-        // What an agent cannot take in is what the environment returned.
-        self.or_give_up(observed)?;
-        self.steps += 1;
-        self.agent.update(log)?;
-        self.timing.act += acted - reset;
-        self.timing.env += (reset - start) + (stepped - acted);
-        self.timing.update += stepped.elapsed();
-        let ended = (!self.rollout.is_running()).then(|| self.rollout.episode().clone());
-        if self.agent.ends_episode() {
-            self.rollout.give_up();
+        let mut ended = Vec::new();
+        let mut failed = Ok(());
+        let mut outcomes = std::mem::take(&mut self.outcomes);
+        for (world, outcome) in outcomes.drain(..).enumerate() {
+            match outcome.and_then(|outcome| self.observe(world, outcome)) {
+                Ok(episode) => ended.extend(episode),
+                error => failed = self.or_give_up(world, error.map(drop)),
+            }
         }
+        self.outcomes = outcomes;
+        if self.worlds.len() == 1 {
+            failed?;
+            self.agent.update(log)?;
+        } else {
+            // The other worlds have gone on.
+            self.agent.update(log)?;
+            failed?;
+        }
+        if self.agent.ends_episode() {
+            self.worlds.iter_mut().for_each(Rollout::give_up);
+        }
+        self.timing.act += acted - begun;
+        self.timing.env += (begun - start) + (stepped - acted);
+        self.timing.update += stepped.elapsed();
         Ok(ended)
     }
 
-    /// Passes on what the environment answered; after an error there is no episode any more.
-    fn or_give_up<T>(&mut self, answer: Result<T>) -> Result<T> {
+    /// Begins an episode where none runs.
+    fn begin(&mut self, world: usize) -> Result<()> {
+        if self.worlds[world].is_running() {
+            return Ok(());
+        }
+        let begun = self.worlds[world].reset(self.episode_seeds.next_u64());
+        self.or_give_up(world, begun)
+    }
+
+    fn act(&mut self, world: usize) -> Result<()> {
+        self.agent.attend(world);
+        let rollout = &self.worlds[world];
+        let chosen = self.agent.act(rollout.obs(), Mode::Explore, &mut self.actions[world]);
+        if rollout.is_finite() { chosen } else { self.or_give_up(world, chosen) }
+    }
+
+    /// Every world's step by its action, on as many threads as are wanted.
+    fn step_worlds(&mut self) {
+        let Self { worlds, actions, outcomes, .. } = self;
+        let steps = worlds.iter_mut().zip(&*actions);
+        if self.threads == 1 || steps.len() == 1 {
+            outcomes.extend(steps.map(|(world, action)| world.step(action)));
+            return;
+        }
+        let share = steps.len().div_ceil(self.threads);
+        std::thread::scope(|scope| {
+            let parts = worlds.chunks_mut(share).zip(actions.chunks(share));
+            let threads: Vec<_> = parts
+                .map(|(worlds, actions)| {
+                    scope.spawn(move || {
+                        let steps = worlds.iter_mut().zip(actions);
+                        steps.map(|(world, action)| world.step(action)).collect::<Vec<_>>()
+                    })
+                })
+                .collect();
+            for thread in threads {
+                match thread.join() {
+                    Ok(done) => outcomes.extend(done),
+                    Err(panic) => std::panic::resume_unwind(panic),
+                }
+            }
+        });
+    }
+
+    /// Shows the agent what came of a world's step; returns the episode if it ended here. What an
+    /// agent cannot take in is what the environment returned.
+    fn observe(&mut self, world: usize, outcome: Outcome) -> Result<Option<Episode>> {
+        self.agent.attend(world);
+        let rollout = &self.worlds[world];
+        self.agent.observe(Transition {
+            obs: rollout.previous_obs(),
+            action: &self.actions[world],
+            reward: rollout.reward(),
+            next_obs: rollout.obs(),
+            outcome,
+        })?;
+        self.steps += 1;
+        Ok((!rollout.is_running()).then(|| rollout.episode().clone()))
+    }
+
+    /// Passes on what a world answered; after an error it has no episode any more.
+    fn or_give_up<T>(&mut self, world: usize, answer: Result<T>) -> Result<T> {
         if answer.is_err() {
-            self.world_failed = true;
-            self.rollout.give_up();
+            self.failed = Some(world);
+            self.worlds[world].give_up();
         }
         answer
     }
 
-    /// Whether the error of the last step was the environment's: its own, or about what it
-    /// returned, such as NaN. [`Trainer::episode`] is what there was of the episode.
+    /// Whether the error of the last step was an environment's: its own, or about what it returned,
+    /// such as NaN. [`Trainer::episode`] is what there was of the episode.
     pub fn world_failed(&self) -> bool {
-        self.world_failed
+        self.failed.is_some()
     }
 
     /// What the policy is worth now: so many episodes without exploration, the same ones every
@@ -203,13 +293,14 @@ impl<A: Agent> Trainer<A> {
         may_go_on: impl Fn() -> Result<()>,
     ) -> Result<Evaluation> {
         let mut running = State::default();
-        match self.rollout.save(&mut running) {
+        let rollout = &mut self.worlds[0];
+        match rollout.save(&mut running) {
             Err(Error::Unsupported { .. }) => running = State::default(),
             saved => saved?,
         }
-        let env = self.rollout.env_mut();
+        let env = rollout.env_mut();
         let evaluation = evaluate_while(&mut self.agent, env, episodes, may_go_on);
-        self.rollout.load(&running)?;
+        rollout.load(&running)?;
         evaluation
     }
 
@@ -217,7 +308,10 @@ impl<A: Agent> Trainer<A> {
     pub fn save(&self, state: &mut State) -> Result<()> {
         state.put("steps", [self.steps]);
         self.episode_seeds.save("episode_seeds", state);
-        self.rollout.save(state)?;
+        self.worlds[0].save(state)?;
+        for (i, world) in self.worlds.iter().enumerate().skip(1) {
+            world.save(state.child_mut(&format!("world.{i}")))?;
+        }
         self.agent.save(state.child_mut("agent"))
     }
 
@@ -227,6 +321,10 @@ impl<A: Agent> Trainer<A> {
         self.agent.load(state.child("agent")?)?;
         self.steps = state.get_one("steps")?;
         self.episode_seeds.load("episode_seeds", state)?;
-        self.rollout.load(state)
+        self.worlds[0].load(state)?;
+        for (i, world) in self.worlds.iter_mut().enumerate().skip(1) {
+            world.load(state.child(&format!("world.{i}"))?)?;
+        }
+        Ok(())
     }
 }

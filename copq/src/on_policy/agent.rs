@@ -13,18 +13,17 @@ use crate::{
 
 /// What to do about an observation that is not finite.
 const OBSERVATION: &str = "the environment returned it; check its physics";
-/// Worlds are not told apart yet.
-const WORLD: usize = 0;
 
 impl Learner {
     /// Ends a path that its world has left without a word, as after an error: it was cut short
     /// after what came last.
     fn end_what_was_left(&mut self, obs: &[f32]) -> Result<()> {
-        if self.epoch.is_open(WORLD) && self.worlds[WORLD].obs != obs {
-            let last = self.worlds[WORLD].obs.clone();
+        let world = self.world;
+        if self.epoch.is_open(world) && self.worlds[world].obs != obs {
+            let last = self.worlds[world].obs.clone();
             let values = self.values_of_next(&last)?;
-            self.epoch.end(WORLD, values);
-            self.worlds[WORLD].costs.fill(0.0);
+            self.epoch.end(world, values);
+            self.worlds[world].costs.fill(0.0);
         }
         Ok(())
     }
@@ -35,8 +34,8 @@ impl Learner {
         if outcome == Outcome::Terminated {
             values.fill(0.0);
         }
-        self.epoch.end(WORLD, values);
-        let episode = &mut self.worlds[WORLD].costs;
+        self.epoch.end(self.world, values);
+        let episode = &mut self.worlds[self.world].costs;
         if outcome != Outcome::Running {
             if self.window.len() == self.config.window {
                 self.window.pop_front();
@@ -79,6 +78,14 @@ impl Agent for Learner {
         self.spec.check_same("the environment of a learner made for another", spec)
     }
 
+    fn prepare(&mut self, worlds: usize) -> Result<()> {
+        self.spread(worlds)
+    }
+
+    fn attend(&mut self, world: usize) {
+        self.world = world;
+    }
+
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
         check_len("observation", obs.len(), self.spec.obs_len)?;
         check_len("action", action.len(), self.noise.len())?;
@@ -89,10 +96,10 @@ impl Agent for Learner {
         } else {
             self.end_what_was_left(obs)?;
             self.take_in(obs)?;
-            self.worlds[WORLD].taken.obs.copy_from_slice(&self.obs);
+            self.worlds[self.world].taken.obs.copy_from_slice(&self.obs);
             let mut noise = std::mem::take(&mut self.noise);
             self.explore.fill_normal(&mut noise);
-            let taken = self.take(WORLD, &noise, action);
+            let taken = self.take(&noise, action);
             self.noise = noise;
             taken?;
         }
@@ -106,15 +113,19 @@ impl Agent for Learner {
         let objectives: Vec<_> = self.spec.names().into_iter().map(str::to_owned).collect();
         check_finite("reward", t.reward, &objectives, self.steps)?;
         check_finite_row("observation", t.next_obs, self.steps, OBSERVATION)?;
+        self.steps += 1;
+        if self.epoch.is_full(self.world) {
+            // It waits for worlds that have lost steps by errors.
+            return Ok(());
+        }
         let signals = self.signals(t.reward, t.next_obs);
-        let world = &mut self.worlds[WORLD];
-        self.epoch.push(WORLD, &world.taken, signals.into_iter());
+        let world = &mut self.worlds[self.world];
+        self.epoch.push(self.world, &world.taken, signals.into_iter());
         world.obs.copy_from_slice(t.next_obs);
         for (sum, cost) in world.costs.iter_mut().zip(costs(&self.spec)) {
             *sum += f64::from(t.reward[cost]);
         }
-        self.steps += 1;
-        if t.outcome != Outcome::Running || self.epoch.is_full(WORLD) {
+        if t.outcome != Outcome::Running || self.epoch.is_full(self.world) {
             self.end_path(t.outcome, t.next_obs)?;
         }
         Ok(())

@@ -46,6 +46,8 @@ pub struct Learner {
     pub(super) epoch: Epoch,
     /// Where each world is.
     pub(super) worlds: Vec<World>,
+    /// The one that is being talked about.
+    pub(super) world: usize,
     /// The undiscounted costs of the last finished episodes.
     pub(super) window: VecDeque<Vec<f64>>,
     /// How many of them are of this epoch.
@@ -112,6 +114,7 @@ impl Learner {
                 .then(|| Normaliser::new(spec.obs_len - unseen).and_raw(unseen)),
             epoch: Epoch::new(config.steps_per_epoch, 1, [spec.obs_len, action], held + 1),
             worlds: vec![World::new(spec, costs, held + 1)],
+            world: 0,
             window: VecDeque::new(),
             fresh: 0,
             explore: Rng::new(seed, Stream::Explore),
@@ -162,8 +165,23 @@ impl Learner {
         begin_with(path.as_ref(), spec, &config.networks, kind, policy.as_mut(), normaliser)
     }
 
+    /// Shares an epoch's steps among so many worlds.
+    pub(super) fn spread(&mut self, worlds: usize) -> Result<()> {
+        let steps = self.config.steps_per_epoch;
+        if worlds == 0 || !steps.is_multiple_of(worlds) {
+            let wanted = format!("a number that steps_per_epoch, {steps}, is a multiple of");
+            return Err(Error::invalid("worlds", wanted, worlds));
+        }
+        let signals = self.critics.len();
+        let lengths = [self.spec.obs_len, self.spec.action_len()];
+        self.epoch = Epoch::new(steps, worlds, lengths, signals);
+        self.worlds = vec![World::new(&self.spec, costs(&self.spec).len(), signals); worlds];
+        Ok(())
+    }
+
     /// Chooses a world's action by its noise: the sample, as it is stored, and clamped to [-1, 1].
-    pub(super) fn take(&mut self, world: usize, noise: &[f32], action: &mut [f32]) -> Result<()> {
+    pub(super) fn take(&mut self, noise: &[f32], action: &mut [f32]) -> Result<()> {
+        let world = self.world;
         self.values_into(world)?;
         let log_std = self.policy.log_std().to_vec();
         let taken = &mut self.worlds[world].taken;

@@ -282,7 +282,7 @@ fn gather(
             let seen = learner.obs.clone();
             learner.worlds[0].taken.obs.copy_from_slice(&seen);
             let noise = floats(&noise[40 * epoch + step]);
-            learner.take(0, &noise, &mut action).unwrap();
+            learner.take(&noise, &mut action).unwrap();
             let outcome = env.step(&action, &mut next, &mut reward).unwrap();
             let (obs_now, action, reward) = (&obs, &action, &reward);
             let transition = Transition { obs: obs_now, action, reward, next_obs: &next, outcome };

@@ -1,6 +1,7 @@
 //! What crosses the crates, but for the engines side by side.
 
 mod kinematics;
+mod on_policy;
 mod quick_start;
 mod results;
 mod resume;

@@ -98,7 +98,7 @@ fn a_checkpoint_says_what_it_is_of_and_anything_else_is_refused() {
     let spec = copq_envs_rapier::make("a/hopper").unwrap().spec().clone();
     let other_spec = copq_envs_rapier::make("a/walker2d").unwrap().spec().clone();
     let load = |spec: &EnvSpec| {
-        let networks = &Method::cop_td3().config.networks;
+        let networks = &method().config.networks;
         Policy::load(agent, spec, networks, ActorKind::Deterministic, &Candle::default())
     };
     assert!(load(&spec).is_ok());

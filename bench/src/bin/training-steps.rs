@@ -5,7 +5,8 @@
 //! processors; `shares NAME STEPS` with the parts of that many further steps' time that went into
 //! updates, into the environment and into acting. `td3` is plain TD3 as Stable-Baselines3 has it (2
 //! critics, no more than it does); `cop` is COP-Q on TD3 with all that there is: FAMO and
-//! optimistic exploration.
+//! optimistic exploration. `ppo` and `cppo-pid` take all of their 40 passes an epoch, so that
+//! everyone's work is the same; their steps are best counted in epochs of 2,048.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write, stdin, stdout};
@@ -13,7 +14,7 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use copq::projection::ScalarisedMin;
-use copq::{Ensemble, Learner, Method, Silent, Trainer};
+use copq::{Agent, Ensemble, Env, Learner, Method, Silent, Trainer, on_policy};
 use copq_bench::process_time;
 use copq_candle::Candle;
 use copq_envs::Options;
@@ -45,7 +46,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-fn time(trainer: &mut Trainer<Learner>, steps: u64) -> Result<String> {
+fn time(trainer: &mut Trainer<Box<dyn Agent>>, steps: u64) -> Result<String> {
     let start = Instant::now();
     let cpu = process_time();
     run(trainer, steps)?;
@@ -53,7 +54,7 @@ fn time(trainer: &mut Trainer<Learner>, steps: u64) -> Result<String> {
     Ok(format!("{} {}", start.elapsed().as_nanos() as f64 * scale, (process_time() - cpu) * scale))
 }
 
-fn shares(trainer: &mut Trainer<Learner>, steps: u64) -> Result<String> {
+fn shares(trainer: &mut Trainer<Box<dyn Agent>>, steps: u64) -> Result<String> {
     let start = Instant::now();
     let before = trainer.timing();
     run(trainer, steps)?;
@@ -63,21 +64,30 @@ fn shares(trainer: &mut Trainer<Learner>, steps: u64) -> Result<String> {
     Ok(parts.map(|part| part.div_duration_f64(whole).to_string()).join(" "))
 }
 
-fn run(trainer: &mut Trainer<Learner>, steps: u64) -> copq::Result<()> {
+fn run(trainer: &mut Trainer<Box<dyn Agent>>, steps: u64) -> copq::Result<()> {
     trainer.run(steps, &mut Silent)
 }
 
-/// A trainer whose warm-up is over.
-fn trainer(name: &str) -> Result<Trainer<Learner>> {
+/// A trainer whose warm-up is over, or its first epoch.
+fn trainer(name: &str) -> Result<Trainer<Box<dyn Agent>>> {
     let options = Options { senses: Senses::Gymnasium, ..Options::default() };
-    let env = make_with("gym/hopper", &options)?;
-    let method = match name {
-        "td3" => Method::td3().bound(ScalarisedMin),
-        "cop" => Method::cop_td3_oac().critics(Ensemble::Joint(4)),
-        _ => bail!("{name}: wanted td3 or cop"),
+    let task = if name == "cppo-pid" { "b/hopper" } else { "gym/hopper" };
+    let env = make_with(task, &options)?;
+    let spec = env.spec();
+    let candle = Candle::default();
+    let off_policy = |method: Method| Learner::new(method.warm_up(START), spec, &candle, 0);
+    let (agent, start): (Box<dyn Agent>, u64) = match name {
+        "td3" => (Box::new(off_policy(Method::td3().bound(ScalarisedMin))?), START),
+        "cop" => (Box::new(off_policy(Method::cop_td3_oac().critics(Ensemble::Joint(4)))?), START),
+        _ => {
+            let mut method = on_policy::Method::by_name(name)?;
+            method.config.anneal_steps = None;
+            method.config.target_kl = f64::MAX;
+            let epoch = method.config.steps_per_epoch as u64;
+            (Box::new(on_policy::Learner::new(method, spec, &candle, 0)?), epoch)
+        }
     };
-    let learner = Learner::new(method.warm_up(START), env.spec(), &Candle::default(), 0)?;
-    let mut trainer = Trainer::new(env, learner)?;
-    run(&mut trainer, START)?;
+    let mut trainer = Trainer::new(env, agent)?;
+    run(&mut trainer, start)?;
     Ok(trainer)
 }

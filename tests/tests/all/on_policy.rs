@@ -1,0 +1,206 @@
+//! On-policy learners on a real robot: exact resume, several worlds, and what does not fit.
+
+use copq::on_policy::{Learner, Method, Saute};
+use copq::{Agent, Backend, Env, Mode, Policy, Result, Silent, State, Trainer};
+use copq_candle::{Candle, fused};
+
+/// Small networks and short epochs, so that a test can train for real.
+fn method(name: &str) -> Method {
+    let mut method = Method::by_name(name).unwrap();
+    method.config.steps_per_epoch = 96;
+    method.config.passes = 3;
+    method.config.networks.hidden = vec![16, 16];
+    method
+}
+
+fn env(method: &Method) -> Box<dyn Env> {
+    let world = copq_envs_rapier::make("b/hopper").unwrap();
+    match &method.config.saute {
+        Some(saute) => Box::new(Saute::new(world, saute).unwrap()),
+        None => Box::new(world),
+    }
+}
+
+fn trainer(name: &str, worlds: usize) -> Trainer<Learner> {
+    let method = method(name);
+    let envs: Vec<_> = (0..worlds).map(|_| env(&method)).collect();
+    let learner = Learner::new(method, envs[0].spec(), &Candle::default(), 3).unwrap();
+    Trainer::of_worlds(envs, learner).unwrap()
+}
+
+fn saved(trainer: &Trainer<Learner>) -> State {
+    let mut state = State::default();
+    trainer.save(&mut state).unwrap();
+    state
+}
+
+#[test]
+fn every_method_goes_on_bit_for_bit_from_mid_epoch() {
+    for name in Method::names() {
+        let mut whole = trainer(name, 1);
+        whole.run(150, &mut Silent).unwrap();
+        let middle = saved(&whole);
+        whole.run(250, &mut Silent).unwrap();
+        assert_eq!(whole.agent().epochs(), 4, "{name}");
+        let mut resumed = trainer(name, 1);
+        resumed.load(&middle).unwrap();
+        resumed.run(250, &mut Silent).unwrap();
+        assert!(saved(&resumed) == saved(&whole), "{name}");
+        let other = if name == "ppo" { "cup" } else { "ppo" };
+        assert!(trainer(other, 1).load(&middle).is_err(), "{name}");
+    }
+}
+
+#[test]
+fn several_worlds_give_the_same_bits_on_any_threads() {
+    let run = |threads| {
+        let mut trainer = trainer("cppo-pid", 4).threads(threads);
+        trainer.run(100, &mut Silent).unwrap();
+        let middle = saved(&trainer);
+        trainer.run(200, &mut Silent).unwrap();
+        assert_eq!((trainer.steps(), trainer.agent().epochs()), (300, 3));
+        (middle, saved(&trainer))
+    };
+    let (middle, end) = run(1);
+    assert!(run(3) == (middle.clone(), end.clone()));
+    let mut resumed = trainer("cppo-pid", 4);
+    resumed.load(&middle).unwrap();
+    resumed.run(200, &mut Silent).unwrap();
+    assert!(saved(&resumed) == end);
+}
+
+#[test]
+fn what_does_not_fit_is_a_readable_error() {
+    let free = copq_envs_rapier::make("a/hopper").unwrap();
+    let made = |name: &str, env: &dyn Env| {
+        Learner::new(method(name), env.spec(), &Candle::default(), 0).unwrap_err().to_string()
+    };
+    assert_eq!(
+        made("rcpo", &free),
+        "rcpo on 'a/hopper': wanted a task with a cost under a limit, such as b/hopper, got none"
+    );
+    let world = copq_envs_rapier::make("b/hopper").unwrap();
+    assert_eq!(
+        made("ppo-saute", &world),
+        "ppo-saute's world: wanted a world that shows its budgets (on_policy::Saute), got \
+         'b/hopper'"
+    );
+    let saute = method("ppo-saute").config.saute.unwrap();
+    assert_eq!(
+        Saute::new(free, &saute).unwrap_err().to_string(),
+        "Saute of 'a/hopper': wanted a task with a cost under a limit, such as b/hopper, got none"
+    );
+    let envs: Vec<Box<dyn Env>> = (0..5).map(|_| env(&method("ppo"))).collect();
+    let learner = Learner::new(method("ppo"), envs[0].spec(), &Candle::default(), 0).unwrap();
+    assert_eq!(
+        Trainer::of_worlds(envs, learner).unwrap_err().to_string(),
+        "worlds: wanted a number that steps_per_epoch, 96, is a multiple of, got 5"
+    );
+    let envs: Vec<Box<dyn Env>> = (0..2).map(|_| env(&method("ppo"))).collect();
+    let spec = envs[0].spec();
+    let off_policy = copq::Learner::new(copq::Method::sac(), spec, &Candle::default(), 0).unwrap();
+    assert_eq!(
+        Trainer::of_worlds(envs, off_policy).unwrap_err().to_string(),
+        "worlds of an agent that learns from one at a time: wanted 1, got 2"
+    );
+}
+
+/// A backend that makes no on-policy networks.
+struct OffPolicy;
+
+impl Backend for OffPolicy {
+    fn critics(
+        &self,
+        spec: &copq::EnvSpec,
+        networks: &copq::Networks,
+        count: usize,
+        rng: &mut copq::Rng,
+    ) -> Result<Box<dyn copq::Critic>> {
+        Ok(Box::new(fused::Critics::new(spec, count, networks, rng)?))
+    }
+
+    fn actor(
+        &self,
+        spec: &copq::EnvSpec,
+        networks: &copq::Networks,
+        kind: copq::ActorKind,
+        rng: &mut copq::Rng,
+    ) -> Result<Box<dyn copq::Actor>> {
+        Candle::default().actor(spec, networks, kind, rng)
+    }
+}
+
+#[test]
+fn a_backend_says_what_it_has_not() {
+    let env = env(&method("ppo"));
+    let error = Learner::new(method("ppo"), env.spec(), &OffPolicy, 0).unwrap_err().to_string();
+    assert_eq!(error, "on-policy methods need Backend::policy, which this backend has not");
+}
+
+#[test]
+fn a_policy_comes_back_without_its_run_and_begins_another() {
+    let temporary = tempfile::tempdir().unwrap();
+    for name in ["cup", "ppo-saute"] {
+        let path = temporary.path().join(name);
+        let mut trainer = trainer(name, 1);
+        trainer.run(200, &mut Silent).unwrap();
+        let agent = trainer.agent_mut();
+        agent.save_policy(&path).unwrap();
+        let mut policy = Policy::read(&path, &Candle::default()).unwrap();
+        let env = env(&method(name));
+        let mut other = Learner::new(method(name), env.spec(), &Candle::default(), 9).unwrap();
+        other.start_from(&path).unwrap();
+        let obs = vec![0.3; env.spec().obs_len];
+        let mut actions = [[0.0; 3]; 3];
+        agent.act(&obs, Mode::Exploit, &mut actions[0]).unwrap();
+        policy.act(&obs, &mut actions[1]).unwrap();
+        other.act(&obs, Mode::Exploit, &mut actions[2]).unwrap();
+        assert!(actions[0] == actions[1] && actions[0] == actions[2], "{name}: {actions:?}");
+    }
+}
+
+/// Fails every so many steps.
+struct Unstable(Box<dyn Env>, usize);
+
+impl Env for Unstable {
+    fn spec(&self) -> &copq::EnvSpec {
+        self.0.spec()
+    }
+
+    fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
+        self.0.reset(seed, obs)
+    }
+
+    fn step(
+        &mut self,
+        action: &[f32],
+        obs: &mut [f32],
+        reward: &mut [f32],
+    ) -> Result<copq::Outcome> {
+        self.1 += 1;
+        if self.1.is_multiple_of(37) {
+            return Err(copq::Error::Unsupported { what: "unstable".to_owned() });
+        }
+        self.0.step(action, obs, reward)
+    }
+}
+
+#[test]
+fn worlds_that_fail_cost_their_steps_and_no_more() {
+    for worlds in [1, 3] {
+        let method = method("ppo-lag");
+        let envs: Vec<Box<dyn Env>> =
+            (0..worlds).map(|i| Box::new(Unstable(env(&method), 11 * i)) as Box<dyn Env>).collect();
+        let learner = Learner::new(method, envs[0].spec(), &Candle::default(), 3).unwrap();
+        let mut trainer = Trainer::of_worlds(envs, learner).unwrap();
+        let mut failures = 0;
+        while trainer.agent().epochs() < 4 {
+            if trainer.step(&mut Silent).is_err() {
+                assert!(trainer.world_failed());
+                failures += 1;
+            }
+        }
+        assert!(failures > 6, "{failures}");
+        assert!(trainer.steps() >= 4 * 96);
+    }
+}
