@@ -54,6 +54,21 @@ use copq::files;
 /// | `cost_estimate/NAME` | the pessimistic cost of the replayed actions, discounted |
 /// | `cost_violation/NAME` | how far that is above the discounted limit |
 ///
+/// Of on-policy methods, once an epoch; SIGNAL is `reward` or a cost's name:
+///
+/// | column | meaning |
+/// |---|---|
+/// | `policy/kl`, `policy/passes` | KL(old \|\| new) after the last pass (the natural step), summed over action components; passes done |
+/// | `policy/second_kl`, `policy/second_passes` | the same of CUP's second step, from where the first had led |
+/// | `policy/clip_share` | share of the rows whose ratio was cut in the last pass |
+/// | `policy/entropy`, `policy/std` | mean over action components of the Gaussian's entropy and deviation |
+/// | `policy/lr` | the policy's step size |
+/// | `critic_loss/SIGNAL` | mean squared distance from the targets in the last pass |
+/// | `explained_variance/SIGNAL` | share of the targets' variance that the critic had told beforehand |
+/// | `advantage_std/SIGNAL` | deviation of the advantages, in the signal's unit |
+/// | `multiplier/NAME` | lambda of a cost |
+/// | `cost_window/NAME`, `cost_epoch/NAME` | mean undiscounted cost of the episodes that the multiplier sees, and of those that ended in this epoch |
+///
 /// `evaluations.csv` has mean, standard deviation, least and largest of the returns over its
 /// episodes, `q_start/NAME` (the critics' mean value of an episode's first action: the value of
 /// the policy that they learn, so with its smoothing noise, or its samples and their entropy bonus)

@@ -187,6 +187,46 @@ fn one_minibatch_of_ppo() {
 }
 
 #[test]
+fn an_update_of_ppo_is_plain_pytorchs() {
+    let reference = read(include_str!("../data/on_policy/torch.json"));
+    let start = read(include_str!("../data/on_policy/ppo.json"));
+    let settings = &reference["settings"];
+    let orders: Vec<Vec<usize>> = serde_json::from_value(reference["orders"].clone()).unwrap();
+    for kind in [Kind::Fused, Kind::Plain] {
+        let (mut policy, mut critics) = stored(kind, &start["networks"]);
+        let rows = rows(&start["batch"], &reference["log_prob"]);
+        let mut config = Config {
+            passes: orders.len(),
+            batch: settings["batch"].as_u64().unwrap() as usize,
+            clip: number(&settings["clip"]),
+            entropy: number(&settings["entropy"]),
+            critic_decay: number(&settings["critic_decay"]),
+            max_norm: number(&settings["max_norm"]),
+            target_kl: f64::MAX,
+            ..Config::default()
+        };
+        let lr = number(&settings["lr"]);
+        config.networks.critic_lr = lr;
+        let lambda = [number(&settings["lambda"])];
+        let mut next = orders.iter();
+        let mut in_their_order =
+            |rows: &mut [usize]| rows.copy_from_slice(next.next().expect("a pass too many"));
+        let report = on_policy::update(
+            &config,
+            &rows,
+            &lambda,
+            lr,
+            policy.as_mut(),
+            &mut critics,
+            &mut in_their_order,
+        )
+        .unwrap();
+        check_kl("KL", &report.kl, &reference["kl"]);
+        check_networks(&format!("{kind:?}"), policy.as_ref(), &critics, &reference["after"]);
+    }
+}
+
+#[test]
 fn whole_epochs_of_ppo() {
     let reference = read(include_str!("../data/on_policy/ppo.json"));
     for kind in [Kind::Fused, Kind::Plain] {

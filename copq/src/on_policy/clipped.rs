@@ -1,8 +1,8 @@
 //! PPO's passes: ratios that may not move the objective far, and critics beside them.
 
-use super::normal::{log_prob, mean_kl};
+use super::normal::{Deviations, mean_kl};
 use super::update::{Passes, Rows};
-use super::{Config, Descent, Normal, NormalGradient, Policy, Report, Value};
+use super::{Config, Descent, Normal, Policy, Report, Value};
 use crate::Result;
 
 /// Passes over the rows by policy and critics until the policy has moved far enough.
@@ -18,25 +18,24 @@ pub(super) fn clipped(
     let before = Snapshot::new(policy, rows)?;
     let step = Descent { lr: actor_lr, decay: 0.0, max_norm: config.max_norm };
     let mut report = Report::default();
+    let mut minibatch = Minibatch::new(rows);
     let mut passes = Passes::new(rows, config.batch);
     for _ in 0..config.passes {
         let mut losses = vec![0.0; critics.len()];
         let mut cut = 0;
         passes.each(shuffle, |picked, obs| {
             fit(config, rows, picked, obs, critics, &mut losses)?;
-            policy.descend(obs, step, &mut |normal, mut grad| {
-                grad.log_std.fill((-config.entropy / normal.log_std.len() as f64) as f32);
-                for (b, &row) in picked.iter().enumerate() {
-                    let slope = ratio_slope(config.clip, rows, advantage, row, b, normal);
-                    cut += usize::from(slope == 0.0 && advantage[row] != 0.0);
-                    add_log_prob_grad(
-                        rows,
-                        row,
-                        b,
-                        -slope / picked.len() as f64,
-                        normal,
-                        &mut grad,
-                    );
+            policy.descend(obs, step, &mut |Normal { mean, log_std }, grad| {
+                let width = log_std.len();
+                grad.log_std.fill((-config.entropy / width as f64) as f32);
+                minibatch.set(log_std);
+                let means = mean.chunks_exact(width).zip(grad.mean.chunks_exact_mut(width));
+                for (&row, (mean, grad_mean)) in picked.iter().zip(means) {
+                    let gain = f64::from(advantage[row]);
+                    let slope = slope(config.clip, minibatch.ratio(row, mean), gain);
+                    cut += usize::from(slope == 0.0 && gain != 0.0);
+                    let scale = -slope / picked.len() as f64;
+                    minibatch.log_prob_grad(row, scale, mean, grad_mean, grad.log_std);
                 }
                 Ok(())
             })
@@ -52,47 +51,50 @@ pub(super) fn clipped(
     Ok(report)
 }
 
-/// d min(ratio A, clamp(ratio) A) / d log pi of a minibatch's `b`-th row.
-fn ratio_slope(
-    clip: f64,
-    rows: &Rows,
-    advantage: &[f32],
-    row: usize,
-    b: usize,
-    normal: Normal<'_>,
-) -> f64 {
-    let advantage = f64::from(advantage[row]);
-    let ratio = ratio(rows, row, b, normal);
+/// A minibatch under a policy's Gaussians: ratios of its rows' probabilities, and their gradients.
+pub(super) struct Minibatch<'a> {
+    rows: &'a Rows,
+    deviations: Deviations,
+}
+
+impl<'a> Minibatch<'a> {
+    pub fn new(rows: &'a Rows) -> Self {
+        Self { rows, deviations: Deviations::default() }
+    }
+
+    /// Takes the deviations that hold for the rows to come.
+    pub fn set(&mut self, log_std: &[f32]) {
+        self.deviations.set(log_std);
+    }
+
+    /// pi(a) / old pi(a) of a row, given its mean.
+    pub fn ratio(&self, row: usize, mean: &[f32]) -> f64 {
+        let action = &self.rows.action[row * mean.len()..][..mean.len()];
+        libm::exp(self.deviations.log_prob(mean, action) - self.rows.log_prob[row])
+    }
+
+    /// Writes `scale d log pi(a) / d mean` of a row, and adds that of the deviations' logarithms.
+    pub fn log_prob_grad(
+        &self,
+        row: usize,
+        scale: f64,
+        mean: &[f32],
+        grad_mean: &mut [f32],
+        grad_log_std: &mut [f32],
+    ) {
+        let action = &self.rows.action[row * mean.len()..];
+        for (j, &inverse) in self.deviations.inverse().iter().enumerate() {
+            let z = (f64::from(action[j]) - f64::from(mean[j])) * inverse;
+            grad_mean[j] = (scale * z * inverse) as f32;
+            grad_log_std[j] += (scale * (z * z - 1.0)) as f32;
+        }
+    }
+}
+
+/// d min(ratio A, clamp(ratio) A) / d log pi.
+fn slope(clip: f64, ratio: f64, advantage: f64) -> f64 {
     let is_cut = if advantage > 0.0 { ratio > 1.0 + clip } else { ratio < 1.0 - clip };
     if is_cut { 0.0 } else { ratio * advantage }
-}
-
-/// pi(a) / old pi(a) of a minibatch's `b`-th row.
-pub(super) fn ratio(rows: &Rows, row: usize, b: usize, normal: Normal<'_>) -> f64 {
-    let width = normal.log_std.len();
-    let mean = &normal.mean[b * width..][..width];
-    let action = &rows.action[row * width..][..width];
-    libm::exp(log_prob(mean, normal.log_std, action) - rows.log_prob[row])
-}
-
-/// Adds `scale d log pi(a)` of a minibatch's `b`-th row to the gradient; its means' are written, not
-/// added.
-pub(super) fn add_log_prob_grad(
-    rows: &Rows,
-    row: usize,
-    b: usize,
-    scale: f64,
-    normal: Normal<'_>,
-    grad: &mut NormalGradient<'_>,
-) {
-    let width = normal.log_std.len();
-    for (j, &log_std) in normal.log_std.iter().enumerate() {
-        let at = b * width + j;
-        let precision = libm::exp(-2.0 * f64::from(log_std));
-        let distance = f64::from(rows.action[row * width + j]) - f64::from(normal.mean[at]);
-        grad.mean[at] = (scale * distance * precision) as f32;
-        grad.log_std[j] += (scale * (distance * distance * precision - 1.0)) as f32;
-    }
 }
 
 /// One step of every critic towards the targets of a minibatch's rows; adds up squared errors.

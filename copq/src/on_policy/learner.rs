@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::epoch::{Epoch, Taken};
 use super::multiplier::Multiplier;
-use super::normal::{log_prob, mean_entropy};
+use super::normal::{Deviations, mean_entropy};
 use super::saute::{costs, shows_budgets};
 use super::{Config, Method, Policy, Report, Value, update};
 use crate::policy::{begin_with, exported};
@@ -192,7 +192,7 @@ impl Learner {
             let std = libm::exp(f64::from(*log_std));
             *sample = (f64::from(*mean) + std * f64::from(*noise)) as f32;
         }
-        taken.log_prob = log_prob(action, &log_std, &taken.action);
+        taken.log_prob = Deviations::new(&log_std).log_prob(action, &taken.action);
         for (action, sample) in action.iter_mut().zip(&taken.action) {
             *action = sample.clamp(-1.0, 1.0);
         }

@@ -1,10 +1,11 @@
 //! The natural gradient's step (Kakade 2001), as OmniSafe's RCPO takes it; its critics learn beside
 //! it.
 
-use super::clipped::{Snapshot, add_log_prob_grad, fit};
+use super::clipped::{Minibatch, Snapshot, fit};
 use super::config::NaturalStep;
+use super::normal::Deviations;
 use super::update::{Passes, Rows};
-use super::{Config, Policy, Report, Value};
+use super::{Config, Normal, Policy, Report, Value};
 use crate::Result;
 
 /// Keeps quotients finite, as OmniSafe does.
@@ -47,11 +48,15 @@ fn ascent(rows: &Rows, advantage: &[f32], policy: &mut dyn Policy) -> Result<Vec
     let mut gradient = vec![0.0; policy.parameters()];
     policy.gradient(
         &rows.obs,
-        &mut |normal, mut grad| {
+        &mut |Normal { mean, log_std }, grad| {
+            let width = log_std.len();
             grad.log_std.fill(0.0);
-            for (row, &advantage) in advantage.iter().enumerate() {
-                let scale = f64::from(advantage) / rows.len() as f64;
-                add_log_prob_grad(rows, row, row, scale, normal, &mut grad);
+            let mut all = Minibatch::new(rows);
+            all.set(log_std);
+            let means = mean.chunks_exact(width).zip(grad.mean.chunks_exact_mut(width));
+            for (row, (mean, grad_mean)) in means.enumerate() {
+                let scale = f64::from(advantage[row]) / rows.len() as f64;
+                all.log_prob_grad(row, scale, mean, grad_mean, grad.log_std);
             }
             Ok(())
         },
@@ -82,10 +87,10 @@ impl Fisher<'_> {
             &rows.obs,
             &mut |normal, grad| {
                 let count = moved.len() as f64;
-                let all = grad.mean.iter_mut().zip(&moved).zip(normal.log_std.iter().cycle());
-                for ((grad, &moved), &log_std) in all {
-                    let precision = libm::exp(-2.0 * f64::from(log_std));
-                    *grad = (f64::from(moved) * precision / count) as f32;
+                let deviations = Deviations::new(normal.log_std);
+                let all = grad.mean.iter_mut().zip(&moved).zip(deviations.inverse().iter().cycle());
+                for ((grad, &moved), inverse) in all {
+                    *grad = (f64::from(moved) * inverse * inverse / count) as f32;
                 }
                 grad.log_std.fill(0.0);
                 Ok(())

@@ -2,16 +2,44 @@
 
 use std::f64::consts::TAU;
 
-/// log of the density of `action` under means `mean` and deviations exp(`log_std`), summed over the
-/// components.
-pub(super) fn log_prob(mean: &[f32], log_std: &[f32], action: &[f32]) -> f64 {
-    let constant = 0.5 * libm::log(TAU);
-    let component = |((&mean, &log_std), &action): ((&f32, &f32), &f32)| {
-        let log_std = f64::from(log_std);
-        let z = (f64::from(action) - f64::from(mean)) * libm::exp(-log_std);
-        -0.5 * z * z - log_std - constant
-    };
-    mean.iter().zip(log_std).zip(action).map(component).sum()
+/// Deviations that many rows share, as densities need them.
+#[derive(Debug, Default)]
+pub(super) struct Deviations {
+    /// One over each deviation.
+    inverse: Vec<f64>,
+    /// What a log-probability has that depends on neither mean nor action.
+    constant: f64,
+}
+
+impl Deviations {
+    /// Of these logarithms.
+    pub fn new(log_std: &[f32]) -> Self {
+        let mut new = Self::default();
+        new.set(log_std);
+        new
+    }
+
+    /// Takes other logarithms.
+    pub fn set(&mut self, log_std: &[f32]) {
+        self.inverse.clear();
+        self.inverse.extend(log_std.iter().map(|&x| libm::exp(-f64::from(x))));
+        let total: f64 = log_std.iter().map(|&x| f64::from(x)).sum();
+        self.constant = -0.5 * libm::log(TAU) * log_std.len() as f64 - total;
+    }
+
+    /// One over each deviation.
+    pub fn inverse(&self) -> &[f64] {
+        &self.inverse
+    }
+
+    /// log of the density of one row's action, summed over the components.
+    pub fn log_prob(&self, mean: &[f32], action: &[f32]) -> f64 {
+        let squares = self.inverse.iter().zip(mean.iter().zip(action)).map(|(inverse, (m, a))| {
+            let z = (f64::from(*a) - f64::from(*m)) * inverse;
+            z * z
+        });
+        self.constant - 0.5 * squares.sum::<f64>()
+    }
 }
 
 /// KL(p || q), summed over the components.
@@ -55,11 +83,11 @@ mod tests {
         let [mut mass, mut entropy, mut divergence] = [0.0; 3];
         for i in -12_000..12_000 {
             let action = [(f64::from(i) * step) as f32];
-            let log_p = log_prob(p[0], p[1], &action);
+            let log_p = Deviations::new(p[1]).log_prob(p[0], &action);
             let weight = step * libm::exp(log_p);
             mass += weight;
             entropy -= weight * log_p;
-            divergence += weight * (log_p - log_prob(q[0], q[1], &action));
+            divergence += weight * (log_p - Deviations::new(q[1]).log_prob(q[0], &action));
         }
         assert_abs_diff_eq!(mass, 1.0, epsilon = 1e-5);
         assert_abs_diff_eq!(mean_entropy(p[1]), entropy, epsilon = 1e-5);

@@ -2,5 +2,6 @@
 //! features.
 
 mod engine;
+mod learning;
 mod physics;
 mod worlds;
