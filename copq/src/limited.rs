@@ -6,10 +6,10 @@ use crate::{Env, EnvSpec, Error, Objective, Outcome, Result, State};
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
-/// # let env = || world::World(copq::EnvSpec::new("world", 1, 1).cost("time", 1.0).reward("rest", 1.0).horizon(3), 0);
+/// # let env = world::World::with_cost();
 /// use copq::{Env, LimitedEnv};
 ///
-/// let env = LimitedEnv::new(env(), [("time", 0.75)])?;
+/// let env = LimitedEnv::new(env, [("time", 0.75)])?;
 /// assert_eq!(env.spec().limit(0), Some(0.75));
 /// # Ok::<(), copq::Error>(())
 /// ```

@@ -62,6 +62,55 @@ impl Backend for Still {
     ) -> Result<Box<dyn Actor>> {
         Ok(Box::new(Still))
     }
+
+    fn policy(
+        &self,
+        _: &EnvSpec,
+        _: &Networks,
+        _: &mut Rng,
+    ) -> Result<Box<dyn on_policy::Policy>> {
+        Ok(Box::new(Still))
+    }
+
+    fn value(&self, _: &EnvSpec, _: &Networks, _: &mut Rng) -> Result<Box<dyn on_policy::Value>> {
+        Ok(Box::new(Still))
+    }
+}
+
+impl on_policy::Policy for Still {
+    fn log_std(&self) -> &[f32] {
+        &[0.0]
+    }
+
+    fn means(&mut self, _: &[f32], mean: &mut [f32]) -> Result<()> {
+        mean.fill(0.0);
+        Ok(())
+    }
+
+    fn descend(
+        &mut self,
+        _: &[f32],
+        _: on_policy::Descent,
+        _: on_policy::NormalGrad<'_>,
+    ) -> Result<()> {
+        Ok(())
+    }
+}
+
+impl on_policy::Value for Still {
+    fn values(&mut self, _: &[f32], value: &mut [f32]) -> Result<()> {
+        value.fill(0.0);
+        Ok(())
+    }
+
+    fn descend(
+        &mut self,
+        _: &[f32],
+        _: on_policy::Descent,
+        _: on_policy::ValueGrad<'_>,
+    ) -> Result<()> {
+        Ok(())
+    }
 }
 
 impl Agent for Still {

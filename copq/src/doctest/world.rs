@@ -13,6 +13,15 @@ impl World {
     }
 }
 
+#[allow(dead_code)]
+impl World {
+    /// Time as a cost whose limit is 1, and as a reward.
+    pub fn with_cost() -> Self {
+        let spec = EnvSpec::new("world", 1, 1).cost("time", 1.0).reward("rest", 1.0).horizon(3);
+        Self { spec, time: 0 }
+    }
+}
+
 impl Env for World {
     fn spec(&self) -> &EnvSpec {
         &self.spec
@@ -27,7 +36,7 @@ impl Env for World {
     fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
         self.time += 1;
         obs[0] = self.time.into();
-        reward[0] = 0.5;
+        reward.fill(0.5);
         Ok(if self.time < 3 { Outcome::Running } else { Outcome::Truncated })
     }
 }

@@ -16,13 +16,13 @@ const SUFFIX: &str = "+saute";
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
-/// # let env = || world::World(copq::EnvSpec::new("world", 1, 1).cost("time", 0.75).reward("rest", 1.0).horizon(3), 0);
+/// # let env = world::World::with_cost();
 /// use copq::Env;
 /// use copq::on_policy::{Saute, SauteConfig};
 ///
-/// // Three steps that cost 0.5 each, and a limit of 0.75 on all of them.
+/// // Three steps that cost 0.5 each, and a limit of 1 on all of them.
 /// let undiscounted = SauteConfig { discount: 1.0, ..SauteConfig::default() };
-/// let mut env = Saute::new(env(), &undiscounted)?;
+/// let mut env = Saute::new(env, &undiscounted)?;
 /// assert_eq!((env.spec().name.as_str(), env.spec().obs_len), ("world+saute", 2));
 ///
 /// let mut obs = [0.0; 2];
@@ -30,9 +30,9 @@ const SUFFIX: &str = "+saute";
 /// env.reset(0, &mut obs)?;
 /// assert_eq!(obs[1], 1.0);
 /// env.step(&[0.0], &mut obs, &mut reward)?;
-/// assert!((obs[1] - 1.0 / 3.0).abs() < 1e-6);
+/// assert_eq!(obs[1], 0.5);
 /// env.step(&[0.0], &mut obs, &mut reward)?;
-/// assert!((obs[1] + 1.0 / 3.0).abs() < 1e-6);
+/// assert_eq!(obs[1], 0.0); // spent
 /// # Ok::<(), copq::Error>(())
 /// ```
 pub struct Saute<E> {
