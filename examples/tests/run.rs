@@ -31,6 +31,7 @@ fn methods() {
     assert!(run("td3", "200").contains("after 200 steps: 10 episodes"));
     assert!(run("redq", "30").contains("velocity"));
     assert!(run("sac_lagrangian", "200").contains("the limit is"));
+    assert!(run("ppo", "400").contains("the limit is"));
 }
 
 #[test]

@@ -10,28 +10,46 @@ use serde_json::Value;
 use toy::{Toy, act, saved};
 
 fn numbers(value: &Value) -> Vec<f64> {
-    value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+    match value.as_array() {
+        Some(values) => values.iter().flat_map(numbers).collect(),
+        None => vec![value.as_f64().unwrap()],
+    }
 }
 
+/// OmniSafe's normaliser takes in several rows at once; here they come one by one, to the same end.
 #[test]
 fn omnisafes_numbers() {
-    let reference: Value = serde_json::from_str(include_str!("../data/normaliser.json")).unwrap();
-    let pushes = reference["pushes"].as_array().unwrap();
-    let mut normaliser = Normaliser::new(4);
-    for (i, (push, after)) in pushes.iter().zip(reference["after"].as_array().unwrap()).enumerate()
-    {
-        let mut obs: Vec<f32> = numbers(push).iter().map(|&x| x as f32).collect();
-        normaliser.push(&obs).unwrap();
-        normaliser.normalise(&mut obs).unwrap();
-        let wanted = numbers(&after["out"]);
-        assert_eq!(obs.len(), wanted.len());
-        for (&got, wanted) in obs.iter().zip(wanted) {
-            let epsilon = 1e-6 * wanted.abs().max(1.0);
-            let close = abs_diff_eq!(f64::from(got), wanted, epsilon = epsilon);
-            assert!(close, "push {i}: {got}, not {wanted}");
+    let reference: Value =
+        serde_json::from_str(include_str!("../data/on_policy/normaliser.json")).unwrap();
+    let mut seen = 0;
+    for case in reference["cases"].as_array().unwrap() {
+        let pushes = case["pushes"].as_array().unwrap();
+        let is_scalar = pushes[0].is_number();
+        let width = if is_scalar { 1 } else { 4 };
+        let mut normaliser = Normaliser::new(width);
+        for (push, after) in pushes.iter().zip(case["f64"].as_array().unwrap()) {
+            let mut obs: Vec<f32> = numbers(push).iter().map(|&x| x as f32).collect();
+            obs.chunks(width).for_each(|row| normaliser.push(row).unwrap());
+            normaliser.normalise(&mut obs).unwrap();
+            let wanted = numbers(&after["out"]);
+            assert_eq!(obs.len(), wanted.len());
+            for (&got, wanted) in obs.iter().zip(wanted) {
+                let epsilon = 1e-5 * (1.0 + wanted.abs());
+                let close = abs_diff_eq!(f64::from(got), wanted, epsilon = epsilon);
+                assert!(close, "{}, push {seen}: {got}, not {wanted}", case["name"]);
+            }
+            let mut state = State::default();
+            normaliser.save(&mut state);
+            let mean = state.get::<f64>("mean").unwrap();
+            let wanted = numbers(&after["mean"]);
+            for (got, wanted) in mean.iter().zip(wanted) {
+                assert_abs_diff_eq!(*got, wanted, epsilon = 1e-5 * (1.0 + wanted.abs()));
+            }
+            assert_eq!(state.get_one::<u64>("count").unwrap(), after["count"].as_u64().unwrap());
+            seen += 1;
         }
     }
-    assert_eq!(pushes.len(), 40);
+    assert_eq!(seen, 40 + 13 + 5 + 35);
 }
 
 fn trained(config: Config, steps: u64) -> Trainer<Learner> {
