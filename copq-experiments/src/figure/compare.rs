@@ -12,7 +12,9 @@ use crate::config::{RunConfig, difference};
 use crate::folder::read_config;
 use crate::numbers::grouped;
 use crate::plan::Plan;
-use crate::statistics::{max, mean, median, min};
+use crate::statistics::{
+    Bootstrap, FEWEST, area_under, max, mean, median, min, probability_of_improvement,
+};
 
 /// A run and what it is called in the legend; runs of one label are seeds of one method.
 ///
@@ -30,7 +32,7 @@ use crate::statistics::{max, mean, median, min};
 /// #     copq::files::replace(&run.folder.join("evaluations.csv"), text.as_bytes())?;
 /// # }
 /// let table = comparison_table(&runs)?;
-/// assert!(table.ends_with("| cholesky | 2 | 5,000 | 20.0 (10.0 to 30.0) |\n"));
+/// assert!(table.ends_with("| cholesky | 2 | 5,000 | 20.0 (10.0 to 30.0) | 20.0 |\n"));
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -105,7 +107,9 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[Limit], out: &Path) -> 
 
 /// A markdown table of the same runs: the mean of the last three evaluations up to the last step
 /// that all of a label's seeds reached, as the median over the seeds and, for several seeds, their
-/// range.
+/// range; then the mean weighted total of all evaluations until then (the area under its curve), as
+/// the mean over the seeds and, from three on, its bootstrap interval at 95 %; and how likely a seed
+/// has more of it than one of the first label's, where both have three.
 pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
@@ -113,18 +117,44 @@ pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
     let head = ["label", "seeds", "steps"]
         .map(str::to_owned)
         .into_iter()
-        .chain(quantities.iter().map(Quantity::title));
+        .chain(quantities.iter().map(Quantity::title))
+        .chain(["mean of the whole run".to_owned()])
+        .chain((groups.len() > 1).then(|| format!("beats {}", groups[0].label)));
     let mut text = row(head.collect());
-    text += &format!("|---|--:|--:|{}\n", "--:|".repeat(quantities.len()));
-    for group in &groups {
+    let columns = quantities.len() + 1 + usize::from(groups.len() > 1);
+    text += &format!("|---|--:|--:|{}\n", "--:|".repeat(columns));
+    let first_areas = groups[0].areas();
+    for (i, group) in groups.iter().enumerate() {
+        let areas = group.areas();
+        let beats = if i == 0 { String::new() } else { chance(&areas, &first_areas) };
         let first =
             [group.label.clone(), group.seeds.len().to_string(), grouped(group.last_step())];
         text += &row(first
             .into_iter()
             .chain(quantities.iter().map(|quantity| group.last(quantity)))
+            .chain([with_interval(&areas)])
+            .chain((groups.len() > 1).then_some(beats))
             .collect());
     }
     Ok(text)
+}
+
+/// A mean over seeds, with its interval if there are enough of them.
+fn with_interval(values: &[f64]) -> String {
+    let middle = mean(values);
+    match Bootstrap::default().interval(&[values], mean) {
+        _ if middle.is_nan() => String::new(),
+        None => format!("{middle:.1}"),
+        Some([low, high]) => format!("{middle:.1} [{low:.1}, {high:.1}]"),
+    }
+}
+
+/// How likely a value of the first is larger than one of the second, if there are enough of both.
+fn chance(first: &[f64], second: &[f64]) -> String {
+    if first.len().min(second.len()) < FEWEST {
+        return String::new();
+    }
+    format!("{:.2}", probability_of_improvement(first, second))
 }
 
 fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
@@ -234,6 +264,19 @@ impl Group {
         self.seeds.iter().map(Evaluated::last_step).min().unwrap_or(0)
     }
 
+    /// The area under each seed's weighted total up to the last step that all reached.
+    fn areas(&self) -> Vec<f64> {
+        let end = self.last_step();
+        let area = |seed: &Evaluated| {
+            let means = seed.means(&Quantity::WeightedTotal).into_iter();
+            let until = means.filter(|(step, _)| *step <= end);
+            let (steps, values): (Vec<f64>, Vec<f64>) =
+                until.map(|(step, value)| (step as f64, value)).unzip();
+            area_under(&steps, &values)
+        };
+        self.seeds.iter().map(area).collect()
+    }
+
     /// The end of the runs as a cell of the table.
     fn last(&self, quantity: &Quantity) -> String {
         let end = self.last_step();
@@ -300,8 +343,11 @@ mod tests {
             labelled("cholesky", "c1", [4.0, 5.0, 6.0]),
             labelled("cholesky", "c2", [2.0, 3.0, 4.0]),
         ];
-        let wanted = "| label | seeds | steps | weighted total | speed |\n|---|--:|--:|--:|--:|\n\
-            | cholesky | 3 | 2,000 | 3.0 (2.0 to 5.0) | 6.0 (4.0 to 10.0) |\n| minimum | 1 | 2,000 | 0.5 | 1.0 |\n";
+        let wanted = "\
+            | label | seeds | steps | weighted total | speed | mean of the whole run | beats cholesky |\n\
+            |---|--:|--:|--:|--:|--:|--:|\n\
+            | cholesky | 3 | 2,000 | 3.0 (2.0 to 5.0) | 6.0 (4.0 to 10.0) | 3.3 [2.0, 5.0] |  |\n\
+            | minimum | 1 | 2,000 | 0.5 | 1.0 | 0.5 |  |\n";
         assert_eq!(comparison_table(&runs).unwrap(), wanted);
         // A seed that stopped earlier ends the comparison there.
         let short = runs[0].folder.join("evaluations.csv");
