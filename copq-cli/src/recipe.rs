@@ -105,10 +105,12 @@ impl Recipe {
         Ok(self)
     }
 
-    /// A step size that falls over all of a run of so many steps, if it falls.
-    pub fn over(mut self, steps: u64) -> Self {
-        if let Self::OnPolicy(method) = &mut self {
-            method.config.anneal_steps = method.config.anneal_steps.map(|_| steps);
+    /// For a run of another length: a step size that falls over all of a run still does.
+    pub fn stretched(mut self, from: u64, to: u64) -> Self {
+        if let Self::OnPolicy(method) = &mut self
+            && method.config.anneal_steps == Some(from)
+        {
+            method.config.anneal_steps = Some(to);
         }
         self
     }

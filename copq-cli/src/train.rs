@@ -135,8 +135,9 @@ pub struct Train {
 impl Train {
     pub fn run(self) -> anyhow::Result<()> {
         let (base, recipe) = self.base()?;
+        let usual_steps = base.run.steps;
         let plan = self.plan(base);
-        let recipe = self.recipe(recipe, &plan)?;
+        let recipe = self.recipe(recipe.stretched(usual_steps, plan.run.steps))?;
         let plan = match &recipe {
             Recipe::OffPolicy(Method { bound, critics, .. }) => {
                 Plan { bound: Some(bound.name().to_owned()), critics: Some(*critics), ..plan }
@@ -159,7 +160,7 @@ impl Train {
     }
 
     /// The method with the options over it.
-    fn recipe(&self, recipe: Recipe, plan: &Plan) -> anyhow::Result<Recipe> {
+    fn recipe(&self, recipe: Recipe) -> anyhow::Result<Recipe> {
         let recipe = match (recipe, &self.bound) {
             (Recipe::OffPolicy(method), Some(bound)) => {
                 Recipe::OffPolicy(with_bound(method, bound)?)
@@ -169,7 +170,7 @@ impl Train {
             }
             (recipe, None) => recipe,
         };
-        recipe.over(plan.run.steps).with_changes(&self.set)
+        recipe.with_changes(&self.set)
     }
 
     /// The plan with the options over it.
