@@ -11,6 +11,7 @@ mod recipe;
 mod resume;
 mod rollout;
 mod saved;
+mod sweep;
 mod train;
 mod view;
 mod world;
@@ -33,6 +34,7 @@ struct Cli {
 enum Command {
     Train(Box<train::Train>),
     Resume(resume::Resume),
+    Sweep(sweep::Sweep),
     Evaluate(evaluate::Evaluate),
     Rollout(rollout::Rollout),
     Plot(plot::Plot),
@@ -53,6 +55,7 @@ fn main() -> anyhow::Result<()> {
     match Cli::parse().command {
         Command::Train(train) => train.run(),
         Command::Resume(resume) => resume.run(),
+        Command::Sweep(sweep) => sweep.run(),
         Command::Evaluate(evaluate) => evaluate.run(),
         Command::Rollout(rollout) => rollout.run(),
         Command::Plot(plot) => plot.run(),

@@ -41,5 +41,6 @@ impl Resume {
             }
             Ok(folder)
         })
+        .map(drop)
     }
 }

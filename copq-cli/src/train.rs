@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{bail, ensure};
 use copq::{Ensemble, EnvSpec, Method, files, projection};
-use copq_experiments::{Plan, Run, RunFolder, RunSettings};
+use copq_experiments::{Ending, Plan, Run, RunFolder, RunSettings};
 
 use crate::keeping::Keeping;
 use crate::options::{count, limit, note, positive, say, whole};
@@ -132,8 +132,23 @@ pub struct Train {
     set: Vec<String>,
 }
 
+/// What to train, and the usual name of its folder.
+pub struct Prepared {
+    pub recipe: Recipe,
+    pub plan: Plan,
+    pub name: String,
+}
+
 impl Train {
     pub fn run(self) -> anyhow::Result<()> {
+        let Prepared { recipe, plan, name } = self.prepare()?;
+        let folder = self.out.unwrap_or_else(|| PathBuf::from("runs").join(name));
+        let init = plan.init_from.as_deref().map(saved::policy_file).transpose()?;
+        train(recipe, plan, init, |recipe, plan| Ok(recipe.create(&folder, plan)?)).map(drop)
+    }
+
+    /// What these options come to, before anything is made.
+    pub fn prepare(&self) -> anyhow::Result<Prepared> {
         let (base, recipe) = self.base()?;
         let usual_steps = base.run.steps;
         let plan = self.plan(base);
@@ -144,10 +159,7 @@ impl Train {
             }
             Recipe::OnPolicy(_) => plan,
         };
-        let folder =
-            self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(self.folder_name(&plan)));
-        let init = plan.init_from.as_deref().map(saved::policy_file).transpose()?;
-        train(recipe, plan, init, |recipe, plan| Ok(recipe.create(&folder, plan)?))
+        Ok(Prepared { name: self.folder_name(&plan), recipe, plan })
     }
 
     /// What the options change: the plan and method of another run, or a method's usual ones.
@@ -234,7 +246,7 @@ pub fn train(
     plan: Plan,
     init: Option<PathBuf>,
     open: impl FnOnce(&Recipe, &Plan) -> anyhow::Result<RunFolder>,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<Ending> {
     // The worlds to learn in, and below another one to be evaluated in.
     let env = make_env(&plan, recipe.saute())?;
     check_task(&recipe, env.spec())?;
@@ -254,7 +266,7 @@ pub fn train(
     let ending = Run::new(trainer, eval_env, folder, plan.run)?.train()?;
     // The run is done and says so in its log, too; that nobody reads it here is no failure.
     say(&format!("{ending}\n")).unwrap_or_default();
-    Ok(())
+    Ok(ending)
 }
 
 /// An error for a method that a task does not suit; a note where it suits but something goes

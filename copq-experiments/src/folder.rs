@@ -264,6 +264,12 @@ fn lock(path: &Path) -> Result<File> {
     }
 }
 
+/// Whether a process writes to a run's folder now.
+pub fn is_in_use(path: &Path) -> bool {
+    let lock = File::open(path.join(LOCK)).map(|file| file.try_lock());
+    matches!(lock, Ok(Err(TryLockError::WouldBlock)))
+}
+
 fn check_plan(path: &Path, saved: &Plan, now: &Plan) -> Result<()> {
     now.check()?;
     if now.run.steps < saved.run.steps {

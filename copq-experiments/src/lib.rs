@@ -50,7 +50,7 @@ mod timings;
 pub use config::{MadeWith, RunConfig, with_changes};
 pub use ending::Ending;
 pub use figure::{Labelled, Limit, compare, comparison_table};
-pub use folder::{RunFolder, read_checkpoint, read_config, read_plan};
+pub use folder::{RunFolder, is_in_use, read_checkpoint, read_config, read_plan};
 pub use metrics::Metrics;
 pub use numbers::Numbers;
 pub use plan::{OnEnvError, Plan, RunSettings, SavedReplay};
