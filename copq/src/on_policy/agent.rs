@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use super::learner::Learner;
-use super::saute::costs;
 use crate::error::check_len;
 use crate::learner::check_made_by;
 use crate::loss::{check_finite, check_finite_row};
@@ -50,7 +49,7 @@ impl Learner {
     fn check_maker(&self, state: &State) -> Result<()> {
         check_made_by(state, "method", &self.name)?;
         check_made_by(state, "task", &self.spec.name)?;
-        check_made_by(state, "objectives", &self.spec.names().join(","))?;
+        check_made_by(state, "objectives", &self.objectives.join(","))?;
         let made = state.child("made_by")?;
         let seed = made.get_one::<u64>("seed")?;
         if seed != self.seed {
@@ -108,22 +107,20 @@ impl Agent for Learner {
     }
 
     fn observe(&mut self, t: Transition<'_>) -> Result<()> {
-        check_len("transition's reward", t.reward.len(), self.spec.objectives.len())?;
+        check_len("transition's reward", t.reward.len(), self.objectives.len())?;
         check_len("observation", t.next_obs.len(), self.spec.obs_len)?;
-        let objectives: Vec<_> = self.spec.names().into_iter().map(str::to_owned).collect();
-        check_finite("reward", t.reward, &objectives, self.steps)?;
+        check_finite("reward", t.reward, &self.objectives, self.steps)?;
         check_finite_row("observation", t.next_obs, self.steps, OBSERVATION)?;
         self.steps += 1;
         if self.epoch.is_full(self.world) {
             // It waits for worlds that have lost steps by errors.
             return Ok(());
         }
-        let signals = self.signals(t.reward, t.next_obs);
+        self.push(t.reward, t.next_obs);
         let world = &mut self.worlds[self.world];
-        self.epoch.push(self.world, &world.taken, signals.into_iter());
         world.obs.copy_from_slice(t.next_obs);
-        for (sum, cost) in world.costs.iter_mut().zip(costs(&self.spec)) {
-            *sum += f64::from(t.reward[cost]);
+        for (sum, cost) in world.costs.iter_mut().zip(&self.costs) {
+            *sum += f64::from(t.reward[*cost]);
         }
         if t.outcome != Outcome::Running || self.epoch.is_full(self.world) {
             self.end_path(t.outcome, t.next_obs)?;
@@ -168,7 +165,7 @@ impl Agent for Learner {
         let made = state.child_mut("made_by");
         made.put_text("method", &self.name);
         made.put_text("task", &self.spec.name);
-        made.put_text("objectives", &self.spec.names().join(","));
+        made.put_text("objectives", &self.objectives.join(","));
         made.put("seed", [self.seed]);
         made.put("discount", [self.config.discount]);
         state.put("steps", [self.steps]);
@@ -202,7 +199,7 @@ impl Agent for Learner {
         self.epochs = state.get_one("epochs")?;
         self.fresh = state.get_one::<u64>("fresh")? as usize;
         let window = state.get::<f64>("window")?;
-        let costs = costs(&self.spec).len();
+        let costs = self.costs.len();
         self.window = window.chunks_exact(costs.max(1)).map(<[f64]>::to_vec).collect();
         self.explore.load("rng_explore", state)?;
         self.order.load("rng_order", state)?;

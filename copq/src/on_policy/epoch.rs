@@ -65,7 +65,7 @@ impl Epoch {
     }
 
     /// Adds a world's step and what came of it.
-    pub fn push(&mut self, world: usize, taken: &Taken, signals: impl Iterator<Item = f32>) {
+    pub fn push(&mut self, world: usize, taken: &Taken, signals: &[f32]) {
         let row = self.next_row(world);
         let action = taken.action.len();
         self.rows.obs[row * self.obs_len..][..self.obs_len].copy_from_slice(&taken.obs);
@@ -75,7 +75,7 @@ impl Epoch {
             values[row] = *value;
         }
         for (rewards, reward) in self.signals.iter_mut().zip(signals) {
-            rewards[row] = reward;
+            rewards[row] = *reward;
         }
         self.filled[world] += 1;
     }

@@ -7,7 +7,7 @@ use super::epoch::{Epoch, Taken};
 use super::multiplier::Multiplier;
 use super::normal::{Deviations, mean_entropy};
 use super::saute::{costs, shows_budgets};
-use super::{Config, Method, Policy, Report, Value, update};
+use super::{Config, Method, Policy, Report, SauteConfig, Value, update};
 use crate::policy::{begin_with, exported};
 use crate::{ActorKind, Backend, EnvSpec, Error, Normaliser, Observer, Result, Rng, Stream};
 
@@ -38,6 +38,9 @@ pub struct Learner {
     pub(super) seed: u64,
     pub(super) name: String,
     pub(super) spec: EnvSpec,
+    pub(super) objectives: Vec<String>,
+    /// The costs' positions among them.
+    pub(super) costs: Vec<usize>,
     pub(super) policy: Box<dyn Policy>,
     /// The reward's, then those of the costs that multipliers weigh.
     pub(super) critics: Vec<Box<dyn Value>>,
@@ -58,9 +61,12 @@ pub struct Learner {
     pub(super) steps: u64,
     pub(super) epochs: u64,
     pub(super) report: Report,
-    /// One observation as the networks see it, and an action's noise.
+    /// One observation as the networks see it, an action's noise, its deviations, and what came of
+    /// it.
     pub(super) obs: Vec<f32>,
     pub(super) noise: Vec<f32>,
+    deviations: Deviations,
+    signals: Vec<f32>,
 }
 
 /// One world's episode as the learner has seen it.
@@ -97,8 +103,8 @@ impl Learner {
         config.check()?;
         spec.check()?;
         check_task(&name, &config, spec)?;
-        let costs = costs(spec).len();
-        let held = if config.constraint.is_some() { costs } else { 0 };
+        let costs = costs(spec);
+        let held = if config.constraint.is_some() { costs.len() } else { 0 };
         let rng = &mut Rng::new(seed, Stream::Init);
         let networks = &config.networks;
         let policy = backend.policy(spec, networks, rng)?;
@@ -107,13 +113,13 @@ impl Learner {
         let constraints = config.constraint.iter().cycle().take(held);
         let multipliers = constraints.map(|&rule| Multiplier::new(rule)).collect::<Result<_>>()?;
         let action = spec.action_len();
-        let unseen = if config.saute.is_some() { costs } else { 0 };
+        let unseen = if config.saute.is_some() { costs.len() } else { 0 };
         Ok(Self {
             normaliser: config
                 .normalise
                 .then(|| Normaliser::new(spec.obs_len - unseen).and_raw(unseen)),
             epoch: Epoch::new(config.steps_per_epoch, 1, [spec.obs_len, action], held + 1),
-            worlds: vec![World::new(spec, costs, held + 1)],
+            worlds: vec![World::new(spec, costs.len(), held + 1)],
             world: 0,
             window: VecDeque::new(),
             fresh: 0,
@@ -124,6 +130,10 @@ impl Learner {
             report: Report::default(),
             obs: Vec::new(),
             noise: vec![0.0; action],
+            deviations: Deviations::default(),
+            signals: Vec::with_capacity(held + 1),
+            objectives: spec.names().into_iter().map(str::to_owned).collect(),
+            costs,
             spec: spec.clone(),
             name,
             seed,
@@ -175,7 +185,7 @@ impl Learner {
         let signals = self.critics.len();
         let lengths = [self.spec.obs_len, self.spec.action_len()];
         self.epoch = Epoch::new(steps, worlds, lengths, signals);
-        self.worlds = vec![World::new(&self.spec, costs(&self.spec).len(), signals); worlds];
+        self.worlds = vec![World::new(&self.spec, self.costs.len(), signals); worlds];
         Ok(())
     }
 
@@ -183,16 +193,16 @@ impl Learner {
     pub(super) fn take(&mut self, noise: &[f32], action: &mut [f32]) -> Result<()> {
         let world = self.world;
         self.values_into(world)?;
-        let log_std = self.policy.log_std().to_vec();
+        self.deviations.set(self.policy.log_std());
         let taken = &mut self.worlds[world].taken;
         self.policy.means(&taken.obs, action)?;
-        for ((sample, mean), (noise, log_std)) in
-            taken.action.iter_mut().zip(&*action).zip(noise.iter().zip(&log_std))
+        let means = taken.action.iter_mut().zip(&*action);
+        for ((sample, mean), (noise, inverse)) in
+            means.zip(noise.iter().zip(self.deviations.inverse()))
         {
-            let std = libm::exp(f64::from(*log_std));
-            *sample = (f64::from(*mean) + std * f64::from(*noise)) as f32;
+            *sample = (f64::from(*mean) + f64::from(*noise) / inverse) as f32;
         }
-        taken.log_prob = Deviations::new(&log_std).log_prob(action, &taken.action);
+        taken.log_prob = self.deviations.log_prob(action, &taken.action);
         for (action, sample) in action.iter_mut().zip(&taken.action) {
             *action = sample.clamp(-1.0, 1.0);
         }
@@ -232,18 +242,21 @@ impl Learner {
         self.normaliser.as_ref().map_or(Ok(()), |normaliser| normaliser.normalise(&mut self.obs))
     }
 
-    /// A step's signals: the weighed reward, or what a spent budget makes of it, then the costs
-    /// that multipliers weigh.
-    pub(super) fn signals(&self, reward: &[f32], next_obs: &[f32]) -> Vec<f32> {
-        let costs = costs(&self.spec);
-        let budgets = &next_obs[next_obs.len() - costs.len()..];
-        let spent = self.config.saute.filter(|_| budgets.iter().any(|&left| left <= 0.0));
+    /// Adds a step to the epoch with its signals: the weighed reward, or what a spent budget makes
+    /// of it, then the costs that multipliers weigh.
+    pub(super) fn push(&mut self, reward: &[f32], next_obs: &[f32]) {
+        // A world that shows its budgets has them last.
+        let is_spent =
+            |_: &SauteConfig| next_obs.iter().rev().take(self.costs.len()).any(|&left| left <= 0.0);
+        let spent = self.config.saute.filter(is_spent);
         let objectives = self.spec.objectives.iter().zip(reward);
         let weighed = objectives.filter(|(objective, _)| objective.limit.is_none());
         let total: f64 = weighed.map(|(o, &reward)| f64::from(o.weight) * f64::from(reward)).sum();
         let earned = spent.map_or(total, |saute| saute.unsafe_reward);
-        let held = costs.into_iter().take(self.multipliers.len()).map(|cost| reward[cost]);
-        std::iter::once(earned as f32).chain(held).collect()
+        self.signals.clear();
+        self.signals.push(earned as f32);
+        self.signals.extend(self.costs.iter().take(self.multipliers.len()).map(|&i| reward[i]));
+        self.epoch.push(self.world, &self.worlds[self.world].taken, &self.signals);
     }
 
     /// The mean costs of so many of the last finished episodes; none if there are none.
@@ -253,7 +266,7 @@ impl Learner {
         let add = |sum: Vec<f64>, costs: &Vec<f64>| {
             sum.iter().zip(costs).map(|(sum, cost)| sum + cost).collect()
         };
-        let sum = last.fold(vec![0.0; costs(&self.spec).len()], add);
+        let sum = last.fold(vec![0.0; self.costs.len()], add);
         (count > 0.0).then(|| sum.iter().map(|sum| sum / count).collect())
     }
 
@@ -261,7 +274,7 @@ impl Learner {
     pub(super) fn learn(&mut self, log: &mut dyn Observer) -> Result<()> {
         if let Some(mean) = self.mean_costs(self.config.window) {
             for ((multiplier, &objective), cost) in
-                self.multipliers.iter_mut().zip(&costs(&self.spec)).zip(mean)
+                self.multipliers.iter_mut().zip(&self.costs).zip(mean)
             {
                 let limit = self.spec.limit(objective).unwrap_or(f32::INFINITY);
                 multiplier.update(cost, f64::from(limit));
@@ -313,9 +326,8 @@ impl Learner {
         let stds = self.policy.log_std().iter().map(|&log| libm::exp(f64::from(log)));
         put("policy/std", stds.sum::<f64>() / self.noise.len() as f64);
         put("policy/lr", self.config.actor_lr(self.epochs));
-        let costs = costs(&self.spec);
         let names = std::iter::once("reward")
-            .chain(costs.iter().map(|&cost| self.spec.objectives[cost].name.as_str()));
+            .chain(self.costs.iter().map(|&cost| self.objectives[cost].as_str()));
         for (k, (name, loss)) in names.clone().zip(&report.critic_losses).enumerate() {
             put(&format!("critic_loss/{name}"), *loss);
             let [spread, explained] = self.epoch.quality(k);
