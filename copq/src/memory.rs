@@ -1,6 +1,6 @@
 //! Whether what a configuration asks for fits into this machine's memory, before it is asked for.
 
-use crate::{Config, EnvSpec, Error, Result};
+use crate::{Config, EnvSpec, Error, Result, on_policy};
 
 /// Copies of a network's parameters: online, target, and Adam's two moments.
 const COPIES: f64 = 4.0;
@@ -12,18 +12,38 @@ pub(crate) fn check(config: &Config, spec: &EnvSpec, critics: usize) -> Result<(
     let networks = critics as f64 + 1.0;
     let parameters = networks * COPIES * parameters(config, spec) * size_of::<f32>() as f64;
     let batch = networks * ACTIVATIONS * config.batch as f64 * widths(config, spec) * 4.0;
+    fits("networks.hidden", parameters, format!("{:?}", config.networks.hidden))?;
+    fits("batch", batch, config.batch.to_string())
+}
+
+/// The same for on-policy learning: networks, and the rows of an epoch.
+pub(crate) fn check_on_policy(
+    config: &on_policy::Config,
+    spec: &EnvSpec,
+    signals: usize,
+) -> Result<()> {
+    let hidden = &config.networks.hidden;
+    let widths = std::iter::once(&spec.obs_len).chain(hidden);
+    let weights: f64 = widths.zip(hidden).map(|(&i, &o)| (i as f64 + 1.0) * o as f64).sum();
+    let parameters = (signals as f64 + 1.0) * COPIES * weights * 4.0;
+    fits("networks.hidden", parameters, format!("{hidden:?}"))?;
+    // Observation, action and log-probability; of a signal itself, its value, advantage and target.
+    let row = (spec.obs_len + spec.action_len() + 2 + 4 * signals) as f64 * 4.0;
+    // Passes over all rows at once keep every layer's outputs and slopes.
+    let pass: f64 = hidden.iter().map(|&width| ACTIVATIONS * width as f64 * 4.0).sum();
+    let epoch = config.steps_per_epoch as f64 * (row + pass);
+    fits("steps_per_epoch", epoch, config.steps_per_epoch.to_string())
+}
+
+/// An error for more bytes than this machine has.
+fn fits(what: &str, bytes: f64, got: String) -> Result<()> {
     let has = total();
-    for (what, bytes, got) in [
-        ("networks.hidden", parameters, format!("{:?}", config.networks.hidden)),
-        ("batch", batch, config.batch.to_string()),
-    ] {
-        if bytes > has {
-            let wanted = format!("what fits into the {:.0} GiB of this machine", has / GIB);
-            let got = format!("{got}, which takes {:.1e} GiB", bytes / GIB);
-            return Err(Error::invalid(what, wanted, got));
-        }
+    if bytes <= has {
+        return Ok(());
     }
-    Ok(())
+    let wanted = format!("what fits into the {:.0} GiB of this machine", has / GIB);
+    let got = format!("{got}, which takes {:.1e} GiB", bytes / GIB);
+    Err(Error::invalid(what, wanted, got))
 }
 
 const GIB: f64 = (1u64 << 30) as f64;

@@ -260,6 +260,10 @@ impl Config {
         positive("max_norm", self.max_norm)?;
         if let Some(saute) = &self.saute {
             positive("saute.discount", saute.discount)?;
+            if !saute.unsafe_reward.is_finite() {
+                let what = "saute.unsafe_reward";
+                return Err(Error::invalid(what, "a finite number", saute.unsafe_reward));
+            }
         }
         if self.second.is_some() && self.constraint.is_none() {
             let wanted = "none without a constraint, whose multipliers weigh it";

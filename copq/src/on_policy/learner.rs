@@ -8,6 +8,7 @@ use super::multiplier::Multiplier;
 use super::normal::{Deviations, mean_entropy};
 use super::saute::{costs, shows_budgets};
 use super::{Config, Method, Policy, Report, SauteConfig, Value, update};
+use crate::memory;
 use crate::policy::{begin_with, exported};
 use crate::{ActorKind, Backend, EnvSpec, Error, Normaliser, Observer, Result, Rng, Stream};
 
@@ -105,6 +106,7 @@ impl Learner {
         check_task(&name, &config, spec)?;
         let costs = costs(spec);
         let held = if config.constraint.is_some() { costs.len() } else { 0 };
+        memory::check_on_policy(&config, spec, held + 1)?;
         let rng = &mut Rng::new(seed, Stream::Init);
         let networks = &config.networks;
         let policy = backend.policy(spec, networks, rng)?;

@@ -204,3 +204,30 @@ fn worlds_that_fail_cost_their_steps_and_no_more() {
         assert!(trainer.steps() >= 4 * 96);
     }
 }
+
+#[test]
+fn settings_that_cannot_be_used_are_named_before_anything_is_made() {
+    let env = env(&method("ppo"));
+    let refused = |change: fn(&mut copq::on_policy::Config)| {
+        let mut method = Method::cppo_pid();
+        change(&mut method.config);
+        let made = Learner::new(method, env.spec(), &Candle::default(), 0);
+        made.unwrap_err().to_string()
+    };
+    for (error, named) in [
+        (
+            refused(|config| config.steps_per_epoch = usize::MAX),
+            "steps_per_epoch: wanted what fits",
+        ),
+        (
+            refused(|config| config.networks.hidden = vec![1 << 40; 2]),
+            "networks.hidden: wanted what",
+        ),
+        (refused(|config| config.batch = 0), "batch: wanted at least 1"),
+        (refused(|config| config.gae = f64::NAN), "gae: wanted a number from 0 to 1, got NaN"),
+        (refused(|config| config.max_norm = f64::NAN), "max_norm: wanted a positive number"),
+        (refused(|config| config.clip = -0.1), "clip: wanted a finite number, at least 0"),
+    ] {
+        assert!(error.starts_with(named), "{error}");
+    }
+}
