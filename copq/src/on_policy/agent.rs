@@ -140,10 +140,7 @@ impl Agent for Learner {
     fn value(&mut self, obs: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
         check_len("values", q.len(), self.spec.objectives.len())?;
         self.keep(obs)?;
-        let mut values = vec![0.0; self.critics.len()];
-        for (critic, value) in self.critics.iter_mut().zip(values.chunks_exact_mut(1)) {
-            critic.values(&self.obs, value)?;
-        }
+        let values = self.values_of_kept()?;
         // The one critic of all rewards speaks for a reward that is alone.
         let rewards = self.spec.objectives.iter().filter(|o| o.limit.is_none()).count();
         let mut costs = values[1..].iter();

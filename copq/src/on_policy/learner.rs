@@ -193,10 +193,9 @@ impl Learner {
 
     /// Chooses a world's action by its noise: the sample, as it is stored, and clamped to [-1, 1].
     pub(super) fn take(&mut self, noise: &[f32], action: &mut [f32]) -> Result<()> {
-        let world = self.world;
-        self.values_into(world)?;
+        let taken = &mut self.worlds[self.world].taken;
+        values(&mut self.critics, &taken.obs, &mut taken.values)?;
         self.deviations.set(self.policy.log_std());
-        let taken = &mut self.worlds[world].taken;
         self.policy.means(&taken.obs, action)?;
         let means = taken.action.iter_mut().zip(&*action);
         for ((sample, mean), (noise, inverse)) in
@@ -211,22 +210,18 @@ impl Learner {
         Ok(())
     }
 
-    /// What the critics expect where a world is about to act.
-    fn values_into(&mut self, world: usize) -> Result<()> {
-        let Taken { obs, values, .. } = &mut self.worlds[world].taken;
-        let all = self.critics.iter_mut().zip(values.chunks_exact_mut(1));
-        all.into_iter().try_for_each(|(critic, value)| critic.values(obs, value))
-    }
-
     /// What the critics expect of an observation that the networks have not seen, which counts for
     /// the normaliser.
     pub(super) fn values_of_next(&mut self, obs: &[f32]) -> Result<Vec<f32>> {
         self.take_in(obs)?;
-        let mut values = vec![0.0; self.critics.len()];
-        for (critic, value) in self.critics.iter_mut().zip(values.chunks_exact_mut(1)) {
-            critic.values(&self.obs, value)?;
-        }
-        Ok(values)
+        self.values_of_kept()
+    }
+
+    /// What the critics expect of the observation that was kept last.
+    pub(super) fn values_of_kept(&mut self) -> Result<Vec<f32>> {
+        let mut expected = vec![0.0; self.critics.len()];
+        values(&mut self.critics, &self.obs, &mut expected)?;
+        Ok(expected)
     }
 
     /// Lets the normaliser see an observation, and keeps it as the networks see it then.
@@ -359,6 +354,14 @@ impl World {
         };
         Self { taken, obs: vec![0.0; spec.obs_len], costs: vec![0.0; costs] }
     }
+}
+
+/// Writes what each critic expects of one observation.
+fn values(critics: &mut [Box<dyn Value>], obs: &[f32], out: &mut [f32]) -> Result<()> {
+    for (critic, value) in critics.iter_mut().zip(out.chunks_exact_mut(1)) {
+        critic.values(obs, value)?;
+    }
+    Ok(())
 }
 
 /// An error for a task that a method cannot learn.
