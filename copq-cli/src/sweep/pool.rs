@@ -36,8 +36,9 @@ struct Pool<'a> {
     running: Vec<Running>,
     failed: usize,
     began: Instant,
-    /// Steps that were there before.
+    /// Steps that were there before, and that there shall be.
     before: u64,
+    all: u64,
     shown: Instant,
 }
 
@@ -53,6 +54,8 @@ pub fn run(file: &Path, jobs: Option<usize>) -> anyhow::Result<()> {
         signal_hook::flag::register(signal, stop.clone()).context("catching signals")?;
     }
     let before = sweep.tasks.iter().map(|task| steps(&task.folder)).sum();
+    let plans = sweep.tasks.iter().filter_map(|task| task.prepare().ok());
+    let all = plans.map(|prepared| prepared.plan.run.steps).sum();
     let now = Instant::now();
     let mut pool = Pool {
         file,
@@ -62,6 +65,7 @@ pub fn run(file: &Path, jobs: Option<usize>) -> anyhow::Result<()> {
         failed: 0,
         began: now,
         before,
+        all,
         shown: now,
     };
     say(&format!("{} runs, {} of them done\n", pool.sweep.tasks.len(), pool.done()))?;
@@ -178,11 +182,9 @@ impl Pool<'_> {
         }
         self.shown = Instant::now();
         let now: u64 = self.sweep.tasks.iter().map(|task| steps(&task.folder)).sum();
-        let plans = self.sweep.tasks.iter().filter_map(|task| task.prepare().ok());
-        let all: u64 = plans.map(|prepared| prepared.plan.run.steps).sum();
         let seconds = self.began.elapsed().as_secs_f64();
         let rate = now.saturating_sub(self.before) as f64 / seconds;
-        let left = all.saturating_sub(now) as f64 / rate / 60.0;
+        let left = self.all.saturating_sub(now) as f64 / rate / 60.0;
         let left =
             if left.is_finite() { format!(", {left:.0} minutes left") } else { String::new() };
         let total = self.sweep.tasks.len();
