@@ -12,17 +12,12 @@ fn main() -> Result<()> {
         (0..4).map(|_| copq_envs_rapier::make("b/hopper")).collect::<Result<_>>()?;
 
     // CPPOPID is PPO with a controller; its gains are per unit of an episode's cost.
-    let pid = PidConfig {
-        proportional: 0.1,
-        integral: 0.01,
-        derivative: 0.01,
-        cap: 100.0, // the paper's has none
-        ..PidConfig::default()
-    };
+    let pid = PidConfig { cap: 100.0, ..PidConfig::cppo_pid() }; // the paper's has no cap
     let mut method = Method::ppo();
     method.config.constraint = Some(Constraint::Pid(pid));
     method.config.anneal_steps = Some(steps);
-    method.config.steps_per_epoch = steps.min(2_048) as usize / 4 * 4;
+    // A whole episode of 1,000 steps in each world: a controller sees finished ones alone.
+    method.config.steps_per_epoch = steps.min(4_000) as usize / 4 * 4;
 
     let spec = envs[0].spec().clone();
     let learner = Learner::new(method, &spec, &Candle::default(), 0)?;

@@ -1,5 +1,6 @@
 //! The same world under other limits.
 
+use crate::on_policy::shows_budgets;
 use crate::{Env, EnvSpec, Error, Objective, Outcome, Result, State};
 
 /// An environment whose costs have other limits: what an episode may cost is the user's to say.
@@ -23,6 +24,13 @@ impl<E: Env> LimitedEnv<E> {
     /// Sets the limits of costs by their names.
     pub fn new<'a>(env: E, limits: impl IntoIterator<Item = (&'a str, f64)>) -> Result<Self> {
         let mut spec = env.spec().clone();
+        let mut limits = limits.into_iter().peekable();
+        if limits.peek().is_some() && shows_budgets(&spec) {
+            let what = format!("limits of '{}'", spec.name);
+            let wanted =
+                "a world whose budgets are not made of limits yet (Saute goes around this)";
+            return Err(Error::invalid(what, wanted, "one with budgets in sight"));
+        }
         for (name, limit) in limits {
             let is_cost = |objective: &&mut Objective| objective.limit.is_some();
             let mut costs = spec.objectives.iter_mut().filter(is_cost);

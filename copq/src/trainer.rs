@@ -61,8 +61,9 @@ pub struct Trainer<A = Box<dyn Agent>> {
     /// Of each world: its action, and what came of it.
     actions: Vec<Vec<f32>>,
     outcomes: Vec<Result<Outcome>>,
-    /// The world whose error the last step's was.
+    /// The world whose error the last step's was, and the episodes that ended in that step.
     failed: Option<usize>,
+    cut_short: Vec<Episode>,
 }
 
 impl<A> fmt::Debug for Trainer<A> {
@@ -102,6 +103,7 @@ impl<A: Agent> Trainer<A> {
             actions: vec![vec![0.0; spec.action_len()]; worlds.len()],
             outcomes: Vec::with_capacity(worlds.len()),
             failed: None,
+            cut_short: Vec::new(),
             worlds,
         })
     }
@@ -115,6 +117,11 @@ impl<A: Agent> Trainer<A> {
     /// Environment steps done so far, of all worlds together.
     pub fn steps(&self) -> u64 {
         self.steps
+    }
+
+    /// How many worlds take their steps together.
+    pub fn worlds(&self) -> usize {
+        self.worlds.len()
     }
 
     /// Where the time went.
@@ -166,6 +173,7 @@ impl<A: Agent> Trainer<A> {
     /// begins a new one.
     pub fn step(&mut self, log: &mut dyn Observer) -> Result<Vec<Episode>> {
         self.failed = None;
+        self.cut_short.clear();
         let start = Instant::now();
         for world in 0..self.worlds.len() {
             self.begin(world)?;
@@ -187,16 +195,16 @@ impl<A: Agent> Trainer<A> {
             }
         }
         self.outcomes = outcomes;
-        if self.worlds.len() == 1 {
-            failed?;
+        // Of several worlds the others have gone on.
+        if failed.is_ok() || self.worlds.len() > 1 {
             self.agent.update(log)?;
-        } else {
-            // The other worlds have gone on.
-            self.agent.update(log)?;
-            failed?;
+            if self.agent.ends_episode() {
+                self.worlds.iter_mut().for_each(Rollout::give_up);
+            }
         }
-        if self.agent.ends_episode() {
-            self.worlds.iter_mut().for_each(Rollout::give_up);
+        if let Err(error) = failed {
+            self.cut_short.append(&mut ended);
+            return Err(error);
         }
         self.timing.act += acted - begun;
         self.timing.env += (begun - start) + (stepped - acted);
@@ -268,15 +276,25 @@ impl<A: Agent> Trainer<A> {
     fn or_give_up<T>(&mut self, world: usize, answer: Result<T>) -> Result<T> {
         if answer.is_err() {
             self.failed = Some(world);
+            let episode = self.worlds[world].episode();
+            if episode.length > 0 {
+                self.cut_short.push(episode.clone());
+            }
             self.worlds[world].give_up();
         }
         answer
     }
 
     /// Whether the error of the last step was an environment's: its own, or about what it returned,
-    /// such as NaN. [`Trainer::episode`] is what there was of the episode.
+    /// such as NaN.
     pub fn world_failed(&self) -> bool {
         self.failed.is_some()
+    }
+
+    /// The episodes that an error of an environment cut short in the last step, as far as they had
+    /// come, and those that ended in other worlds in the same step.
+    pub fn cut_short(&self) -> &[Episode] {
+        &self.cut_short
     }
 
     /// What the policy is worth now: so many episodes without exploration, the same ones every

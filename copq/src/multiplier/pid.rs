@@ -131,6 +131,17 @@ impl Controller {
 }
 
 impl PidConfig {
+    /// OmniSafe's CPPOPID, which learns once an epoch: gains 0.1, 0.01 and 0.01, and no cap.
+    pub fn cppo_pid() -> Self {
+        Self {
+            proportional: 0.1,
+            integral: 0.01,
+            derivative: 0.01,
+            cap: f64::INFINITY,
+            ..Self::default()
+        }
+    }
+
     /// An error that names the first setting that cannot be used.
     pub(crate) fn check(&self) -> Result<()> {
         for (name, value) in [

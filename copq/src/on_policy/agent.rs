@@ -36,11 +36,12 @@ impl Learner {
         self.epoch.end(self.world, values);
         let episode = &mut self.worlds[self.world].costs;
         if outcome != Outcome::Running {
-            if self.window.len() == self.config.window {
+            // A run saved with a longer window has more of them.
+            while self.window.len() >= self.config.window {
                 self.window.pop_front();
             }
             self.window.push_back(episode.clone());
-            self.fresh += 1;
+            self.fresh.add(episode);
         }
         episode.fill(0.0);
         Ok(())
@@ -167,7 +168,8 @@ impl Agent for Learner {
         made.put("discount", [self.config.discount]);
         state.put("steps", [self.steps]);
         state.put("epochs", [self.epochs]);
-        state.put("fresh", [self.fresh as u64]);
+        state.put("fresh", [self.fresh.episodes]);
+        state.put("fresh_costs", self.fresh.costs.as_slice());
         state.put("window", self.window.iter().flatten().copied().collect::<Vec<f64>>());
         self.explore.save("rng_explore", state);
         self.order.save("rng_order", state);
@@ -194,7 +196,8 @@ impl Agent for Learner {
         self.check_maker(state)?;
         self.steps = state.get_one("steps")?;
         self.epochs = state.get_one("epochs")?;
-        self.fresh = state.get_one::<u64>("fresh")? as usize;
+        self.fresh.episodes = state.get_one("fresh")?;
+        state.read("fresh_costs", &mut self.fresh.costs)?;
         let window = state.get::<f64>("window")?;
         let costs = self.costs.len();
         self.window = window.chunks_exact(costs.max(1)).map(<[f64]>::to_vec).collect();

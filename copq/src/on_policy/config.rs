@@ -28,6 +28,7 @@ pub struct Config {
     pub steps_per_epoch: usize,
     /// Environment steps over which the policy's step size falls to nothing, an epoch at a time;
     /// constant if none.
+    #[serde(default)] // a stored run without it has none
     pub anneal_steps: Option<u64>,
     /// At most so many passes over an epoch's rows.
     pub passes: usize,
@@ -38,7 +39,8 @@ pub struct Config {
     pub target_kl: f64,
     /// How far a ratio of probabilities may move the objective from 1.
     pub clip: f64,
-    /// The natural gradient's step in place of the clipped ones, if any.
+    /// The natural gradient's step in place of the clipped ones, if any; it heeds neither `clip` nor
+    /// `entropy` nor the policy's step size.
     pub natural: Option<NaturalStep>,
     /// A second step of the policy, down its costs, if any (CUP).
     pub second: Option<SecondStep>,
@@ -76,10 +78,28 @@ pub struct Config {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Constraint {
-    /// A PID controller (Stooke et al. 2020).
+    /// A PID controller (Stooke et al. 2020). It learns once an epoch: [`PidConfig::cppo_pid`] has
+    /// gains for that, and what settings leave out is as in [`PidConfig::default`], whose gains are
+    /// for every update.
     Pid(PidConfig),
     /// Gradient ascent by Adam on lambda itself.
     Adam(Ascent),
+}
+
+impl Constraint {
+    /// An error that names the first setting that cannot be used.
+    pub(super) fn check(&self) -> Result<()> {
+        let Ascent { lr, multiplier, cap } = match self {
+            Self::Pid(config) => return config.check(),
+            Self::Adam(ascent) => *ascent,
+        };
+        check_not_negative("constraint.lr", lr)?;
+        if !((0.0..=cap).contains(&multiplier) && multiplier.is_finite()) {
+            let wanted = format!("a finite number from 0 to the cap, {cap}");
+            return Err(Error::invalid("constraint.multiplier", wanted, multiplier));
+        }
+        Ok(())
+    }
 }
 
 /// Constants of [`Constraint::Adam`].
@@ -173,6 +193,19 @@ impl Default for SauteConfig {
 }
 
 impl SauteConfig {
+    /// An error that names the first setting that cannot be used.
+    pub(super) fn check(&self) -> Result<()> {
+        if !(self.discount > 0.0 && self.discount <= 1.0) {
+            let wanted = "a number above 0, at most 1";
+            return Err(Error::invalid("saute.discount", wanted, self.discount));
+        }
+        if !self.unsafe_reward.is_finite() {
+            let what = "saute.unsafe_reward";
+            return Err(Error::invalid(what, "a finite number", self.unsafe_reward));
+        }
+        Ok(())
+    }
+
     /// A limit of an episode's cost as a budget: what a steady payer within it pays, discounted.
     pub fn budget(&self, limit: f64, horizon: usize) -> f64 {
         crate::discounted_limit(limit, self.discount, horizon)
@@ -259,12 +292,15 @@ impl Config {
         }
         positive("max_norm", self.max_norm)?;
         if let Some(saute) = &self.saute {
-            positive("saute.discount", saute.discount)?;
-            if !saute.unsafe_reward.is_finite() {
-                let what = "saute.unsafe_reward";
-                return Err(Error::invalid(what, "a finite number", saute.unsafe_reward));
-            }
+            saute.check()?;
         }
+        if self.second.is_some() && self.natural.is_some() {
+            return Err(Error::invalid("second", "none beside a natural step", "one"));
+        }
+        if self.anneal_steps == Some(0) {
+            return Err(Error::invalid("anneal_steps", "at least 1, or none", 0));
+        }
+        self.constraint.as_ref().map_or(Ok(()), Constraint::check)?;
         if self.second.is_some() && self.constraint.is_none() {
             let wanted = "none without a constraint, whose multipliers weigh it";
             return Err(Error::invalid("second", wanted, "one"));

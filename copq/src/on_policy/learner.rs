@@ -54,8 +54,8 @@ pub struct Learner {
     pub(super) world: usize,
     /// The undiscounted costs of the last finished episodes.
     pub(super) window: VecDeque<Vec<f64>>,
-    /// How many of them are of this epoch.
-    pub(super) fresh: usize,
+    /// Those of this epoch alone.
+    pub(super) fresh: Fresh,
     pub(super) explore: Rng,
     pub(super) order: Rng,
     /// Environment steps and epochs done.
@@ -110,6 +110,10 @@ impl Learner {
         let rng = &mut Rng::new(seed, Stream::Init);
         let networks = &config.networks;
         let policy = backend.policy(spec, networks, rng)?;
+        if config.natural.is_some() && policy.parameters() == 0 {
+            let wanted = "a policy that writes its gradient (Policy::parameters and what follows)";
+            return Err(Error::invalid(format!("{name}'s natural step"), wanted, "one without"));
+        }
         let critics =
             (0..=held).map(|_| backend.value(spec, networks, rng)).collect::<Result<_>>()?;
         let constraints = config.constraint.iter().cycle().take(held);
@@ -124,7 +128,7 @@ impl Learner {
             worlds: vec![World::new(spec, costs.len(), held + 1)],
             world: 0,
             window: VecDeque::new(),
-            fresh: 0,
+            fresh: Fresh::new(costs.len()),
             explore: Rng::new(seed, Stream::Explore),
             order: Rng::new(seed, Stream::Batch),
             steps: 0,
@@ -256,20 +260,18 @@ impl Learner {
         self.epoch.push(self.world, &self.worlds[self.world].taken, &self.signals);
     }
 
-    /// The mean costs of so many of the last finished episodes; none if there are none.
-    pub(super) fn mean_costs(&self, episodes: usize) -> Option<Vec<f64>> {
-        let last = self.window.iter().rev().take(episodes);
-        let count = last.len() as f64;
-        let add = |sum: Vec<f64>, costs: &Vec<f64>| {
-            sum.iter().zip(costs).map(|(sum, cost)| sum + cost).collect()
-        };
-        let sum = last.fold(vec![0.0; self.costs.len()], add);
-        (count > 0.0).then(|| sum.iter().map(|sum| sum / count).collect())
+    /// The mean costs of the last finished episodes; none if there are none.
+    pub(super) fn mean_costs(&self) -> Option<Vec<f64>> {
+        // The newest first, as ever: the order of a sum is part of its bits.
+        let mut last = Fresh::new(self.costs.len());
+        self.window.iter().rev().take(self.config.window).for_each(|costs| last.add(costs));
+        last.mean()
     }
 
     /// A finished epoch's learning: multipliers, advantages, steps.
     pub(super) fn learn(&mut self, log: &mut dyn Observer) -> Result<()> {
-        if let Some(mean) = self.mean_costs(self.config.window) {
+        self.warn_of_short_paths(log);
+        if let Some(mean) = self.mean_costs() {
             for ((multiplier, &objective), cost) in
                 self.multipliers.iter_mut().zip(&self.costs).zip(mean)
             {
@@ -293,8 +295,24 @@ impl Learner {
         self.log(log);
         self.epoch.clear();
         self.epochs += 1;
-        self.fresh = 0;
+        self.fresh = Fresh::new(self.costs.len());
         Ok(())
+    }
+
+    /// Multipliers see finished episodes alone, and an epoch begins with new ones.
+    fn warn_of_short_paths(&self, log: &mut dyn Observer) {
+        let steps = self.config.steps_per_epoch / self.worlds.len();
+        if self.epochs > 0 || self.multipliers.is_empty() || steps >= self.spec.horizon {
+            return;
+        }
+        let text = format!(
+            "each of {} worlds has {steps} steps an epoch, and an episode of '{}' may take {}: costs \
+             of longer ones are never seen; raise steps_per_epoch or take fewer worlds",
+            self.worlds.len(),
+            self.spec.name,
+            self.spec.horizon
+        );
+        log.warn(self.steps, &text);
     }
 
     fn check_finite(&self) -> Result<()> {
@@ -318,11 +336,15 @@ impl Learner {
             put("policy/second_kl", report.second_kl.last().copied().unwrap_or(0.0));
             put("policy/second_passes", report.second_kl.len() as f64);
         }
-        put("policy/clip_share", report.clip_share);
+        if self.config.natural.is_none() {
+            put("policy/clip_share", report.clip_share);
+        }
         put("policy/entropy", mean_entropy(self.policy.log_std()));
         let stds = self.policy.log_std().iter().map(|&log| libm::exp(f64::from(log)));
         put("policy/std", stds.sum::<f64>() / self.noise.len() as f64);
-        put("policy/lr", self.config.actor_lr(self.epochs));
+        if self.config.natural.is_none() {
+            put("policy/lr", self.config.actor_lr(self.epochs));
+        }
         let names = std::iter::once("reward")
             .chain(self.costs.iter().map(|&cost| self.objectives[cost].as_str()));
         for (k, (name, loss)) in names.clone().zip(&report.critic_losses).enumerate() {
@@ -334,13 +356,34 @@ impl Learner {
         for (name, lambda) in names.clone().skip(1).zip(self.multipliers()) {
             put(&format!("multiplier/{name}"), lambda);
         }
-        for (kind, episodes) in [("window", self.config.window), ("epoch", self.fresh)] {
-            for (name, cost) in
-                names.clone().skip(1).zip(self.mean_costs(episodes).iter().flatten())
-            {
+        for (kind, costs) in [("window", self.mean_costs()), ("epoch", self.fresh.mean())] {
+            for (name, cost) in names.clone().skip(1).zip(costs.iter().flatten()) {
                 put(&format!("cost_{kind}/{name}"), *cost);
             }
         }
+    }
+}
+
+/// Finished episodes and the sums of their costs.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Fresh {
+    pub episodes: u64,
+    pub costs: Vec<f64>,
+}
+
+impl Fresh {
+    fn new(costs: usize) -> Self {
+        Self { episodes: 0, costs: vec![0.0; costs] }
+    }
+
+    pub fn add(&mut self, costs: &[f64]) {
+        self.episodes += 1;
+        self.costs.iter_mut().zip(costs).for_each(|(sum, cost)| *sum += cost);
+    }
+
+    fn mean(&self) -> Option<Vec<f64>> {
+        let count = self.episodes as f64;
+        (self.episodes > 0).then(|| self.costs.iter().map(|sum| sum / count).collect())
     }
 }
 

@@ -85,14 +85,7 @@ impl Method {
     /// PPO whose costs are weighed by a PID controller's multiplier: gains 0.1, 0.01 and 0.01 an
     /// epoch for each unit of an episode's cost, a delay of 10, and no cap.
     pub fn cppo_pid() -> Self {
-        let pid = PidConfig {
-            proportional: 0.1,
-            integral: 0.01,
-            derivative: 0.01,
-            cap: f64::INFINITY,
-            ..PidConfig::default()
-        };
-        let constraint = Some(Constraint::Pid(pid));
+        let constraint = Some(Constraint::Pid(PidConfig::cppo_pid()));
         Self::new("cppo-pid", Config { constraint, ..Config::default() })
     }
 

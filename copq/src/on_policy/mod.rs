@@ -41,4 +41,5 @@ pub use method::Method;
 pub use networks::{Descent, Normal, NormalGrad, NormalGradient, Policy, Value, ValueGrad};
 pub use report::Report;
 pub use saute::Saute;
+pub(crate) use saute::shows_budgets;
 pub use update::{Rows, update};

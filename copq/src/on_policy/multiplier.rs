@@ -2,9 +2,8 @@
 
 use super::config::{Ascent, Constraint};
 use crate::adam::Adam;
-use crate::error::check_not_negative;
 use crate::multiplier::Controller;
-use crate::{Error, PidConfig, Result, State};
+use crate::{PidConfig, Result, State};
 
 /// What sets one cost's multiplier.
 #[derive(Clone, Debug)]
@@ -15,18 +14,13 @@ pub(super) enum Multiplier {
 
 impl Multiplier {
     pub fn new(constraint: Constraint) -> Result<Self> {
+        constraint.check()?;
         Ok(match constraint {
             Constraint::Pid(config) => {
-                config.check()?;
                 // Nothing is weighed before the first update.
                 Self::Pid(config, Controller::new(&config, 0.0))
             }
             Constraint::Adam(Ascent { lr, multiplier, cap }) => {
-                check_not_negative("constraint.lr", lr)?;
-                if !(0.0..=cap).contains(&multiplier) {
-                    let wanted = format!("a number from 0 to the cap, {cap}");
-                    return Err(Error::invalid("constraint.multiplier", wanted, multiplier));
-                }
                 Self::Adam { cap, lambda: [multiplier], adam: Adam::new(lr, 0.0, 1) }
             }
         })

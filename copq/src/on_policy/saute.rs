@@ -61,6 +61,12 @@ impl<E: Env> Saute<E> {
     pub fn new(env: E, config: &SauteConfig) -> Result<Self> {
         let old = env.spec();
         old.check()?;
+        config.check()?;
+        // What is left grows by 1/g a step, and is shown as f32.
+        if -(old.horizon as f64) * config.discount.ln() > f64::from(f32::MAX).ln() - 10.0 {
+            let wanted = format!("one whose {}th power is not lost in f32", old.horizon);
+            return Err(Error::invalid("saute.discount", wanted, config.discount));
+        }
         let costs = costs(old);
         if costs.is_empty() {
             let what = format!("Saute of '{}'", old.name);
@@ -102,7 +108,7 @@ impl<E: Env> Saute<E> {
 }
 
 /// Whether a description is of a world that shows its budgets.
-pub(super) fn shows_budgets(spec: &EnvSpec) -> bool {
+pub(crate) fn shows_budgets(spec: &EnvSpec) -> bool {
     spec.name.ends_with(SUFFIX)
 }
 

@@ -296,7 +296,7 @@ fn gather(
 }
 
 fn check_epoch(learner: &mut Learner, wanted: &Json, signals: &[&str]) {
-    let mean = learner.mean_costs(learner.config.window).unwrap();
+    let mean = learner.mean_costs().unwrap();
     check("mean cost", &[mean[0] as f32], &wanted["mean_episode_cost"]);
     let rows = learner.epoch.finish(0.99, 0.95);
     let buffer = &wanted["buffer"];
@@ -372,4 +372,21 @@ fn deterministic_actions_are_means_and_move_nothing() {
     let mut values = [0.0; 2];
     learner.value(&[1.0, 2.0, 3.0, 4.0], &first, &mut values).unwrap();
     assert!(values.iter().all(|value| value.is_finite()));
+}
+
+#[test]
+fn an_update_without_what_it_needs_is_an_error() {
+    let rows =
+        Rows { log_prob: vec![0.0; 4], obs: vec![0.0; 4], action: vec![0.0; 4], ..Rows::default() };
+    let mut policy = Layers { layers: Vec::new(), log_std: vec![0.0] };
+    let mut update = |config: &Config, rows: &Rows| {
+        update(config, rows, &[], 1e-3, &mut policy, &mut [], &mut |_| {}).unwrap_err().to_string()
+    };
+    let config = Config::default();
+    assert_eq!(update(&config, &rows), "critics: wanted the reward's at least, got none");
+    let none = Config { batch: 0, ..config };
+    assert_eq!(update(&none, &rows), "batch: wanted at least 1, got 0");
+    let both = Config { natural: Some(NaturalStep::default()), ..Method::cup().config };
+    let error = update(&both, &rows);
+    assert_eq!(error, "second: wanted none beside a natural step, got one");
 }

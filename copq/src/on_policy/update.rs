@@ -54,10 +54,15 @@ impl Rows {
         (0..self.len()).map(row).collect()
     }
 
-    fn check(&self, signals: usize) -> Result<()> {
+    fn check(&self, signals: usize, actions: usize) -> Result<()> {
         if self.is_empty() {
             return Err(Error::invalid("rows of an epoch", "at least 1", 0));
         }
+        if !self.obs.len().is_multiple_of(self.len()) {
+            let wanted = format!("a multiple of the {} rows", self.len());
+            return Err(Error::invalid("observations of the rows", wanted, self.obs.len()));
+        }
+        check_len("actions of the rows", self.action.len(), self.len() * actions)?;
         check_len("signals of the advantages", self.advantages.len(), signals)?;
         check_len("signals of the targets", self.targets.len(), signals)?;
         for values in self.advantages.iter().chain(&self.targets) {
@@ -72,6 +77,8 @@ impl Rows {
 ///
 /// `multipliers` has one number for each critic of a cost, `critics` the reward's first. `shuffle`
 /// puts the rows' numbers into the order of a pass's minibatches.
+///
+/// Errors: settings that cannot be used, and lengths that do not fit.
 pub fn update(
     config: &Config,
     rows: &Rows,
@@ -81,8 +88,12 @@ pub fn update(
     critics: &mut [Box<dyn Value>],
     shuffle: &mut dyn FnMut(&mut [usize]),
 ) -> Result<Report> {
-    rows.check(critics.len())?;
-    check_len("multipliers", multipliers.len(), critics.len() - 1)?;
+    config.check()?;
+    let Some(costs) = critics.len().checked_sub(1) else {
+        return Err(Error::invalid("critics", "the reward's at least", "none"));
+    };
+    rows.check(critics.len(), policy.log_std().len())?;
+    check_len("multipliers", multipliers.len(), costs)?;
     if config.natural.is_some() {
         return natural(config, rows, multipliers, policy, critics, shuffle);
     }
