@@ -1,5 +1,6 @@
 //! `copq`, the program: trains, resumes, evaluates, draws and compares. `copq --help` teaches.
 
+mod bounds;
 mod doctor;
 mod evaluate;
 mod export;
@@ -8,6 +9,7 @@ mod lists;
 mod options;
 mod plot;
 mod recipe;
+mod report;
 mod resume;
 mod rollout;
 mod saved;
@@ -38,6 +40,8 @@ enum Command {
     Evaluate(evaluate::Evaluate),
     Rollout(rollout::Rollout),
     Plot(plot::Plot),
+    Report(report::Report),
+    Bounds(bounds::Bounds),
     Export(export::Export),
     Tasks(lists::Tasks),
     Methods(lists::Methods),
@@ -59,6 +63,8 @@ fn main() -> anyhow::Result<()> {
         Command::Evaluate(evaluate) => evaluate.run(),
         Command::Rollout(rollout) => rollout.run(),
         Command::Plot(plot) => plot.run(),
+        Command::Report(report) => report.run(),
+        Command::Bounds(bounds) => bounds.run(),
         Command::Export(export) => export.run(),
         Command::Tasks(tasks) => tasks.run(),
         Command::Methods(methods) => methods.run(),

@@ -33,11 +33,33 @@ pub fn count(text: &str) -> Result<usize, String> {
     positive(text).map(|number| number as usize)
 }
 
-/// A cost and its limit, as cost=25.
-pub fn limit(text: &str) -> Result<(String, f64), String> {
+/// A name and a number, as cost=25.
+pub fn number_of(text: &str) -> Result<(String, f64), String> {
     let parts = text.split_once('=').and_then(|(name, value)| Some((name, value.parse().ok()?)));
     match parts {
         Some((name, value)) => Ok((name.to_owned(), value)),
-        None => Err("wanted a cost's name and a number, such as cost=25".to_owned()),
+        None => Err("wanted a name and a number, such as cost=25".to_owned()),
+    }
+}
+
+/// A text as one word of a shell, in quotes where it needs them.
+pub fn quoted(text: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
+    if !text.is_empty() && text.chars().all(is_plain) {
+        return text.to_owned();
+    }
+    format!("'{}'", text.replace('\'', r"'\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    #[test]
+    fn a_quoted_text_is_one_word() {
+        assert_eq!(quoted("runs/a-s0"), "runs/a-s0");
+        assert_eq!(quoted("networks.hidden=[8, 8]"), "'networks.hidden=[8, 8]'");
+        assert_eq!(quoted("/a b/it's"), r"'/a b/it'\''s'");
+        assert_eq!(quoted(""), "''");
     }
 }

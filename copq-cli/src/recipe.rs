@@ -5,7 +5,7 @@ use std::path::Path;
 use copq::on_policy::{self, SauteConfig};
 use copq::{Agent, Config, Constraint, Ensemble, EnvSpec, Error, Learner, Method, Result};
 use copq_candle::Candle;
-use copq_experiments::{Plan, RunFolder, RunSettings, with_changes};
+use copq_experiments::{Plan, RunFolder, RunSettings, fingerprint, with_changes};
 
 /// What a run learns by.
 #[derive(Clone, Debug)]
@@ -83,6 +83,14 @@ impl Recipe {
         }
     }
 
+    /// A method of its family that holds costs.
+    pub fn constrained(&self) -> &'static str {
+        match self {
+            Self::OffPolicy(_) => "cop-cal",
+            Self::OnPolicy(_) => "cppo-pid",
+        }
+    }
+
     /// The budgets that its world must show, if any.
     pub fn saute(&self) -> Option<&SauteConfig> {
         match self {
@@ -100,7 +108,11 @@ impl Recipe {
                 check_name(&method.name, &method.config, &config)?;
                 method.config = config;
             }
-            Self::OnPolicy(method) => method.config = with_changes(&method.config, changes)?,
+            Self::OnPolicy(method) => {
+                let config = with_changes(&method.config, changes)?;
+                check_on_policy_name(&method.name, &method.config, &config)?;
+                method.config = config;
+            }
         }
         Ok(self)
     }
@@ -129,6 +141,22 @@ impl Recipe {
                 init.map_or(Ok(()), |file| learner.start_from(file))?;
                 Box::new(learner)
             }
+        })
+    }
+
+    /// What a run by it is, for telling runs apart.
+    pub fn fingerprint(&self, plan: &Plan) -> Result<String> {
+        match self {
+            Self::OffPolicy(method) => fingerprint(plan, &method.config),
+            Self::OnPolicy(method) => fingerprint(plan, &method.config),
+        }
+    }
+
+    /// Its settings, whatever they are.
+    pub fn settings(&self) -> anyhow::Result<toml::Table> {
+        Ok(match self {
+            Self::OffPolicy(method) => toml::Table::try_from(&method.config)?,
+            Self::OnPolicy(method) => toml::Table::try_from(&method.config)?,
         })
     }
 
@@ -201,6 +229,37 @@ fn check_name(name: &str, before: &Config, after: &Config) -> anyhow::Result<()>
     Ok(())
 }
 
+/// The same for on-policy methods.
+fn check_on_policy_name(
+    name: &str,
+    before: &on_policy::Config,
+    after: &on_policy::Config,
+) -> anyhow::Result<()> {
+    let constraint = |config: &on_policy::Config| {
+        config.constraint.map_or("none", |constraint| match constraint {
+            on_policy::Constraint::Pid(_) => "pid",
+            on_policy::Constraint::Adam(_) => "adam",
+        })
+    };
+    let is = |there: bool| if there { "one" } else { "none" };
+    let parts = |config: &on_policy::Config| {
+        [
+            ("constraint", constraint(config)),
+            ("natural", is(config.natural.is_some())),
+            ("second", is(config.second.is_some())),
+            ("saute", is(config.saute.is_some())),
+        ]
+    };
+    for ((key, before), (_, after)) in parts(before).into_iter().zip(parts(after)) {
+        anyhow::ensure!(
+            before == after,
+            "--set {key}: wanted {before} in {name}, got {after}; that is another method (copq \
+             methods)"
+        );
+    }
+    Ok(())
+}
+
 fn critics(ensemble: Ensemble) -> String {
     match ensemble {
         Ensemble::Spanning => "N + 1".to_owned(),
@@ -240,6 +299,7 @@ fn on_policy_constraint(config: &on_policy::Config) -> &'static str {
         _ if config.saute.is_some() => "a budget in sight",
         None => "nothing",
         Some(_) if config.second.is_some() => "a second step by a Lagrange multiplier",
+        Some(_) if config.natural.is_some() => "a Lagrange multiplier, natural steps",
         Some(on_policy::Constraint::Adam(_)) => "a Lagrange multiplier",
         Some(on_policy::Constraint::Pid(_)) => "a PID controller",
     }

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use crate::keeping::Keeping;
-use crate::options::positive;
+use crate::options::{note, positive};
+use crate::recipe::Recipe;
 use crate::saved;
 use crate::train::train;
 
@@ -15,7 +16,8 @@ pub struct Resume {
     /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
     run: PathBuf,
 
-    /// Environment steps to train for in all, not fewer than the run has. [default: the run's own]
+    /// Environment steps to train for in all, not fewer than the run has. A step size that has
+    /// fallen to its end stays there. [default: the run's own]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     steps: Option<u64>,
 
@@ -32,9 +34,16 @@ impl Resume {
     pub fn run(self) -> anyhow::Result<()> {
         let (mut plan, recipe) = saved::run(&self.run)?;
         plan.run.steps = self.steps.unwrap_or(plan.run.steps);
+        if let Recipe::OnPolicy(method) = &recipe
+            && let Some(steps) = method.config.anneal_steps
+            && steps < plan.run.steps
+        {
+            note(&format!("after step {steps} the policy's step size is the last, a small one"));
+        }
         self.keeping.over(&mut plan);
         let init = saved::init(&self.run, &plan)?;
         train(recipe, plan, init, |recipe, plan| {
+            saved::note_other_build(&self.run);
             let folder = recipe.resume(&self.run, plan)?;
             if self.previous {
                 folder.go_back()?;

@@ -1,7 +1,7 @@
 //! `copq rollout`: what a policy does, as an animated picture that needs no window and no graphics
 //! card.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use copq::on_policy::Saute;
 use copq::{Env, LimitedEnv, Outcome, Policy, Rng, Stream};
@@ -58,6 +58,13 @@ pub struct Rollout {
     /// Folder for the frames as PNG files, if you want them too.
     #[arg(long, value_name = "DIR")]
     png: Option<PathBuf>,
+}
+
+/// Films a few seconds of a run's policy, as rollout.gif in its folder.
+pub fn film(folder: &Path) -> anyhow::Result<()> {
+    let run = folder.to_owned();
+    let view = "side".to_owned();
+    Rollout { run, episodes: 1, seed: None, steps: 300, view, out: None, png: None }.run()
 }
 
 impl Rollout {

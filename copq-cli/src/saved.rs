@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use copq::on_policy::{self, SauteConfig};
 use copq::{ActorKind, Config, Env, EnvSpec, Error, Method, Networks, Policy, projection};
 use copq_candle::Candle;
-use copq_experiments::{Plan, read_checkpoint, read_config, read_plan};
+use copq_experiments::{MadeWith, Plan, read_checkpoint, read_config, read_plan};
 
+use crate::options::note;
 use crate::recipe::{Recipe, is_on_policy};
 use crate::world::make_env;
 
@@ -106,5 +107,16 @@ impl Learned {
         let checkpoint = read_checkpoint(folder)?;
         let agent = checkpoint.child("trainer")?.child("agent")?;
         Policy::load(agent, spec, &self.networks, self.kind, &Candle::default())
+    }
+}
+
+/// Says so if another build of the program began a run: its bits may not be this one's.
+pub fn note_other_build(folder: &Path) {
+    let Ok(config) = read_config::<toml::Table>(folder) else { return };
+    let now = MadeWith::here();
+    if config.made_with.build.is_some() && config.made_with.build != now.build {
+        let shown = folder.display();
+        let (then, now) = (config.made_with.version(), now.version());
+        note(&format!("{shown} was begun by {then} and goes on by {now}"));
     }
 }

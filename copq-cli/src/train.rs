@@ -7,7 +7,7 @@ use copq::{Ensemble, EnvSpec, Method, files, projection};
 use copq_experiments::{Ending, Plan, Run, RunFolder, RunSettings};
 
 use crate::keeping::Keeping;
-use crate::options::{count, limit, note, positive, say, whole};
+use crate::options::{count, note, number_of, positive, say, whole};
 use crate::recipe::Recipe;
 use crate::saved;
 use crate::world::make_env;
@@ -56,7 +56,7 @@ pub struct Train {
 
     /// Another limit of a cost than the task's own, such as cost=25: what an episode may cost; may be
     /// given several times.
-    #[arg(long, value_name = "COST=LIMIT", value_parser = limit)]
+    #[arg(long, value_name = "COST=LIMIT", value_parser = number_of)]
     limit: Vec<(String, f64)>,
 
     /// Physics engine: rapier (pure Rust, nothing to install), mujoco or system (your libmujoco).
@@ -250,7 +250,9 @@ pub fn train(
     // The worlds to learn in, and below another one to be evaluated in.
     let env = make_env(&plan, recipe.saute())?;
     check_task(&recipe, env.spec())?;
-    let agent = recipe.clone().agent(env.spec(), &plan, init.as_deref())?;
+    let mut agent = recipe.clone().agent(env.spec(), &plan, init.as_deref())?;
+    // Before so many worlds are made.
+    agent.prepare(plan.envs)?;
     let mut envs = vec![env];
     for _ in 1..plan.envs {
         envs.push(make_env(&plan, recipe.saute())?);
@@ -282,8 +284,9 @@ fn check_task(recipe: &Recipe, spec: &EnvSpec) -> anyhow::Result<()> {
         if !recipe.holds_costs() {
             let cost = &objective.name;
             let weight = objective.weight;
+            let other = recipe.constrained();
             note(&format!(
-                "nothing holds the {cost}'s limit here, its weight is {weight}; cop-cal holds it"
+                "nothing holds the {cost}'s limit here, its weight is {weight}; {other} holds it"
             ));
         }
     }

@@ -225,3 +225,71 @@ fn resume_lets_only_the_steps_grow() {
     let error = complaint(&format!("train --out {out}"));
     assert!(error.contains(&format!("go on with this run by copq resume {out}")), "{error}");
 }
+
+/// Several worlds take several steps at once, and pass the multiples of an interval: those rows are
+/// kept by a run that goes on.
+#[test]
+fn a_run_of_several_worlds_goes_on_to_the_same_bytes() {
+    let temporary = tempfile::tempdir().unwrap();
+    let at = |name: &str| temporary.path().join(name);
+    let train = |name: &str, steps: &str| {
+        let out = at(name);
+        let line = [
+            "train",
+            "ppo",
+            "--task",
+            "b/hopper",
+            "--envs",
+            "3",
+            "--steps",
+            steps,
+            "--eval-every",
+            "50",
+            "--eval-episodes",
+            "1",
+            "--log-every",
+            "20",
+            "--checkpoint-every",
+            "70",
+            "--set",
+            "steps_per_epoch=60",
+            "--set",
+            "networks.hidden=[8,8]",
+            "--set",
+            "anneal_steps=none",
+            "--out",
+            out.to_str().unwrap(),
+        ];
+        run(&line);
+    };
+    train("whole", "300");
+    // Both ends are off the intervals, and so is the checkpoint.
+    train("half", "150");
+    run(&["resume", at("half").to_str().unwrap(), "--steps", "300"]);
+    for name in ["metrics.csv", "evaluations.csv", "checkpoint.safetensors"] {
+        let bytes = |run: &str| std::fs::read(at(run).join(name)).unwrap();
+        assert!(bytes("whole") == bytes("half"), "{name}");
+    }
+    let rows = std::fs::read_to_string(at("whole").join("evaluations.csv")).unwrap();
+    let steps: Vec<&str> = rows.lines().skip(1).filter_map(|row| row.split(',').next()).collect();
+    assert_eq!(steps, ["0", "51", "102", "150", "201", "252", "300"]);
+}
+
+#[test]
+fn settings_do_not_make_another_on_policy_method() {
+    for (line, wanted) in [
+        ("ppo-lag --set constraint=none", "--set constraint: wanted adam in ppo-lag, got none"),
+        ("rcpo --set natural=none", "--set natural: wanted one in rcpo, got none"),
+        ("rcpo --set second.passes=40", "--set second: wanted none in rcpo, got one"),
+        ("ppo-saute --set saute=none", "--set saute: wanted one in ppo-saute, got none"),
+        ("ppo-saute --set saute.discount=0.5", "whose 1000th power is not lost in f32"),
+        ("ppo --set anneal_steps=0", "anneal_steps: wanted at least 1"),
+        ("ppo-lag --set constraint.adam.lr=-1", "constraint.lr: wanted"),
+        ("td3 --task gym/hopper --envs 100000", "wanted 1, got 100000"),
+    ] {
+        let out = tempfile::tempdir().unwrap();
+        let line = format!("train {line} --out {}", out.path().join("run").display());
+        let said = complaint(&line);
+        assert!(said.contains(wanted), "{line}: {said}");
+    }
+}

@@ -59,7 +59,11 @@ set = ["steps_per_epoch=64"]
     );
     let plan = text(&sweep(folder, &["plan", "tiny.toml"]).output().unwrap());
     assert_eq!(plan.lines().count(), 4, "{plan}");
-    assert!(plan.contains("copq train --bound cholesky --checkpoint-every 40"), "{plan}");
+    // What adds up does, wherever it stands.
+    let whole = "copq train --bound cholesky --checkpoint-every 40 --eval-episodes 1 --eval-every 60 \
+        --log-every 20 --seed 0 --set 'networks.hidden=[8,8]' --set batch=8 --set start_steps=40 \
+        --steps 90\n";
+    assert!(plan.contains(whole), "{plan}");
     let output = sweep(folder, &["run", "tiny.toml", "--jobs", "2"]).output().unwrap();
     assert!(output.status.success(), "{}", text(&output));
     let status = text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
@@ -68,11 +72,11 @@ set = ["steps_per_epoch=64"]
     assert!(text(&again).starts_with("4 runs, 4 of them done"), "{}", text(&again));
     // The second run's line of the plan, typed by hand, leaves the same bytes.
     let line = plan.lines().nth(1).unwrap();
-    let mut words = line.split_whitespace().skip(1);
-    let run = folder.join(words.next().unwrap());
-    let by_hand = Command::new(env!("CARGO_BIN_EXE_copq"))
-        .args(words.skip(1))
-        .args(["--out", "by-hand"])
+    let run = folder.join(line.split_whitespace().nth(1).unwrap());
+    let (_, command) = line.split_once("copq train").unwrap();
+    let by_hand = Command::new("sh")
+        .args(["-c", &format!("exec \"$0\" train {command} --out by-hand")])
+        .arg(env!("CARGO_BIN_EXE_copq"))
         .current_dir(folder)
         .output()
         .unwrap();
@@ -91,7 +95,7 @@ fn a_stopped_sweep_goes_on_to_the_same_bytes() {
         std::fs::create_dir(&folder).unwrap();
         write(
             &folder,
-            "[grid]\nseed = [0, 1]\nsteps = [400]\nset = [\"batch=8\"]\n[[arm]]\nset = [\"start_steps=40\"]\n",
+            "[grid]\nseed = [0, 1]\nsteps = [1500]\nset = [\"batch=8\"]\n[[arm]]\nset = [\"start_steps=40\"]\n",
         );
         let mut child = sweep(&folder, &["run", "tiny.toml", "--jobs", "2"])
             .stdout(Stdio::null())
@@ -137,8 +141,14 @@ fn mistakes_are_told_before_and_failures_after() {
         ("", "wanted one run at least"),
         ("[grid]\nmethd = [\"td3\"]", "unexpected argument '--methd'"),
         ("[grid]\nmethod = [\"td4\"]", "invalid value 'td4'"),
+        ("[grid]\nmethod = [\"td4\"]", "[possible values: cop-td3,"),
         ("[grid]\nseed = [1, 1]", "wanted each run once"),
+        ("[grid]\nsteps = [1, 2]", "give each variant that differs in steps"),
         ("[grid]\nout = [\"a\"]", "wanted it for the whole sweep"),
+        ("[grid]\nlike = [\"a\"]", "like: wanted options one by one"),
+        ("exclude = [{}]\n[grid]\nseed = [1]", "exclude: wanted options that some run has"),
+        ("exclude = [{ sed = 1 }]\n[grid]\nseed = [1]", "got { sed = 1 }"),
+        ("[grid]\nseed = [1]\n[[arm]]\nname = \"../a\"", "name of an arm: wanted plain"),
     ] {
         std::fs::write(folder.join("bad.toml"), text_of_file).unwrap();
         let output = sweep(folder, &["plan", "bad.toml"]).output().unwrap();
@@ -150,4 +160,127 @@ fn mistakes_are_told_before_and_failures_after() {
     let words = text(&output);
     assert!(!output.status.success(), "{words}");
     assert!(words.contains("failed: ") && words.contains("a task with a cost"), "{words}");
+    let status = text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
+    assert!(status.contains("| failed |") && status.contains("a task with a cost"), "{status}");
+}
+
+#[test]
+fn what_is_done_is_done_for_the_file_as_it_is() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let of = |steps: u64, seed: u64| {
+        write(
+            folder,
+            &format!("[grid]\nseed = [{seed}]\nsteps = [{steps}]\nset = [\"start_steps=5000\"]\n"),
+        );
+    };
+    let run = || {
+        let output = sweep(folder, &["run", "tiny.toml"]).output().unwrap();
+        (output.status.code(), text(&output))
+    };
+    of(60, 0);
+    assert_eq!(run().0, Some(0));
+    // More steps: it goes on.
+    of(120, 0);
+    let status = text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
+    assert!(status.contains("| changed | 60 | 120 |"), "{status}");
+    assert_eq!(run().0, Some(0));
+    let status = text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
+    assert!(status.contains("| done | 120 | 120 |"), "{status}");
+    // Fewer: what is wrong is said, by the pool and later.
+    of(60, 0);
+    let (code, words) = run();
+    assert!(code == Some(1) && words.contains("wanted at least its 120, got 60"), "{words}");
+    let status = text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
+    assert!(status.contains("| changed |") && status.contains("other settings"), "{status}");
+    // A file that has changed since its pool began trains nothing by mistake.
+    let task = sweep(folder, &["task", "tiny.toml", "--task", "0", "--expect", "abc"]).output();
+    assert!(text(&task.unwrap()).contains("has changed since this sweep was begun"));
+}
+
+/// Two pools of one sweep share its runs, and each run is trained once.
+#[cfg(unix)]
+#[test]
+fn two_pools_do_no_harm() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    write(folder, "[grid]\nseed = [0, 1, 2, 3]\nsteps = [300]\nset = [\"start_steps=5000\"]\n");
+    let pool = || {
+        let mut command = sweep(folder, &["run", "tiny.toml", "--jobs", "2"]);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    };
+    let pools = [pool(), pool()];
+    for pool in pools {
+        let output = pool.wait_with_output().unwrap();
+        let words = text(&output);
+        assert!(matches!(output.status.code(), Some(0 | 75)), "{words}");
+        assert!(!words.contains("failed:"), "{words}");
+    }
+    let status = text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
+    assert_eq!(status.matches("| done | 300 | 300 |").count(), 4, "{status}");
+    let leftovers = std::fs::read_dir(folder.join("runs/tiny")).unwrap().flatten();
+    let leftovers = leftovers.filter(|entry| entry.path().extension().is_some_and(|e| e == "err"));
+    assert_eq!(leftovers.count(), 0);
+}
+
+/// One run that another process is at, and one that is told to save.
+#[cfg(unix)]
+#[test]
+fn a_task_says_by_its_code_what_has_become_of_it() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    write(folder, "[grid]\nseed = [0]\nsteps = [400000]\nset = [\"start_steps=500000\"]\n");
+    let task = || sweep(folder, &["task", "tiny.toml", "--task", "0"]);
+    let mut first = task().stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let begun = Instant::now();
+    let has_begun = || {
+        let status = text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
+        status.contains("| running |")
+    };
+    while !has_begun() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "it does not begin");
+    }
+    let second = task().output().unwrap();
+    assert_eq!(second.status.code(), Some(73));
+    let who = format!("process {} on ", first.id());
+    assert!(text(&second).contains(&who), "{}", text(&second));
+    let id = first.id().to_string();
+    assert!(Command::new("kill").args(["-USR1", &id]).status().unwrap().success());
+    assert_eq!(first.wait().unwrap().code(), Some(75));
+    let status = text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
+    assert!(status.contains("| stopped |"), "{status}");
+}
+
+#[test]
+fn what_is_submitted_is_written_down() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    write(folder, "out = \"a b\"\n[grid]\nseed = [0, 1, 2]\nsteps = [60]\n");
+    let submit = |arguments: &[&str]| {
+        let output = sweep(folder, &[&["submit", "tiny.toml"], arguments].concat()).output();
+        text(&output.unwrap())
+    };
+    let slurm = submit(&["--dry-run", "--partition", "gpu", "--sbatch=--nice", "--at-once", "2"]);
+    assert!(slurm.contains("sbatch --array=0-2%2 '"), "{slurm}");
+    let script = String::from_utf8(file(folder, "a b/submit/runs.sbatch")).unwrap();
+    for line in ["#SBATCH --partition=gpu\n", "#SBATCH --nice\n", "a b/submit/sweep.toml' --task"] {
+        assert!(script.contains(line), "{script}");
+    }
+    assert!(
+        Command::new("bash")
+            .args(["-n", "a b/submit/runs.sbatch"])
+            .current_dir(folder)
+            .status()
+            .unwrap()
+            .success()
+    );
+    // Its file means the same runs, wherever it is read.
+    let plan = text(&sweep(folder, &["plan", "a b/submit/sweep.toml"]).output().unwrap());
+    assert!(plan.contains("/a b/cop-td3-a-hopper") && plan.lines().count() == 3, "{plan}");
+    // A list for GNU parallel is one that any shell can run.
+    let parallel = submit(&["--engine", "parallel"]);
+    assert!(parallel.contains("--resume-failed"), "{parallel}");
+    let run = Command::new("sh").arg("a b/submit/runs.txt").current_dir(folder).output().unwrap();
+    assert!(run.status.success(), "{}", text(&run));
+    assert!(submit(&["--dry-run"]).starts_with("2 of 3 runs are not done"), "exec ends the list");
 }

@@ -1,6 +1,7 @@
 //! `config.toml`: everything needed to repeat a run.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
 use copq::{Error, Result, files};
 use serde::de::DeserializeOwned;
@@ -55,6 +56,9 @@ pub struct MadeWith {
     pub system: String,
     /// The processor; it decides how long a run takes, not its bits.
     pub processor: String,
+    /// The program's own checksum: equal ones are the same build.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub build: Option<String>,
 }
 
 impl MadeWith {
@@ -66,9 +70,24 @@ impl MadeWith {
             rustc: env!("COPQ_RUSTC").to_owned(),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             processor: processor().unwrap_or_else(|| "unknown".to_owned()),
+            build: BUILD.clone(),
         }
     }
+
+    /// The program in a few words: `copq 0.1.0 (build 1a2b3c4d)`.
+    pub fn version(&self) -> String {
+        let build = self.build.as_ref().map_or(String::new(), |build| format!(" (build {build})"));
+        format!("copq {}{build}", self.copq)
+    }
 }
+
+/// CRC-32C of the program's file, read once.
+static BUILD: LazyLock<Option<String>> = LazyLock::new(|| {
+    // Linux knows the file even if another has taken its place.
+    let file = std::fs::read("/proc/self/exe");
+    let file = file.or_else(|_| std::fs::read(std::env::current_exe()?)).ok()?;
+    Some(format!("{:08x}", crc32c::crc32c(&file)))
+});
 
 fn command() -> Vec<String> {
     let mut args = std::env::args_os();
@@ -184,6 +203,18 @@ fn parse_value(text: &str, old: Option<&toml::Value>) -> toml::Value {
         (Some(integer), Some(toml::Value::Float(_))) => toml::Value::Float(integer as f64),
         _ => value,
     }
+}
+
+/// A learner's settings with the defaults of those that its run did not know yet; other settings as
+/// they are.
+pub(crate) fn complete(settings: &toml::Table) -> toml::Table {
+    fn of<S: Serialize + DeserializeOwned>(settings: &toml::Table) -> Option<toml::Table> {
+        let learner: S = settings.clone().try_into().ok()?;
+        toml::Table::try_from(learner).ok()
+    }
+    let completed =
+        of::<copq::Config>(settings).or_else(|| of::<copq::on_policy::Config>(settings));
+    completed.unwrap_or_else(|| settings.clone())
 }
 
 /// The first key at which two values differ, with both sides.
@@ -321,6 +352,15 @@ mod tests {
             let settings = copq::Method::by_name(name).unwrap().config;
             let text = toml::to_string(&settings).unwrap();
             assert_eq!(toml::from_str::<copq::Config>(&text).unwrap(), settings, "{name}");
+        }
+        for name in copq::on_policy::Method::names() {
+            let mut settings = copq::on_policy::Method::by_name(name).unwrap().config;
+            for anneal_steps in [settings.anneal_steps, None] {
+                settings.anneal_steps = anneal_steps;
+                let text = toml::to_string(&settings).unwrap();
+                let read: copq::on_policy::Config = toml::from_str(&text).unwrap();
+                assert_eq!(read, settings, "{name}");
+            }
         }
     }
 }

@@ -72,5 +72,7 @@ pub(crate) fn go_back_command(folder: &Path) -> String {
 
 fn is_copq() -> bool {
     let program = std::env::current_exe().unwrap_or_default();
-    program.file_stem().is_some_and(|name| name == "copq")
+    // As Linux calls a file in whose place another has come.
+    let names = ["copq", "copq (deleted)"];
+    program.file_stem().is_some_and(|name| names.iter().any(|known| name == *known))
 }

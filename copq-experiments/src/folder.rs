@@ -1,15 +1,20 @@
 //! A run's folder: made once, never overwritten, written by one process at a time.
 
 use std::fs::{self, File, TryLockError};
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::Duration;
 
 use copq::{Error, Result, State};
+use gethostname::gethostname;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::checkpoints::Checkpoints;
 use crate::config::{self, MadeWith, RunConfig};
 use crate::ending::resume_command;
+use crate::fingerprint::fingerprint;
 use crate::plan::Plan;
 use copq::files;
 
@@ -28,6 +33,7 @@ use copq::files;
 /// | `checkpoint.safetensors` | everything needed to go on |
 /// | `checkpoint.1.safetensors` | the checkpoint before that; as many as [`RunSettings::keep`](crate::RunSettings) says |
 /// | `log.txt` | what the run said on the screen |
+/// | `DONE` | written last, when all steps are done: the run's [`fingerprint`](crate::fingerprint()) |
 ///
 /// Columns of `metrics.csv`, NAME being an objective's; all but the first three are of the updates'
 /// batches:
@@ -60,9 +66,9 @@ use copq::files;
 /// |---|---|
 /// | `policy/kl`, `policy/passes` | KL(old \|\| new) after the last pass (the natural step), summed over action components; passes done |
 /// | `policy/second_kl`, `policy/second_passes` | the same of CUP's second step, from where the first had led |
-/// | `policy/clip_share` | share of the rows whose ratio was cut in the last pass |
+/// | `policy/clip_share` | share of the rows whose ratio was cut in the last pass (of clipped steps) |
 /// | `policy/entropy`, `policy/std` | mean over action components of the Gaussian's entropy and deviation |
-/// | `policy/lr` | the policy's step size |
+/// | `policy/lr` | the policy's step size (of clipped steps) |
 /// | `critic_loss/SIGNAL` | mean squared distance from the targets in the last pass |
 /// | `explained_variance/SIGNAL` | share of the targets' variance that the critic had told beforehand |
 /// | `advantage_std/SIGNAL` | deviation of the advantages, in the signal's unit |
@@ -98,6 +104,7 @@ use copq::files;
 pub struct RunFolder {
     path: PathBuf,
     checkpoints: Checkpoints,
+    fingerprint: String,
     // Held for as long as the run writes; the system lets go of it when the process ends, however
     // it ends.
     _lock: File,
@@ -120,8 +127,10 @@ impl RunFolder {
         }
         let is_new = !path.exists();
         fs::create_dir_all(&path).map_err(files::failed("making", &path))?;
+        let fingerprint = fingerprint(plan, settings)?;
         let lock = begin(&path, &config, is_new)?;
-        Ok(Self { _lock: lock, checkpoints: Checkpoints::new(&path, &plan.run), path })
+        let checkpoints = Checkpoints::new(&path, &plan.run);
+        Ok(Self { _lock: lock, checkpoints, fingerprint, path })
     }
 
     /// Reopens a folder to go on with its run.
@@ -136,7 +145,8 @@ impl RunFolder {
         let path = path.into();
         read_config::<toml::Table>(&path)?;
         let checkpoints = Checkpoints::new(&path, &plan.run);
-        let folder = Self { _lock: lock(&path)?, path, checkpoints };
+        let fingerprint = fingerprint(plan, settings)?;
+        let folder = Self { _lock: lock(&path)?, path, checkpoints, fingerprint };
         let file = folder.file("config.toml");
         let mut saved: RunConfig<S> = config::read(&file)?;
         config::check_same(&file, "settings", &saved.settings, settings)?;
@@ -145,7 +155,13 @@ impl RunFolder {
             saved.plan = plan.clone();
             config::write(&file, &saved)?;
         }
-        Ok(folder)
+        // Its last rows may be written anew.
+        match fs::remove_file(folder.file(DONE)) {
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                Err(files::failed("removing", &folder.file(DONE))(error))
+            }
+            _ => Ok(folder),
+        }
     }
 
     /// The folder's path.
@@ -170,11 +186,23 @@ impl RunFolder {
         self.checkpoints.load()
     }
 
+    /// Says that nothing is left to do, by the file `DONE` with the run's
+    /// [`fingerprint`](crate::fingerprint()).
+    pub(crate) fn finish(&self) -> Result<()> {
+        files::replace(&self.file(DONE), format!("{}\n", self.fingerprint).as_bytes())
+    }
+
     /// Goes back to the checkpoint before the last one, which stays as
     /// `checkpoint.damaged.safetensors`.
     pub fn go_back(&self) -> Result<()> {
         self.checkpoints.go_back()
     }
+}
+
+/// What a run's folder says it has done: the [`fingerprint`](crate::fingerprint()) of the run that
+/// has all its steps, or nothing.
+pub fn read_done(path: &Path) -> Option<String> {
+    Some(fs::read_to_string(path.join(DONE)).ok()?.trim().to_owned())
 }
 
 /// The plan of the run in a folder.
@@ -206,8 +234,14 @@ pub fn read_checkpoint(path: &Path) -> Result<State> {
     State::read_file(&file)
 }
 
+/// Written last by a run that has all its steps.
+const DONE: &str = "DONE";
+
 /// Held open and locked by the process that writes.
 const LOCK: &str = ".lock";
+/// One who only looks holds a lock for a moment; it is waited for so often, so long.
+const LOOKS: usize = 10;
+const LOOK: Duration = Duration::from_millis(20);
 
 /// Whether anything but what a killed start or a new disk leaves is at a path.
 fn is_taken(path: &Path) -> bool {
@@ -253,21 +287,60 @@ fn taken(path: &Path) -> Error {
 
 fn lock(path: &Path) -> Result<File> {
     let file = path.join(LOCK);
-    let lock = File::create(&file).map_err(files::failed("making", &file))?;
-    match lock.try_lock() {
-        Err(TryLockError::WouldBlock) => {
-            let what = format!("run folder '{}'", path.display());
-            Err(Error::invalid(what, "one that no other process writes to", "one in use"))
+    // Never emptied by one who has not got it: it says who has.
+    let opened = File::options().create(true).truncate(false).write(true).open(&file);
+    let mut lock = opened.map_err(files::failed("making", &file))?;
+    let mut locked = lock.try_lock();
+    for _ in 0..LOOKS {
+        if !matches!(locked, Err(TryLockError::WouldBlock)) {
+            break;
         }
-        // Some network drives know no locks; then the user has to take care.
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(lock),
+        sleep(LOOK);
+        locked = lock.try_lock();
+    }
+    // Some network drives know no locks; then the user has to take care.
+    if matches!(locked, Err(TryLockError::WouldBlock)) {
+        let what = format!("run folder '{}'", path.display());
+        let got = format!("one in use by {}", holder(path));
+        return Err(Error::invalid(what, "one that no other process writes to", got));
+    }
+    // For people only, so a full disk is no reason to stop.
+    let name = format!("process {} on {}\n", std::process::id(), gethostname().display());
+    lock.set_len(0).and_then(|()| lock.write_all(name.as_bytes())).unwrap_or_default();
+    Ok(lock)
+}
+
+/// Who writes to a run's folder now, as `process 4711 on node3`; nobody if none does. The system
+/// lets go of a lock when its process ends, however it ends, so that none is ever stale.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("first");
+/// use copq::Method;
+/// use copq_experiments::{Plan, RunFolder, held_by};
+///
+/// let method = Method::cop_td3();
+/// let folder = RunFolder::create(&path, &Plan::new(&method), &method.config)?;
+/// assert!(held_by(&path).is_some_and(|who| who.starts_with("process ")));
+/// drop(folder);
+/// assert_eq!(held_by(&path), None);
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub fn held_by(path: &Path) -> Option<String> {
+    let lock = File::open(path.join(LOCK)).ok()?;
+    // Shared, so that two who only look do not see each other.
+    match lock.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => Some(holder(path)),
+        Ok(()) | Err(TryLockError::Error(_)) => None,
     }
 }
 
-/// Whether a process writes to a run's folder now.
-pub fn is_in_use(path: &Path) -> bool {
-    let lock = File::open(path.join(LOCK)).map(|file| file.try_lock());
-    matches!(lock, Ok(Err(TryLockError::WouldBlock)))
+/// Who wrote into a lock last.
+fn holder(path: &Path) -> String {
+    match fs::read_to_string(path.join(LOCK)).unwrap_or_default().trim() {
+        "" => "another process".to_owned(),
+        name => name.to_owned(),
+    }
 }
 
 fn check_plan(path: &Path, saved: &Plan, now: &Plan) -> Result<()> {
@@ -280,9 +353,10 @@ fn check_plan(path: &Path, saved: &Plan, now: &Plan) -> Result<()> {
             now.run.steps,
         ));
     }
-    let mut same = now.clone();
-    (same.run.steps, same.threads) = (saved.run.steps, saved.threads);
-    (same.run.keep, same.run.replay) = (saved.run.keep, saved.run.replay);
-    same.run.on_env_error = saved.run.on_env_error;
-    config::check_same(&path.join("config.toml"), "plan", saved, &same)
+    let same = |plan: &Plan| {
+        let mut plan = plan.without_keeping();
+        plan.run.steps = 1;
+        plan
+    };
+    config::check_same(&path.join("config.toml"), "plan", &same(saved), &same(now))
 }

@@ -215,6 +215,15 @@ impl Plan {
         self.run.check()
     }
 
+    /// The same with everything as usual that changes no number of a run: how it is kept, and on how
+    /// many threads it works.
+    pub(crate) fn without_keeping(&self) -> Self {
+        let RunSettings { keep, replay, on_env_error, checkpoint_every, .. } =
+            RunSettings::default();
+        let run = RunSettings { keep, replay, on_env_error, checkpoint_every, ..self.run };
+        Self { threads: 1, run, ..self.clone() }
+    }
+
     /// Whether two runs differ in nothing but seed, length and cadence.
     pub(crate) fn is_seed_of(&self, other: &Self) -> bool {
         let plain = |plan: &Self| Self { threads: 1, run: RunSettings::default(), ..plan.clone() };

@@ -37,8 +37,8 @@ impl Progress {
     pub(crate) fn new(step: u64, steps: u64, log: &Path) -> Self {
         let log = File::options().create(true).append(true).open(log).ok();
         if !std::io::stderr().is_terminal() {
-            let lines =
-                Lines { steps, printed: Instant::now(), since: Instant::now(), last_step: step };
+            let now = Instant::now();
+            let lines = Lines { steps, printed: now, since: now, last_step: step, looked: step };
             return Self { shown: Shown::Lines(lines), log };
         }
         let bar = ProgressBar::new(steps).with_position(step);
@@ -120,12 +120,18 @@ pub(crate) struct Lines {
     /// When, and at which step, the speed was last told.
     since: Instant,
     last_step: u64,
+    /// The step of the last look at the clock.
+    looked: u64,
 }
 
 impl Lines {
     fn step(&mut self, step: u64) {
         // A look at the clock costs as much as a small environment's step.
-        if !step.is_multiple_of(256) || self.printed.elapsed() < SILENCE {
+        if step / 256 == self.looked / 256 {
+            return;
+        }
+        self.looked = step;
+        if self.printed.elapsed() < SILENCE {
             return;
         }
         let rate = (step - self.last_step) as f64 / self.since.elapsed().as_secs_f64();

@@ -1,7 +1,7 @@
 //! What a run writes down as it goes: the rows of its tables, TensorBoard's events, and which
 //! evaluation was the best.
 
-use copq::{EnvSpec, Error, Evaluation, Result, State, Timing};
+use copq::{EnvSpec, Error, Evaluation, Result, State, Timing, Trainer};
 
 use crate::best::Best;
 use crate::evaluations::{self, Evaluations};
@@ -27,24 +27,41 @@ pub(crate) struct Records {
     events: EventFile,
     best: Best,
     settings: RunSettings,
+    pub pace: Pace,
+}
+
+/// How many steps a trainer takes at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pace {
+    pub worlds: u64,
+}
+
+impl Pace {
+    /// Whether a step is the first one at or after a multiple of an interval.
+    pub(crate) fn is_due(self, step: u64, every: u64) -> bool {
+        let Some(after) = step.checked_rem(every) else { return step == 0 };
+        after == 0 || (after < self.worlds && step >= every)
+    }
 }
 
 impl Records {
-    /// Opens or makes the files, and drops the rows that a run which goes on from `saved`, at this
-    /// step, will write again.
+    /// Opens or makes the files, and drops the rows that a run which goes on from `saved`, where its
+    /// trainer stands, will write again.
     pub(crate) fn open(
         folder: &RunFolder,
         settings: &RunSettings,
         saved: Option<&State>,
-        step: u64,
-        spec: &EnvSpec,
+        trainer: &Trainer,
     ) -> Result<Self> {
         if saved.is_none() {
             check_not_begun(folder, settings)?;
         }
+        let step = trainer.steps();
+        let spec = trainer.spec();
+        let pace = Pace { worlds: trainer.worlds() as u64 };
         let table = |name: &str, every: u64| {
             // Off its interval, a row was the last one of a shorter run.
-            let keep = |row: u64| row <= step && row.is_multiple_of(every);
+            let keep = |row: u64| row <= step && pace.is_due(row, every);
             Table::open(&folder.file(name), rows_of(saved, name), keep)
         };
         let mut metrics = Metrics::of(table(METRICS, settings.log_every)?);
@@ -63,6 +80,7 @@ impl Records {
             events: EventFile::create(folder.path(), step)?,
             best: Best::of_rows(&rows, spec),
             settings: *settings,
+            pace,
         })
     }
 
@@ -94,17 +112,27 @@ impl Records {
     /// checkpoint that will not write them again.
     pub(crate) fn save(&self, state: &mut State) -> Result<()> {
         self.metrics.save(state.child_mut("metrics"));
-        let Self { metrics, evaluations, timings, settings, .. } = self;
+        self.sync()?;
         let rows = state.child_mut("rows");
-        for (name, table, every) in [
+        for (name, table, every) in self.tables() {
+            rows.put(name, [table.rows(|step| self.pace.is_due(step, every))]);
+        }
+        Ok(())
+    }
+
+    /// Makes the rows durable.
+    pub(crate) fn sync(&self) -> Result<()> {
+        self.tables().into_iter().try_for_each(|(_, table, _)| table.sync())
+    }
+
+    /// The tables, each with its name and its interval.
+    fn tables(&self) -> [(&str, &Table, u64); 3] {
+        let Self { metrics, evaluations, timings, settings, .. } = self;
+        [
             (METRICS, metrics.table(), settings.log_every),
             (EVALUATIONS, evaluations.table(), settings.eval_every),
             (TIMINGS, timings.table(), settings.log_every),
-        ] {
-            table.sync()?;
-            rows.put(name, [table.rows(every)]);
-        }
-        Ok(())
+        ]
     }
 }
 
@@ -135,5 +163,22 @@ fn check_not_begun(folder: &RunFolder, settings: &RunSettings) -> Result<()> {
             ))
         }
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Pace;
+
+    #[test]
+    fn several_worlds_are_due_when_they_have_passed() {
+        let due = |worlds: u64, every: u64| -> Vec<u64> {
+            let steps = (0..=30).map(|i| i * worlds).take_while(|&step| step <= 30);
+            steps.filter(|&step| Pace { worlds }.is_due(step, every)).collect()
+        };
+        assert_eq!(due(1, 10), [0, 10, 20, 30]);
+        assert_eq!(due(4, 10), [0, 12, 20]);
+        assert_eq!(due(16, 10), [0, 16]);
+        assert_eq!(due(3, 0), [0]);
     }
 }

@@ -99,7 +99,7 @@ impl Run {
         }
         let step = trainer.steps();
         Ok(Self {
-            records: Records::open(&folder, &settings, saved.as_ref(), step, trainer.spec())?,
+            records: Records::open(&folder, &settings, saved.as_ref(), &trainer)?,
             progress: Progress::new(step, settings.steps, &folder.file("log.txt")),
             first_step: step,
             saved_step: saved.is_some().then_some(step),
@@ -129,7 +129,7 @@ impl Run {
         &self.folder
     }
 
-    /// Trains to the last step, or until SIGINT, SIGTERM or SIGHUP asks to stop.
+    /// Trains to the last step, or until SIGINT, SIGTERM, SIGHUP or SIGUSR1 asks to stop.
     pub fn train(&mut self) -> Result<Ending> {
         let trained = self.train_to_the_end();
         if let Err(error) = &trained {
@@ -170,11 +170,13 @@ impl Run {
 
     fn step(&mut self, stop: &Stop) -> Result<()> {
         let before = self.trainer.steps();
-        let episodes = match self.trainer.step(&mut self.records.metrics) {
-            Err(error) if self.trainer.world_failed() => return self.world_failed(error),
-            stepped => stepped?,
+        let stepped = self.trainer.step(&mut self.records.metrics);
+        let (episodes, failure) = match stepped {
+            Err(error) if self.trainer.world_failed() => {
+                (self.trainer.cut_short().to_vec(), Some(error))
+            }
+            stepped => (stepped?, None),
         };
-        self.env_errors_in_a_row = 0;
         let step = self.trainer.steps();
         self.progress.step(step);
         for warning in self.records.metrics.take_warnings() {
@@ -187,8 +189,13 @@ impl Run {
         }
         // Several worlds take several steps at once.
         let has_passed = |every: u64| step / every > before / every;
+        self.env_errors += u64::from(failure.is_some());
         if has_passed(self.settings.log_every) {
             self.log()?;
+        }
+        match failure {
+            None => self.env_errors_in_a_row = 0,
+            Some(error) => self.world_failed(error)?,
         }
         if self.settings.eval_every > 0 && has_passed(self.settings.eval_every) {
             self.evaluate(stop)?;
@@ -201,14 +208,8 @@ impl Run {
 
     /// The episode is over where it was; the run ends here, saved, or goes on with the next one.
     fn world_failed(&mut self, error: Error) -> Result<()> {
-        self.env_errors += 1;
         self.env_errors_in_a_row += 1;
-        let step = self.trainer.steps();
-        let episode = self.trainer.episode();
-        if episode.length > 0 {
-            self.records.metrics.episode(step, episode, self.trainer.spec());
-        }
-        let step = grouped(step);
+        let step = grouped(self.trainer.steps());
         let goes_on = self.settings.on_env_error == OnEnvError::Reset;
         if goes_on && self.env_errors_in_a_row < PATIENCE {
             let text = format!("after step {step}: {error}; the episode counts as truncated");
@@ -239,7 +240,7 @@ impl Run {
     fn is_evaluation_due(&self) -> bool {
         let step = self.trainer.steps();
         self.settings.eval_every > 0
-            && step.is_multiple_of(self.settings.eval_every)
+            && self.records.pace.is_due(step, self.settings.eval_every)
             && self.records.evaluations.table().last() != Some(step)
     }
 
@@ -333,6 +334,9 @@ impl Run {
         if stop.is_asked() && !is_evaluated(self) {
             return Ok(Ending::Interrupted { step, folder });
         }
+        // Last of all, while nobody else can write here.
+        self.records.sync()?;
+        self.folder.finish()?;
         Ok(Ending::Finished { folder })
     }
 

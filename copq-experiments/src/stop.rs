@@ -1,4 +1,5 @@
-//! Ctrl-C, `kill` and a closed terminal as a flag that the training loop looks at between two steps.
+//! Ctrl-C, `kill`, a closed terminal and a cluster's warning as a flag that the training loop looks
+//! at between two steps.
 
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use copq::{Error, Result};
 #[cfg(unix)]
-use signal_hook::consts::SIGHUP;
+use signal_hook::consts::{SIGHUP, SIGUSR1};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -23,13 +24,26 @@ struct Flags {
 /// The handlers' flags, once there are handlers, and how many runs train.
 static RUNNING: Mutex<(Option<Flags>, usize)> = Mutex::new((None, 0));
 
-/// Catches SIGINT, SIGTERM and SIGHUP for as long as it lives; a second SIGINT ends the process at
-/// once. (The others may come twice by themselves: from a terminal's shell and from the terminal.) A
-/// signal that the process was told to ignore, as by `nohup`, stays ignored.
-pub(crate) struct Stop(Flags);
+/// Catches SIGINT, SIGTERM, SIGHUP and SIGUSR1 (with which Slurm warns before a limit) for as long as
+/// it lives; a second SIGINT ends the process at once. (The others may come twice by themselves: from
+/// a terminal's shell and from the terminal.) A signal that the process was told to ignore, as by
+/// `nohup`, stays ignored.
+///
+/// A [`Run`](crate::Run) catches signals by itself while it trains; a program that holds a `Stop`
+/// of its own loses none before.
+///
+/// ```
+/// use copq_experiments::Stop;
+///
+/// let stop = Stop::catch()?; // from here on Ctrl-C is a question, not the end
+/// assert!(!stop.is_asked());
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub struct Stop(Flags);
 
 impl Stop {
-    pub(crate) fn catch() -> Result<Self> {
+    /// Begins to catch signals.
+    pub fn catch() -> Result<Self> {
         let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
         let (flags, count) = &mut *running;
         let flags = match flags {
@@ -44,7 +58,8 @@ impl Stop {
         Ok(Self(flags.clone()))
     }
 
-    pub(crate) fn is_asked(&self) -> bool {
+    /// Whether a signal has come.
+    pub fn is_asked(&self) -> bool {
         self.0.asked.load(Ordering::Relaxed)
     }
 
@@ -80,6 +95,8 @@ fn install() -> std::io::Result<Flags> {
         SIGTERM,
         #[cfg(unix)]
         SIGHUP,
+        #[cfg(unix)]
+        SIGUSR1,
     ];
     for signal in signals {
         let before = Disposition::of(signal);

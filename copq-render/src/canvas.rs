@@ -1,8 +1,9 @@
 //! From SVG to pixels.
 
+use std::path::Path;
 use std::sync::Arc;
 
-use copq::{Error, Result};
+use copq::{Error, Result, files};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::fontdb::{Database, Source};
 use resvg::usvg::{Options, Tree};
@@ -14,6 +15,25 @@ const SCALE: f32 = 2.0;
 
 /// An SVG, which is opaque, as the bytes of a PNG file, two pixels to a unit.
 pub(crate) fn rasterise(svg: &str) -> Result<Vec<u8>> {
+    let (width, height, pixels) = pixels(svg)?;
+    encode_png(&pixels, width, height)
+}
+
+/// Writes an SVG to a file, whose ending decides the format: `.svg` or `.png`.
+pub(crate) fn write(path: &Path, svg: &str) -> Result<()> {
+    match path.extension().and_then(|ending| ending.to_str()) {
+        Some("svg") => files::replace(path, svg.as_bytes()),
+        Some("png") => files::replace(path, &rasterise(svg)?),
+        _ => {
+            let wanted = "a name that ends in .svg or .png";
+            Err(Error::invalid("figure's file", wanted, path.display()))
+        }
+    }
+}
+
+/// An SVG, which is opaque, as red, green and blue of every pixel, row by row, two pixels to a unit;
+/// width and height first.
+pub(crate) fn pixels(svg: &str) -> Result<(u32, u32, Vec<u8>)> {
     let mut fonts = Database::new();
     fonts.load_font_source(Source::Binary(Arc::new(DEJAVU_SANS)));
     let family = fonts.faces().next().and_then(|face| Some(face.families.first()?.0.clone()));
@@ -23,9 +43,8 @@ pub(crate) fn rasterise(svg: &str) -> Result<Vec<u8>> {
     let size = tree.size().to_int_size().scale_by(SCALE).ok_or_else(empty)?;
     let mut sheet = Pixmap::new(size.width(), size.height()).ok_or_else(empty)?;
     resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut sheet.as_mut());
-    let pixels: Vec<u8> =
-        sheet.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
-    encode_png(&pixels, size.width(), size.height())
+    let pixels = sheet.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
+    Ok((size.width(), size.height(), pixels))
 }
 
 fn empty() -> Error {

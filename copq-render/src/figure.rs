@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use copq::{Error, Result, files};
+use copq::Result;
 
 use crate::pen::Pen;
 use crate::{canvas, layout};
@@ -24,12 +24,18 @@ use crate::{canvas, layout};
 pub struct Series {
     pub(crate) label: String,
     pub(crate) points: Vec<Point>,
+    pub(crate) thin: Vec<Vec<[f64; 2]>>,
 }
 
 impl Series {
     /// A curve with its name in the legend.
     pub fn new(label: impl Into<String>, points: Vec<Point>) -> Self {
-        Self { label: label.into(), points }
+        Self { label: label.into(), points, thin: Vec::new() }
+    }
+
+    /// With thin lines of the same colour under it, such as one a seed: steps and values.
+    pub fn thin(self, thin: Vec<Vec<[f64; 2]>>) -> Self {
+        Self { thin, ..self }
     }
 }
 
@@ -76,6 +82,7 @@ impl Point {
 #[derive(Clone, Debug)]
 pub struct Panel {
     pub(crate) title: String,
+    pub(crate) unit: String,
     pub(crate) limit: Option<f64>,
     pub(crate) series: Vec<Series>,
 }
@@ -83,7 +90,13 @@ pub struct Panel {
 impl Panel {
     /// Empty axes with a title.
     pub fn new(title: impl Into<String>) -> Self {
-        Self { title: title.into(), limit: None, series: Vec::new() }
+        let unit = "return of an episode".to_owned();
+        Self { title: title.into(), unit, limit: None, series: Vec::new() }
+    }
+
+    /// What its values are of, beside their axis; returns unless it is said.
+    pub fn unit(self, unit: impl Into<String>) -> Self {
+        Self { unit: unit.into(), ..self }
     }
 
     /// A dashed line that goes across.
@@ -114,13 +127,19 @@ impl Panel {
 pub struct Figure {
     pub(crate) title: String,
     pub(crate) note: String,
+    pub(crate) columns: Option<usize>,
     pub(crate) panels: Vec<Panel>,
 }
 
 impl Figure {
     /// An empty figure; the note, in small print under the title, says what line and band mean.
     pub fn new(title: impl Into<String>, note: impl Into<String>) -> Self {
-        Self { title: title.into(), note: note.into(), panels: Vec::new() }
+        Self { title: title.into(), note: note.into(), columns: None, panels: Vec::new() }
+    }
+
+    /// Panels in so many columns; at most three unless it is said.
+    pub fn columns(self, columns: usize) -> Self {
+        Self { columns: Some(columns.max(1)), ..self }
     }
 
     /// Adds a panel.
@@ -144,15 +163,6 @@ impl Figure {
 
     /// Writes the figure to a file, whose ending decides the format: `.svg` or `.png`.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
-        let path = path.as_ref();
-        match path.extension().and_then(|ending| ending.to_str()) {
-            Some("svg") => files::replace(path, self.svg()?.as_bytes()),
-            Some("png") => files::replace(path, &self.png()?),
-            _ => Err(Error::invalid(
-                "figure's file",
-                "a name that ends in .svg or .png",
-                path.display(),
-            )),
-        }
+        canvas::write(path.as_ref(), &self.svg()?)
     }
 }

@@ -1,7 +1,7 @@
 //! A figure's sheet of paper: title, note, legend, and a grid of panels.
 
 use crate::panel::{self, Frame};
-use crate::pen::{Anchor, Colour, Pen};
+use crate::pen::{Anchor, Colour, Pen, css};
 use crate::{Figure, Series};
 
 const PANEL: (f64, f64) = (390.0, 270.0);
@@ -28,20 +28,43 @@ pub(crate) fn colour(n: usize) -> Colour {
     COLOURS[n % COLOURS.len()]
 }
 
+/// The dashes of the n-th label's line: whole for as many as there are colours, then others.
+fn dashes(n: usize) -> Option<&'static str> {
+    match n / COLOURS.len() {
+        0 => None,
+        1 => Some("7 3"),
+        2 => Some("2 2"),
+        _ => Some("9 3 2 3"),
+    }
+}
+
+/// The colour of the n-th label as CSS has it, such as `#0072b2`: for a legend beside a figure.
+pub fn label_colour(n: usize) -> String {
+    css(colour(n))
+}
+
+/// What belongs to the n-th label, for whoever shows and hides it; its lines have its dashes.
+pub(crate) fn series_attributes(n: usize) -> [(&'static str, String); 2] {
+    let dashes = dashes(n).unwrap_or("none");
+    [("class", format!("series s{n}")), ("stroke-dasharray", dashes.to_owned())]
+}
+
 /// Width and height in layout units.
 pub(crate) fn size(figure: &Figure) -> (u32, u32) {
-    let (columns, rows) = grid(figure.panels.len());
+    let (columns, rows) = grid(figure);
     let width = columns as f64 * PANEL.0 + 2.0 * MARGIN;
     let legend = legend_rows(figure, width).len() as f64 * LEGEND_ROW;
     (width as u32, (HEADER + legend + rows as f64 * PANEL.1 + MARGIN) as u32)
 }
 
-fn grid(panels: usize) -> (usize, usize) {
-    let columns = match panels {
+fn grid(figure: &Figure) -> (usize, usize) {
+    let panels = figure.panels.len();
+    let usual = match panels {
         0..=3 => panels.max(1),
         4 => 2,
         _ => 3,
     };
+    let columns = figure.columns.unwrap_or(usual).min(panels.max(1));
     (columns, panels.div_ceil(columns))
 }
 
@@ -81,7 +104,7 @@ pub(crate) fn draw(pen: &mut Pen, figure: &Figure) {
     let (width, height) = size(figure);
     heading(pen, figure, f64::from(width));
     legend(pen, figure, f64::from(width));
-    let (columns, rows) = grid(figure.panels.len());
+    let (columns, rows) = grid(figure);
     let top = f64::from(height) - MARGIN - rows as f64 * PANEL.1;
     for (i, content) in figure.panels.iter().enumerate() {
         let column = (i % columns) as f64;
@@ -105,10 +128,12 @@ fn legend(pen: &mut Pen, figure: &Figure, width: f64) {
         let mut x =
             0.5 * (width - items.iter().map(|(_, label)| item_width(label)).sum::<f64>()) + 12.0;
         for (i, label) in items {
+            pen.begin(series_attributes(i));
             let band = [(x, y - 6.0), (x + SAMPLE, y - 6.0), (x + SAMPLE, y + 6.0), (x, y + 6.0)];
             pen.fill(&band, colour(i), panel::BAND);
             pen.line(&[(x, y), (x + SAMPLE, y)], panel::LINE, colour(i));
             pen.word(label, (x + SAMPLE + 8.0, y), LEGEND_SIZE, Anchor::Left);
+            pen.end();
             x += item_width(label);
         }
     }

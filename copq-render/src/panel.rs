@@ -1,6 +1,6 @@
 //! One pair of axes with its curves.
 
-use crate::layout::colour;
+use crate::layout::{colour, series_attributes};
 use crate::pen::{Anchor, At, Colour, GRID, INK, Pen};
 use crate::ticks::{label, ticks};
 use crate::{Panel, Point};
@@ -10,8 +10,6 @@ pub(crate) const BAND: f64 = 0.18;
 /// Width of a curve.
 pub(crate) const LINE: f64 = 2.0;
 const TICK_SIZE: f64 = 12.0;
-/// Length of a dash, and of the gap after it.
-const DASH: f64 = 6.0;
 /// Ends that differ by less than this share are equal.
 const ROUNDING: f64 = 1e-5;
 /// Fewer evaluations than this are marked by dots.
@@ -51,8 +49,10 @@ impl Axes {
                 .filter(|point| point.is_drawable())
         };
         let last_step = points().map(|point| point.step).fold(0.0, f64::max);
-        let low = points().map(|point| point.low).fold(f64::INFINITY, f64::min);
-        let high = points().map(|point| point.high).fold(f64::NEG_INFINITY, f64::max);
+        let thin = || panel.series.iter().flat_map(|series| series.thin.iter().flatten());
+        let thin = || thin().map(|&[_, value]| value).filter(|value| value.is_finite());
+        let low = points().map(|point| point.low).chain(thin()).fold(f64::INFINITY, f64::min);
+        let high = points().map(|point| point.high).chain(thin()).fold(f64::NEG_INFINITY, f64::max);
         let limit = panel.limit;
         let (low, high) = widened(
             limit.map_or(low, |limit| low.min(limit)),
@@ -60,6 +60,16 @@ impl Axes {
         );
         let last_step = if last_step > 0.0 { last_step } else { 1.0 };
         Self { frame: *frame, last_step, low, high }
+    }
+
+    /// Where it is and what it spans, for whoever asks what is under a pointer.
+    fn attributes(&self) -> [(&'static str, String); 3] {
+        let Frame { left, right, top, bottom } = self.frame;
+        [
+            ("class", "panel".to_owned()),
+            ("data-frame", format!("{left} {right} {top} {bottom}")),
+            ("data-range", format!("{} {} {}", self.last_step, self.low, self.high)),
+        ]
     }
 
     fn x(&self, step: f64) -> f64 {
@@ -98,6 +108,7 @@ impl Point {
 /// Draws a panel: grid, bands, then lines on top of all bands.
 pub(crate) fn draw(pen: &mut Pen, frame: &Frame, panel: &Panel) {
     let axes = Axes::new(frame, panel);
+    pen.begin(axes.attributes());
     grid(pen, &axes);
     let curves: Vec<Vec<Point>> = panel
         .series
@@ -105,15 +116,39 @@ pub(crate) fn draw(pen: &mut Pen, frame: &Frame, panel: &Panel) {
         .map(|series| series.points.iter().copied().filter(Point::is_drawable).collect())
         .collect();
     for (i, points) in curves.iter().enumerate() {
+        pen.begin(series_attributes(i));
         band(pen, &axes, points, colour(i));
+        pen.end();
     }
-    for (i, points) in curves.iter().enumerate() {
+    for (i, (points, series)) in curves.iter().zip(&panel.series).enumerate() {
+        pen.begin(series_attributes(i));
+        thin(pen, &axes, &series.thin, colour(i));
         line(pen, &axes, points, colour(i));
+        pen.end();
     }
     if let Some(limit) = panel.limit {
         dashes(pen, &axes, limit);
     }
-    names(pen, frame, &panel.title);
+    if curves.iter().all(Vec::is_empty) {
+        let middle = (0.5 * (frame.left + frame.right), 0.5 * (frame.top + frame.bottom));
+        pen.word("no run yet", middle, 14.0, Anchor::Top);
+    }
+    names(pen, frame, panel);
+    pen.end();
+}
+
+/// Thin lines under a curve.
+fn thin(pen: &mut Pen, axes: &Axes, lines: &[Vec<[f64; 2]>], colour: Colour) {
+    if lines.is_empty() {
+        return;
+    }
+    pen.begin([("class", "thin".to_owned()), ("opacity", "0.55".to_owned())]);
+    for line in lines {
+        let drawable = line.iter().filter(|at| at.iter().all(|x| x.is_finite()));
+        let points: Vec<At> = drawable.map(|&[step, value]| axes.at(step, value)).collect();
+        pen.line(&points, 0.5 * LINE, colour);
+    }
+    pen.end();
 }
 
 fn grid(pen: &mut Pen, axes: &Axes) {
@@ -156,19 +191,15 @@ fn line(pen: &mut Pen, axes: &Axes, points: &[Point], colour: Colour) {
 /// A dashed line across.
 fn dashes(pen: &mut Pen, axes: &Axes, value: f64) {
     let y = axes.y(value);
-    let mut x = axes.frame.left;
-    while x < axes.frame.right {
-        pen.line(&[(x, y), ((x + DASH).min(axes.frame.right), y)], LINE, INK);
-        x += 2.0 * DASH;
-    }
+    pen.dashes([(axes.frame.left, y), (axes.frame.right, y)], LINE, INK);
 }
 
-fn names(pen: &mut Pen, frame: &Frame, title: &str) {
+fn names(pen: &mut Pen, frame: &Frame, panel: &Panel) {
     let middle = 0.5 * (frame.left + frame.right);
     let centre = 0.5 * (frame.top + frame.bottom);
-    pen.word(title, (middle, frame.top - 22.0), 14.0, Anchor::Top);
+    pen.word(&panel.title, (middle, frame.top - 22.0), 14.0, Anchor::Top);
     pen.word("environment steps", (middle, frame.bottom + 24.0), TICK_SIZE, Anchor::Top);
-    pen.word("return of an episode", (frame.left - 58.0, centre), TICK_SIZE, Anchor::Turned);
+    pen.word(&panel.unit, (frame.left - 58.0, centre), TICK_SIZE, Anchor::Turned);
 }
 
 #[cfg(test)]

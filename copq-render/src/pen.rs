@@ -2,7 +2,7 @@
 
 use ab_glyph::{Font, FontRef, ScaleFont};
 use copq::{Error, Result};
-use svg::node::element::{Circle, Polygon, Polyline, Rectangle, Text};
+use svg::node::element::{Circle, Group, Polygon, Polyline, Rectangle, Text};
 use svg::{Document, Node};
 
 use crate::font::{DEJAVU_SANS, FAMILY};
@@ -17,6 +17,8 @@ pub(crate) type Colour = [u8; 3];
 pub(crate) const INK: Colour = [45, 45, 45];
 /// Light grey, for grids.
 pub(crate) const GRID: Colour = [226, 226, 226];
+/// Length of a dash, and of the gap after it.
+const DASH: f64 = 6.0;
 /// How far below a word's middle its baseline lies, in parts of its size, and how far below its
 /// upper edge.
 const MIDDLE: f64 = 0.36;
@@ -38,6 +40,8 @@ pub(crate) enum Anchor {
 /// Draws on a white sheet.
 pub(crate) struct Pen {
     sheet: Document,
+    /// Open groups, the innermost last; what is drawn goes into that.
+    groups: Vec<Group>,
     font: FontRef<'static>,
 }
 
@@ -51,7 +55,7 @@ impl Pen {
             .set("width", width)
             .set("height", height)
             .set("viewBox", (0, 0, width, height));
-        Ok(Self { sheet: sheet.add(white), font })
+        Ok(Self { sheet: sheet.add(white), groups: Vec::new(), font })
     }
 
     /// What has been drawn, as SVG.
@@ -59,19 +63,56 @@ impl Pen {
         self.sheet.to_string()
     }
 
+    /// What is drawn until [`Pen::end`] belongs together, by these attributes.
+    pub(crate) fn begin<const N: usize>(&mut self, attributes: [(&str, String); N]) {
+        let group = Group::new();
+        let group =
+            attributes.into_iter().fold(group, |group, (name, value)| group.set(name, value));
+        self.groups.push(group);
+    }
+
+    /// Ends the group that was begun last.
+    pub(crate) fn end(&mut self) {
+        if let Some(group) = self.groups.pop() {
+            self.put(group);
+        }
+    }
+
+    fn put(&mut self, node: impl Node) {
+        match self.groups.last_mut() {
+            Some(group) => group.append(node),
+            None => self.sheet.append(node),
+        }
+    }
+
     pub(crate) fn line(&mut self, points: &[At], width: f64, colour: Colour) {
         let line = Polyline::new().set("points", listed(points)).set("fill", "none");
-        self.sheet.append(line.set("stroke", css(colour)).set("stroke-width", width));
+        self.put(line.set("stroke", css(colour)).set("stroke-width", width));
+    }
+
+    /// A dashed line from one place to another.
+    pub(crate) fn dashes(&mut self, from_to: [At; 2], width: f64, colour: Colour) {
+        let [(x0, y0), (x1, y1)] = from_to;
+        let length = (x1 - x0).hypot(y1 - y0);
+        let at = |way: f64| {
+            let share = (way / length).min(1.0);
+            (x0 + share * (x1 - x0), y0 + share * (y1 - y0))
+        };
+        let mut way = 0.0;
+        while way < length {
+            self.line(&[at(way), at(way + DASH)], width, colour);
+            way += 2.0 * DASH;
+        }
     }
 
     pub(crate) fn fill(&mut self, corners: &[At], colour: Colour, opacity: f64) {
         let area = Polygon::new().set("points", listed(corners)).set("fill", css(colour));
-        self.sheet.append(area.set("fill-opacity", opacity));
+        self.put(area.set("fill-opacity", opacity));
     }
 
     pub(crate) fn dot(&mut self, at: At, radius: f64, colour: Colour) {
         let dot = Circle::new().set("cx", tidy(at.0)).set("cy", tidy(at.1)).set("r", radius);
-        self.sheet.append(dot.set("fill", css(colour)));
+        self.put(dot.set("fill", css(colour)));
     }
 
     pub(crate) fn word(&mut self, text: &str, (x, y): At, size: f64, anchor: Anchor) {
@@ -87,7 +128,7 @@ impl Pen {
             .set("text-anchor", side);
         let word =
             word.set("font-family", FAMILY).set("font-size", tidy(size)).set("fill", css(INK));
-        self.sheet.append(match anchor {
+        self.put(match anchor {
             Anchor::Turned => word.set("transform", format!("rotate(-90 {} {})", tidy(x), tidy(y))),
             _ => word,
         });
@@ -110,6 +151,7 @@ fn tidy(value: f64) -> f64 {
     (value * 100.0).round() / 100.0
 }
 
-fn css([red, green, blue]: Colour) -> String {
+/// As `#rrggbb`.
+pub(crate) fn css([red, green, blue]: Colour) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }

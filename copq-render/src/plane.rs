@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
-use copq::{Result, files};
+use copq::{Error, Result, files};
 
-use crate::layout::colour;
+use crate::animation::gif;
+use crate::canvas;
+use crate::layout::{colour, series_attributes};
 use crate::pen::{Anchor, At, GRID, INK, Pen};
 use crate::ticks::{label, ticks};
 
@@ -13,6 +15,8 @@ const HEIGHT: u32 = 460;
 /// Room around the axes: left, right, top, bottom.
 const ROOM: [f64; 4] = [72.0, 18.0, 44.0, 78.0];
 const SMALL: f64 = 12.0;
+/// Height of a row of the legend.
+const ROW: f64 = 20.0;
 
 /// What a [`Plane`] shows.
 #[derive(Clone, Debug)]
@@ -23,6 +27,8 @@ pub(crate) enum Mark {
     Closed(Vec<[f64; 2]>),
     /// A line from one place to another, with a dot at its end.
     Arrow([[f64; 2]; 2]),
+    /// A dashed line.
+    Line([[f64; 2]; 2]),
 }
 
 /// Points, closed curves and arrows in the plane of two quantities.
@@ -41,12 +47,26 @@ pub struct Plane {
     pub(crate) title: String,
     pub(crate) axes: [String; 2],
     pub(crate) marks: Vec<(String, Mark)>,
+    pub(crate) limit: Option<f64>,
+    pub(crate) ranges: Option<[[f64; 2]; 2]>,
 }
 
 impl Plane {
     /// An empty plane with its axes' names, across and up.
     pub fn new(title: impl Into<String>, axes: [&str; 2]) -> Self {
-        Self { title: title.into(), axes: axes.map(str::to_owned), marks: Vec::new() }
+        let axes = axes.map(str::to_owned);
+        Self { title: title.into(), axes, marks: Vec::new(), limit: None, ranges: None }
+    }
+
+    /// Shows from where to where of each axis, whatever lies outside; all that there is unless it is
+    /// said.
+    pub fn ranges(self, ranges: [[f64; 2]; 2]) -> Self {
+        Self { ranges: Some(ranges), ..self }
+    }
+
+    /// A dashed line upwards at a place of the first axis.
+    pub fn limit(self, limit: f64) -> Self {
+        Self { limit: Some(limit), ..self }
     }
 
     /// Adds dots; each mark has the next colour, and its name in the legend.
@@ -59,7 +79,12 @@ impl Plane {
         self.mark(label, Mark::Closed(points))
     }
 
-    /// Adds a line from one place to another.
+    /// Adds a dashed line from one place to another.
+    pub fn line(self, label: impl Into<String>, from_to: [[f64; 2]; 2]) -> Self {
+        self.mark(label, Mark::Line(from_to))
+    }
+
+    /// Adds a line from one place to another, with a dot at its end.
     pub fn arrow(self, label: impl Into<String>, from_to: [[f64; 2]; 2]) -> Self {
         self.mark(label, Mark::Arrow(from_to))
     }
@@ -71,17 +96,48 @@ impl Plane {
 
     /// The plane as SVG.
     pub fn svg(&self) -> Result<String> {
-        let mut pen = Pen::new(WIDTH, HEIGHT)?;
-        self.draw(&mut pen);
+        let rows = self.legend(&Pen::new(1, 1)?);
+        let last = rows.iter().map(|&(_, row)| row).max().unwrap_or(0);
+        let mut pen = Pen::new(WIDTH, HEIGHT + (last as f64 * ROW) as u32)?;
+        self.draw(&mut pen, &rows);
         Ok(pen.svg())
     }
 
-    /// Writes the plane as SVG.
+    /// Writes the plane to a file, whose ending decides the format: `.svg` or `.png`.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
-        files::replace(path.as_ref(), self.svg()?.as_bytes())
+        canvas::write(path.as_ref(), &self.svg()?)
     }
 
-    fn draw(&self, pen: &mut Pen) {
+    /// Writes planes, one after the other for so many hundredths of a second each, as an animated
+    /// GIF. Give them [`Plane::ranges`], and marks of the same names.
+    pub fn write_gif(planes: &[Self], hundredths: u16, path: impl AsRef<Path>) -> Result<()> {
+        let [first, ..] = planes else {
+            return Err(Error::invalid("pictures of an animation", "at least one", 0));
+        };
+        let (width, height, _) = canvas::pixels(&first.svg()?)?;
+        let mut picture = |i: usize| Ok(canvas::pixels(&planes[i].svg()?)?.2);
+        let delays = vec![u64::from(hundredths); planes.len()];
+        files::replace(path.as_ref(), &gif::encode([width, height], &delays, &mut picture)?)
+    }
+
+    /// Where each mark's name begins, and in which row.
+    fn legend(&self, pen: &Pen) -> Vec<(f64, usize)> {
+        let [left, right, ..] = ROOM;
+        let end = f64::from(WIDTH) - right;
+        let mut at = (left, 0);
+        let mut places = Vec::new();
+        for (name, _) in &self.marks {
+            let width = 30.0 + pen.width(name, SMALL);
+            if at.0 + width > end && at.0 > left {
+                at = (left, at.1 + 1);
+            }
+            places.push(at);
+            at.0 += width;
+        }
+        places
+    }
+
+    fn draw(&self, pen: &mut Pen, legend: &[(f64, usize)]) {
         let axes = [0, 1].map(|axis| self.range(axis));
         let [left, right, top, bottom] = ROOM;
         let right = f64::from(WIDTH) - right;
@@ -104,8 +160,12 @@ impl Plane {
         pen.line(&[(left, top), (left, bottom), (right, bottom)], 1.0, INK);
         pen.word(&self.axes[0], (0.5 * (left + right), bottom + 24.0), SMALL, Anchor::Top);
         pen.word(&self.axes[1], (14.0, 0.5 * (top + bottom)), SMALL, Anchor::Turned);
-        let mut legend = left;
-        for (n, (name, mark)) in self.marks.iter().enumerate() {
+        if let Some(limit) = self.limit {
+            let (across, _) = at([limit, axes[1][0]]);
+            pen.dashes([(across, top), (across, bottom)], 1.5, INK);
+        }
+        for (n, ((name, mark), &(x, row))) in self.marks.iter().zip(legend).enumerate() {
+            pen.begin(series_attributes(n));
             match mark {
                 Mark::Points(points) => {
                     points.iter().for_each(|&point| pen.dot(at(point), 3.0, colour(n)))
@@ -120,21 +180,28 @@ impl Plane {
                     pen.line(&[at(*from), at(*to)], 2.0, colour(n));
                     pen.dot(at(*to), 4.0, colour(n));
                 }
+                Mark::Line(from_to) => pen.dashes(from_to.map(at), 1.5, colour(n)),
             }
-            let row = f64::from(HEIGHT) - 18.0;
-            pen.dot((legend + 5.0, row), 5.0, colour(n));
-            pen.word(name, (legend + 15.0, row), SMALL, Anchor::Left);
-            legend += 30.0 + pen.width(name, SMALL);
+            let y = f64::from(HEIGHT) - 18.0 + row as f64 * ROW;
+            pen.dot((x + 5.0, y), 5.0, colour(n));
+            pen.word(name, (x + 15.0, y), SMALL, Anchor::Left);
+            pen.end();
         }
     }
 
     /// An axis from the smallest to the largest of what is shown, with a little room.
     fn range(&self, axis: usize) -> [f64; 2] {
+        if let Some(ranges) = self.ranges {
+            return ranges[axis];
+        }
         let mut low = f64::INFINITY;
         let mut high = f64::NEG_INFINITY;
-        for place in self.places().filter(|place| place[axis].is_finite()) {
-            low = low.min(place[axis]);
-            high = high.max(place[axis]);
+        let limit = self.limit.filter(|_| axis == 0);
+        for value in self.places().map(|place| place[axis]).chain(limit) {
+            if value.is_finite() {
+                low = low.min(value);
+                high = high.max(value);
+            }
         }
         if low > high {
             return [0.0, 1.0];
@@ -147,7 +214,7 @@ impl Plane {
     pub(crate) fn places(&self) -> impl Iterator<Item = [f64; 2]> {
         self.marks.iter().flat_map(|(_, mark)| match mark {
             Mark::Points(points) | Mark::Closed(points) => points.clone(),
-            Mark::Arrow(from_to) => from_to.to_vec(),
+            Mark::Arrow(from_to) | Mark::Line(from_to) => from_to.to_vec(),
         })
     }
 }

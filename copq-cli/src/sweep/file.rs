@@ -1,16 +1,23 @@
 //! A sweep's file: options of `copq train`, in products and by name.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use clap::Parser;
+use copq_experiments::{Plan, read_done};
 use serde::Deserialize;
 
+use crate::options::quoted;
 use crate::train::{Prepared, Train};
 
-/// Options of copq train by their long names; `method` is the method, `set` a list.
+/// Options of copq train by their long names; `method` is the method, `set` and `limit` are lists.
 type Options = BTreeMap<String, toml::Value>;
+
+/// Longest name of a folder that every file system takes, with room for an ending.
+const LONGEST: usize = 240;
+/// Options that may be given several times, and add up.
+const REPEATED: [&str; 2] = ["set", "limit"];
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -32,17 +39,45 @@ struct Raw {
     /// Options of all runs.
     #[serde(default)]
     all: Options,
+    /// Other files, from this one's folder, whose runs are this one's, too. A run that two of them
+    /// have is run once.
+    #[serde(default)]
+    files: Vec<PathBuf>,
+    /// The report's title. [default: the file's name]
+    title: Option<String>,
+    /// Tasks' scores that count as 1 where a report takes tasks together.
+    #[serde(default)]
+    reference: BTreeMap<String, f64>,
 }
 
 /// What a sweep's file comes to.
 pub struct SweepFile {
+    /// The folder of all runs.
+    pub out: PathBuf,
+    pub title: String,
+    pub reference: BTreeMap<String, f64>,
     pub tasks: Vec<Task>,
 }
 
 /// One run.
 pub struct Task {
     pub folder: PathBuf,
+    /// The name of its arm, if it has one.
+    pub arm: Option<String>,
+    pub plan: Plan,
+    /// Its method's settings.
+    pub settings: toml::Table,
+    /// What it is: [`copq_experiments::fingerprint`].
+    pub fingerprint: String,
+    /// What the file says of it.
+    options: Options,
     arguments: Vec<String>,
+}
+
+/// The options of a run, and the name of its arm.
+struct Combination {
+    name: Option<String>,
+    options: Options,
 }
 
 /// `copq train` alone, so that a task's options are read as its.
@@ -55,12 +90,45 @@ struct Line {
 impl Task {
     /// As somebody would type it.
     pub fn command(&self) -> String {
-        format!("copq train {}", self.arguments.join(" "))
+        let words = self.arguments.iter().map(|argument| quoted(argument));
+        format!("copq train {}", words.collect::<Vec<_>>().join(" "))
     }
 
     /// What it would train; an error for options that do not fit.
     pub fn prepare(&self) -> anyhow::Result<Prepared> {
         prepare(&self.arguments)
+    }
+
+    /// The same in another folder.
+    fn moved(mut self, out: &Path) -> Self {
+        self.folder = out.join(self.folder.file_name().unwrap_or_default());
+        self
+    }
+
+    /// Whether nothing is left to do.
+    pub fn is_done(&self) -> bool {
+        read_done(&self.folder).is_some_and(|fingerprint| fingerprint == self.fingerprint)
+    }
+
+    fn new(combination: &Combination, out: &Path, file: &str) -> anyhow::Result<Self> {
+        let arguments = arguments(&combination.options)?;
+        let prepared = prepare(&arguments)
+            .with_context(|| format!("'{file}', copq train {}", arguments.join(" ")))?;
+        let name = combination.name.as_ref();
+        let name = name.map_or(String::new(), |name| format!("{name}-")) + &prepared.name;
+        ensure!(
+            name.len() <= LONGEST,
+            "'{file}': wanted a folder's name of at most {LONGEST} letters (name an arm), got {name}"
+        );
+        Ok(Self {
+            folder: out.join(name),
+            arm: combination.name.clone(),
+            settings: prepared.recipe.settings()?,
+            fingerprint: prepared.recipe.fingerprint(&prepared.plan)?,
+            plan: prepared.plan,
+            options: combination.options.clone(),
+            arguments,
+        })
     }
 }
 
@@ -68,43 +136,108 @@ fn prepare(arguments: &[String]) -> anyhow::Result<Prepared> {
     let words = std::iter::once("copq train").chain(arguments.iter().map(String::as_str));
     let line = Line::try_parse_from(words).map_err(|error| {
         let text = error.to_string();
-        let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-        anyhow::anyhow!("{first}")
+        // Without clap's advice on the command line's own help.
+        let said = text.split("\nUsage:").next().and_then(|text| text.split("\nFor more").next());
+        let said = said.unwrap_or_default().trim_start_matches("error: ").trim();
+        anyhow::anyhow!("{said}")
     })?;
     line.train.prepare()
 }
 
 impl SweepFile {
+    /// All runs, each of them checked.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
-        let shown = path.display();
-        let text = std::fs::read_to_string(path).with_context(|| format!("reading '{shown}'"))?;
-        let raw: Raw = toml::from_str(&text).with_context(|| format!("'{shown}'"))?;
-        let stem = path.file_stem().unwrap_or_default();
-        let out = raw.out.clone().unwrap_or_else(|| Path::new("runs").join(stem));
+        let shown = path.display().to_string();
+        let (raw, out) = Raw::read(path)?;
+        let mut known = BTreeMap::new();
         let mut tasks = Vec::new();
-        let mut names = BTreeSet::new();
-        for (name, options) in raw.combinations()? {
-            let arguments = arguments(&options)?;
-            let prepared = prepare(&arguments)
-                .with_context(|| format!("'{shown}', copq train {}", arguments.join(" ")))?;
-            let folder = name.map_or(String::new(), |name| name + "-") + &prepared.name;
+        for combination in raw.combinations().with_context(|| format!("'{shown}'"))? {
+            let task = Task::new(&combination, &out, &shown)?;
+            let before = known.insert(task.folder.clone(), task.fingerprint.clone());
             ensure!(
-                names.insert(folder.clone()),
-                "'{shown}': wanted each run once, got {folder} twice"
+                before.is_none(),
+                "'{shown}': wanted each run once, got {} twice (give each variant that differs in \
+                 steps or cadence a name as an [[arm]])",
+                task.folder.display()
             );
-            tasks.push(Task { folder: out.join(folder), arguments });
+            tasks.push(task);
+        }
+        for file in &raw.files {
+            let file = path.parent().unwrap_or(Path::new("")).join(file);
+            for task in Self::read(&file)?.tasks {
+                let task = task.moved(&out);
+                match known.insert(task.folder.clone(), task.fingerprint.clone()) {
+                    None => tasks.push(task),
+                    Some(before) => ensure!(
+                        before == task.fingerprint,
+                        "'{shown}': wanted one run for each name, got two for {}, one of them in {}",
+                        task.folder.display(),
+                        file.display()
+                    ),
+                }
+            }
         }
         ensure!(
             !tasks.is_empty(),
             "'{shown}': wanted one run at least (a [grid] of lists), got none"
         );
-        Ok(Self { tasks })
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let title = raw.title.unwrap_or(stem);
+        Ok(Self { out, title, reference: raw.reference, tasks })
+    }
+
+    /// One of its runs alone, for a process that is one of thousands.
+    pub fn read_task(path: &Path, number: usize) -> anyhow::Result<Task> {
+        let shown = path.display().to_string();
+        let (raw, out) = Raw::read(path)?;
+        if !raw.files.is_empty() {
+            let mut tasks = Self::read(path)?.tasks;
+            ensure!(number < tasks.len(), "{}", no_task(number, tasks.len(), &shown));
+            return Ok(tasks.swap_remove(number));
+        }
+        let all = raw.combinations().with_context(|| format!("'{shown}'"))?;
+        let combination = all.get(number).with_context(|| no_task(number, all.len(), &shown))?;
+        Task::new(combination, &out, &shown)
+    }
+}
+
+fn no_task(number: usize, count: usize, file: &str) -> String {
+    format!("--task {number}: wanted one of the {count} runs of '{file}', from 0")
+}
+
+impl SweepFile {
+    /// A file of the same runs, one by one in the same order and in the folder `out`, whatever
+    /// becomes of this one.
+    pub fn frozen(&self, out: &Path) -> anyhow::Result<String> {
+        let out = out.to_str().context("the folder's name: wanted letters, got other bytes")?;
+        let include = self.tasks.iter().map(|task| {
+            let mut options = toml::Table::from_iter(task.options.clone());
+            options.extend(task.arm.iter().map(|arm| ("name".to_owned(), arm.clone().into())));
+            toml::Value::Table(options)
+        });
+        let reference = self.reference.iter().map(|(task, &score)| (task.clone(), score.into()));
+        let table = toml::Table::from_iter([
+            ("out".to_owned(), out.into()),
+            ("title".to_owned(), self.title.clone().into()),
+            ("reference".to_owned(), toml::Table::from_iter(reference).into()),
+            ("include".to_owned(), include.collect::<Vec<_>>().into()),
+        ]);
+        Ok(toml::to_string(&table)?)
     }
 }
 
 impl Raw {
-    /// The options of every run, and the name of its arm.
-    fn combinations(&self) -> anyhow::Result<Vec<(Option<String>, Options)>> {
+    /// The file and the folder of its runs.
+    fn read(path: &Path) -> anyhow::Result<(Self, PathBuf)> {
+        let shown = path.display();
+        let text = std::fs::read_to_string(path).with_context(|| format!("reading '{shown}'"))?;
+        let raw: Self = toml::from_str(&text).with_context(|| format!("'{shown}'"))?;
+        let stem = path.file_stem().unwrap_or_default();
+        let out = raw.out.clone().unwrap_or_else(|| Path::new("runs").join(stem));
+        Ok((raw, out))
+    }
+
+    fn combinations(&self) -> anyhow::Result<Vec<Combination>> {
         let mut product = vec![self.all.clone()];
         for (option, values) in &self.grid {
             product = product
@@ -118,47 +251,82 @@ impl Raw {
         for options in product.iter().filter(|_| !self.grid.is_empty() || !self.arm.is_empty()) {
             for arm in self.arm.iter().map(Some).chain(self.arm.is_empty().then_some(None)) {
                 let (name, arm) = named(arm)?;
-                all.push((name, with(options, arm)));
+                all.push(Combination { name, options: with(options, arm) });
             }
         }
-        all.retain(|(_, options)| {
-            let has = |(option, value): (&String, &toml::Value)| options.get(option) == Some(value);
-            !self.exclude.iter().any(|excluded| excluded.iter().all(has))
-        });
+        for excluded in &self.exclude {
+            let before = all.len();
+            all.retain(|combination| !combination.has_all(excluded));
+            let shown = toml::Table::from_iter(excluded.clone());
+            ensure!(
+                !excluded.is_empty() && all.len() < before,
+                "exclude: wanted options that some run has as the file writes them, got {{ {} }}",
+                shown.to_string().trim().replace('\n', ", ")
+            );
+        }
         for include in &self.include {
             let (name, options) = named(Some(include))?;
-            all.push((name, with(&self.all, options)));
+            all.push(Combination { name, options: with(&self.all, options) });
         }
         Ok(all)
+    }
+}
+
+impl Combination {
+    /// Whether it has all of these options, its arm's `name` among them.
+    fn has_all(&self, options: &Options) -> bool {
+        options.iter().all(|(option, value)| match option.as_str() {
+            "name" => self.name.as_deref() == value.as_str(),
+            _ => self.options.get(option) == Some(value),
+        })
     }
 }
 
 /// An arm's name and its options.
 fn named(arm: Option<&Options>) -> anyhow::Result<(Option<String>, Options)> {
     let Some(mut options) = arm.cloned() else { return Ok((None, Options::new())) };
+    let is_plain = |name: &str| {
+        let letters = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        !name.is_empty() && name.chars().all(letters) && !name.starts_with('.')
+    };
     match options.remove("name") {
         None => Ok((None, options)),
-        Some(toml::Value::String(name)) => Ok((Some(name), options)),
-        Some(other) => bail!("name of an arm: wanted a text, got {other}"),
+        Some(toml::Value::String(name)) if is_plain(&name) => Ok((Some(name), options)),
+        Some(other) => bail!(
+            "name of an arm: wanted plain letters, digits, -, _ and dots (it begins the folder's \
+             name), got {other}"
+        ),
     }
 }
 
-/// Options over others; lists of settings add up.
+/// Options over others; those that may be given several times add up.
 fn with(base: &Options, over: impl IntoIterator<Item = (String, toml::Value)>) -> Options {
     let mut options = base.clone();
     for (name, value) in over {
-        match (options.get_mut(&name), value) {
-            (Some(toml::Value::Array(old)), toml::Value::Array(new)) => old.extend(new),
-            (_, value) => drop(options.insert(name, value)),
+        if !REPEATED.contains(&name.as_str()) {
+            options.insert(name, value);
+            continue;
         }
+        let mut values = options.remove(&name).map_or(Vec::new(), listed);
+        values.extend(listed(value));
+        options.insert(name, values.into());
     }
     options
+}
+
+/// A list's values, or the one that stands alone.
+fn listed(value: toml::Value) -> Vec<toml::Value> {
+    match value {
+        toml::Value::Array(values) => values,
+        value => vec![value],
+    }
 }
 
 fn arguments(options: &Options) -> anyhow::Result<Vec<String>> {
     let mut arguments = Vec::new();
     for (name, value) in options {
         ensure!(name != "out", "out: wanted it for the whole sweep, got it for a run");
+        ensure!(name != "like", "like: wanted options one by one, for a sweep names its folders");
         match (name.as_str(), value) {
             ("method", value) => arguments.insert(0, plain(name, value)?),
             (_, toml::Value::Array(values)) => {

@@ -1,16 +1,19 @@
-//! `copq sweep`: many runs from one file, on all cores.
+//! `copq sweep`: many runs from one file, on all cores or on a cluster.
 
+mod cores;
 mod file;
 mod pool;
+mod report;
 mod status;
+mod submit;
 mod task;
 
 use std::path::PathBuf;
 
 use clap::Subcommand;
 
-use crate::options::{count, say};
-use file::SweepFile;
+use crate::options::say;
+pub use file::SweepFile;
 
 /// Trains many runs that one file describes: methods, tasks, seeds and whatever else copq train
 /// has.
@@ -18,6 +21,7 @@ use file::SweepFile;
 /// The same command goes on where the last one stopped, however it stopped; what is done is not
 /// done again. A file of twelve runs:
 ///
+/// [all]
 /// steps = 20000
 ///
 /// [grid]
@@ -34,12 +38,12 @@ pub struct Sweep {
 enum Action {
     /// Lists the runs of a file, each with its number, its folder and its command.
     Plan(Named),
-    /// Trains all that is not done yet, several at once. Ctrl-C saves them all.
-    Run(Run),
+    Run(pool::Run),
     /// Says which runs are done, which go on, which failed and why.
     Status(Named),
-    /// Trains one run of a file; 75 as exit code means that it was stopped, and can go on.
-    Task(One),
+    Submit(submit::Submit),
+    Report(report::Report),
+    Task(task::One),
 }
 
 #[derive(clap::Args)]
@@ -48,40 +52,23 @@ struct Named {
     file: PathBuf,
 }
 
-#[derive(clap::Args)]
-struct Run {
-    #[command(flatten)]
-    named: Named,
-
-    /// Runs at the same time, a process each. [default: one a core]
-    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
-    jobs: Option<usize>,
-}
-
-#[derive(clap::Args)]
-struct One {
-    #[command(flatten)]
-    named: Named,
-
-    /// The run's number, counted from 0 as copq sweep plan does.
-    #[arg(long, value_name = "N")]
-    task: usize,
-}
-
 impl Sweep {
     pub fn run(self) -> anyhow::Result<()> {
         match self.action {
-            Action::Plan(Named { file }) => {
-                let sweep = SweepFile::read(&file)?;
-                let mut text = String::new();
-                for (i, task) in sweep.tasks.iter().enumerate() {
-                    text += &format!("{i:>4}  {}  {}\n", task.folder.display(), task.command());
-                }
-                Ok(say(&text)?)
-            }
-            Action::Run(Run { named, jobs }) => pool::run(&named.file, jobs),
+            Action::Plan(Named { file }) => plan(&SweepFile::read(&file)?),
+            Action::Run(run) => run.run(),
             Action::Status(Named { file }) => status::print(&SweepFile::read(&file)?),
-            Action::Task(One { named, task }) => task::run(&SweepFile::read(&named.file)?, task),
+            Action::Submit(submit) => submit.run(),
+            Action::Report(report) => report.run(),
+            Action::Task(one) => one.run(),
         }
     }
+}
+
+fn plan(sweep: &SweepFile) -> anyhow::Result<()> {
+    let mut text = String::new();
+    for (i, task) in sweep.tasks.iter().enumerate() {
+        text += &format!("{i:>4}  {}  {}\n", task.folder.display(), task.command());
+    }
+    Ok(say(&text)?)
 }

@@ -3,174 +3,271 @@
 use std::fs::{self, File};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread::{available_parallelism, sleep};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use copq::files;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use copq_experiments::{Stop, complaint_file, failure, steps_done};
 
+use super::cores::cores;
 use super::file::SweepFile;
-use super::status::{State, failure, steps};
-use super::task::STOPPED;
-use crate::options::{note, say};
+use super::task::{HELD, STOPPED};
+use crate::options::{count, note, say};
 
+/// A run's exit code after a second Ctrl-C.
+const INTERRUPTED: i32 = 130;
 /// How often the processes are looked at.
 const PAUSE: Duration = Duration::from_millis(200);
 /// How often a view that cannot be overwritten is written.
 const REPORT: Duration = Duration::from_secs(60);
 
+/// Trains all that is not done yet, several at once. Ctrl-C saves them all.
+#[derive(clap::Args)]
+pub struct Run {
+    #[command(flatten)]
+    named: super::Named,
+
+    /// Runs at the same time, a process each. [default: one a core]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    jobs: Option<usize>,
+
+    /// Leaves it to the system where each run works, instead of a core of its own (Linux).
+    #[arg(long)]
+    no_pin: bool,
+}
+
 struct Running {
     number: usize,
     child: Child,
+    core: Option<usize>,
+    /// Steps that it had when it began here.
+    before: u64,
 }
 
 /// What is known of a sweep while it runs.
 struct Pool<'a> {
     file: &'a Path,
     sweep: SweepFile,
+    /// Runs that are not done, the next one last.
     waiting: Vec<usize>,
     running: Vec<Running>,
+    /// Cores that nobody here works on.
+    free: Vec<usize>,
+    done: usize,
     failed: usize,
+    /// Runs that were stopped and saved, those that ended unsaved, and those that another process
+    /// was at.
+    stopped: usize,
+    killed: usize,
+    held: usize,
     began: Instant,
-    /// Steps that were there before, and that there shall be.
-    before: u64,
-    all: u64,
+    /// Steps that ended runs have done here.
+    stepped: u64,
     shown: Instant,
 }
 
-pub fn run(file: &Path, jobs: Option<usize>) -> anyhow::Result<()> {
-    let sweep = SweepFile::read(file)?;
-    let jobs = jobs.unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
-    let state = |&number: &usize| State::of(&sweep.tasks[number].folder);
-    let mut waiting: Vec<_> =
-        (0..sweep.tasks.len()).filter(|number| state(number) != State::Done).collect();
-    waiting.reverse();
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, stop.clone()).context("catching signals")?;
-    }
-    let before = sweep.tasks.iter().map(|task| steps(&task.folder)).sum();
-    let plans = sweep.tasks.iter().filter_map(|task| task.prepare().ok());
-    let all = plans.map(|prepared| prepared.plan.run.steps).sum();
-    let now = Instant::now();
-    let mut pool = Pool {
-        file,
-        sweep,
-        waiting,
-        running: Vec::new(),
-        failed: 0,
-        began: now,
-        before,
-        all,
-        shown: now,
-    };
-    say(&format!("{} runs, {} of them done\n", pool.sweep.tasks.len(), pool.done()))?;
-    let mut told = false;
-    while !pool.running.is_empty() || (!pool.waiting.is_empty() && !told) {
-        if stop.load(Ordering::Relaxed) && !told {
-            told = true;
-            pool.stop();
+impl Run {
+    pub fn run(self) -> anyhow::Result<()> {
+        let sweep = SweepFile::read(&self.named.file)?;
+        let mut free = cores();
+        let all = available_parallelism().map_or(1, usize::from);
+        let places = if free.is_empty() { all } else { free.len() };
+        let threads = sweep.tasks.iter().map(|task| task.plan.threads).max().unwrap_or(1);
+        let jobs = self.jobs.unwrap_or((places / threads).max(1));
+        if self.no_pin || threads > 1 || jobs > free.len() {
+            free.clear();
         }
-        while !told && pool.running.len() < jobs {
-            let Some(number) = pool.waiting.pop() else { break };
-            pool.start(number)?;
-        }
-        pool.look()?;
-        sleep(PAUSE);
-    }
-    pool.show(true);
-    match (told, pool.failed) {
-        (true, _) => {
-            say("stopped, all saved; the same command goes on\n")?;
-            std::process::exit(STOPPED)
-        }
-        (_, 0) => Ok(()),
-        (_, failed) => bail!("{failed} runs failed; copq sweep status {} says why", file.display()),
+        let mut waiting: Vec<_> =
+            (0..sweep.tasks.len()).filter(|&number| !sweep.tasks[number].is_done()).collect();
+        waiting.reverse();
+        let now = Instant::now();
+        let mut pool = Pool {
+            file: &self.named.file,
+            done: sweep.tasks.len() - waiting.len(),
+            sweep,
+            waiting,
+            running: Vec::new(),
+            free,
+            failed: 0,
+            stopped: 0,
+            killed: 0,
+            held: 0,
+            began: now,
+            stepped: 0,
+            shown: now,
+        };
+        pool.run(jobs)
     }
 }
 
-/// Where a run's words on standard error go while it runs.
+/// Where a run's words on standard error go while it runs here.
 fn words(folder: &Path) -> PathBuf {
-    folder.with_added_extension("err")
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    folder.with_file_name(format!(".{name}.{}.err", std::process::id()))
 }
 
-/// The error that ended a run, of those words.
-fn complaint(folder: &Path) -> Option<String> {
-    let text = fs::read_to_string(words(folder)).ok()?;
-    text.lines().find_map(|line| line.strip_prefix("Error: ")).map(str::to_owned)
+/// This program: the file that runs, even if another has taken its name since.
+fn this_program() -> std::io::Result<PathBuf> {
+    let link = Path::new("/proc/self/exe");
+    if link.exists() { Ok(link.to_owned()) } else { std::env::current_exe() }
 }
 
 impl Pool<'_> {
+    fn run(&mut self, jobs: usize) -> anyhow::Result<()> {
+        let stop = Stop::catch()?;
+        say(&format!("{} runs, {} of them done\n", self.sweep.tasks.len(), self.done))?;
+        let mut told = false;
+        while !self.running.is_empty() || (!self.waiting.is_empty() && !told) {
+            if stop.is_asked() && !told {
+                told = true;
+                self.stop();
+            }
+            while !told && self.running.len() < jobs {
+                let Some(number) = self.waiting.pop() else { break };
+                if let Err(error) = self.start(number) {
+                    // Those that run are not left behind for it.
+                    self.failed += 1;
+                    self.tell(number, &format!("could not be started: {error:#}"));
+                }
+            }
+            self.look();
+            sleep(PAUSE);
+        }
+        self.show(true);
+        self.end()
+    }
+
+    /// What the sweep came to.
+    fn end(&self) -> anyhow::Result<()> {
+        let file = self.file.display();
+        if self.failed > 0 {
+            bail!("{} runs failed; copq sweep status {file} says why", self.failed)
+        }
+        if self.done == self.sweep.tasks.len() {
+            return Ok(());
+        }
+        let mut text = String::new();
+        for (count, what) in [
+            (self.stopped, "stopped and saved"),
+            (self.killed, "ended at once and go on from their last checkpoint"),
+            (self.held, "are other processes' work (copq sweep status says whose)"),
+            (self.waiting.len(), "wait"),
+        ] {
+            if count > 0 {
+                text += &format!("{count} runs {what}\n");
+            }
+        }
+        say(&(text + "the same command goes on\n"))?;
+        std::process::exit(STOPPED)
+    }
+
     fn start(&mut self, number: usize) -> anyhow::Result<()> {
+        let task = &self.sweep.tasks[number];
+        let folder = &task.folder;
         // What a run says lies in its folder's log.txt, but for why it could not even begin.
-        let words = words(&self.sweep.tasks[number].folder);
+        let words = words(folder);
         if let Some(folder) = words.parent() {
             fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
         }
+        let before = steps_done(folder);
         let words = File::create(&words).map_err(files::failed("making", &words))?;
-        let child = Command::new(std::env::current_exe()?)
+        let core = self.free.pop();
+        let on_core = core.map(|core| ["--core".to_owned(), core.to_string()]);
+        let child = Command::new(this_program()?)
             .args(["sweep", "task"])
             .arg(self.file)
-            .args(["--task", &number.to_string()])
+            .args(["--task", &number.to_string(), "--expect", &task.fingerprint])
+            .args(on_core.into_iter().flatten())
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(words)
-            .spawn()
-            .context("starting a run")?;
-        self.running.push(Running { number, child });
+            .spawn();
+        match child {
+            Ok(child) => self.running.push(Running { number, child, core, before }),
+            Err(error) => {
+                self.free.extend(core);
+                return Err(error).context("starting its process");
+            }
+        }
         Ok(())
     }
 
-    /// Asks every run to save and end. A terminal's Ctrl-C has reached them already; twice does no
-    /// harm.
+    /// Asks every run to save and end. A terminal's Ctrl-C has reached them already; a second
+    /// signal of another kind does no harm.
     fn stop(&self) {
         for running in &self.running {
-            let id = running.child.id().to_string();
-            let killed = Command::new("kill").args(["-TERM", &id]).status();
-            if killed.is_err() {
-                note(&format!("process {id} could not be told to stop"));
+            if let Err(error) = terminate(&running.child) {
+                let id = running.child.id();
+                note(&format!("process {id} could not be told to stop: {error}"));
             }
         }
     }
 
     /// Takes in the runs that have ended.
-    fn look(&mut self) -> anyhow::Result<()> {
+    fn look(&mut self) {
         let mut i = 0;
         while i < self.running.len() {
-            let Some(status) = self.running[i].child.try_wait()? else {
-                i += 1;
-                continue;
-            };
-            let Running { number, .. } = self.running.swap_remove(i);
-            let folder = &self.sweep.tasks[number].folder;
-            let name = folder.display();
-            let complaint = complaint(folder);
-            fs::remove_file(words(folder)).unwrap_or_default();
-            match status.code() {
-                Some(0) => say(&format!("{}{name} is done\n", self.clear()))?,
-                Some(STOPPED) => {}
-                _ => {
-                    self.failed += 1;
-                    let why = failure(folder).or(complaint).unwrap_or_else(|| status.to_string());
-                    say(&format!("{}{name} failed: {why}\n", self.clear()))?;
+            match self.running[i].child.try_wait() {
+                Ok(Some(status)) => {
+                    let ended = self.running.swap_remove(i);
+                    self.take_in(ended, status);
                 }
+                // What cannot be waited for is looked at again.
+                Ok(None) | Err(_) => i += 1,
             }
         }
         self.show(false);
-        Ok(())
     }
 
-    fn done(&self) -> usize {
-        let done = |task: &&super::file::Task| State::of(&task.folder) == State::Done;
-        self.sweep.tasks.iter().filter(done).count()
+    fn take_in(&mut self, ended: Running, status: ExitStatus) {
+        let Running { number, core, before, .. } = ended;
+        let folder = self.sweep.tasks[number].folder.clone();
+        self.stepped += steps_done(&folder).saturating_sub(before);
+        self.free.extend(core);
+        let is_failure = !matches!(status.code(), Some(0 | STOPPED | HELD) | None);
+        self.keep_words(&folder, is_failure);
+        match status.code() {
+            Some(0) => {
+                self.done += 1;
+                self.tell(number, "is done");
+            }
+            Some(STOPPED) => self.stopped += 1,
+            Some(HELD) => {
+                self.held += 1;
+                self.tell(number, "is another process's work");
+            }
+            None | Some(INTERRUPTED) => {
+                self.killed += 1;
+                self.tell(number, &format!("ended at once: {status}"));
+            }
+            Some(_) => {
+                self.failed += 1;
+                let why = failure(&folder);
+                let why = why.unwrap_or_else(|| status.to_string());
+                self.tell(number, &format!("failed: {why}"));
+            }
+        }
     }
 
-    fn clear(&self) -> &'static str {
-        if std::io::stderr().is_terminal() { "\r\x1b[K" } else { "" }
+    /// What a run said on standard error stays beside its folder if it failed without leaving the
+    /// reason itself, as a panic does.
+    fn keep_words(&self, folder: &Path, is_failure: bool) {
+        let words = words(folder);
+        let kept = complaint_file(folder);
+        // People's help, not the runs' truth: a disk that is full takes no word either.
+        if is_failure && !kept.exists() {
+            fs::rename(words, kept).unwrap_or_default();
+        } else {
+            fs::remove_file(words).unwrap_or_default();
+        }
+    }
+
+    /// Says what has become of a run; that nobody listens is no reason to stop.
+    fn tell(&self, number: usize, what: &str) {
+        let name = self.sweep.tasks[number].folder.display();
+        say(&format!("{}{name} {what}\n", clear())).unwrap_or_default();
     }
 
     /// One line for all runs: overwritten on a terminal, now and then elsewhere.
@@ -181,21 +278,54 @@ impl Pool<'_> {
             return;
         }
         self.shown = Instant::now();
-        let now: u64 = self.sweep.tasks.iter().map(|task| steps(&task.folder)).sum();
-        let seconds = self.began.elapsed().as_secs_f64();
-        let rate = now.saturating_sub(self.before) as f64 / seconds;
-        let left = self.all.saturating_sub(now) as f64 / rate / 60.0;
-        let left =
-            if left.is_finite() { format!(", {left:.0} minutes left") } else { String::new() };
-        let total = self.sweep.tasks.len();
-        let text = format!(
-            "{} of {total} done, {} running, {} failed; {rate:.0} steps/s{left}",
-            self.done(),
-            self.running.len(),
-            self.failed
-        );
+        let text = self.progress();
         let mut out = std::io::stderr();
         let end = if live && !is_last { "" } else { "\n" };
-        write!(out, "{}{text}{end}", self.clear()).and_then(|()| out.flush()).unwrap_or_default();
+        write!(out, "{}{text}{end}", clear()).and_then(|()| out.flush()).unwrap_or_default();
     }
+
+    fn progress(&self) -> String {
+        let tasks = &self.sweep.tasks;
+        // What is left of those that run, and what they have done here.
+        let mut left: u64 = self.waiting.iter().map(|&number| tasks[number].plan.run.steps).sum();
+        let mut stepped = self.stepped;
+        for running in &self.running {
+            let task = &tasks[running.number];
+            let now = steps_done(&task.folder);
+            left += task.plan.run.steps.saturating_sub(now);
+            stepped += now.saturating_sub(running.before);
+        }
+        let rate = stepped as f64 / self.began.elapsed().as_secs_f64();
+        let minutes = left as f64 / rate / 60.0;
+        let minutes = if minutes.is_finite() {
+            format!(", {minutes:.0} minutes left")
+        } else {
+            String::new()
+        };
+        format!(
+            "{} of {} done, {} running, {} failed; {rate:.0} steps/s{minutes}",
+            self.done,
+            tasks.len(),
+            self.running.len(),
+            self.failed
+        )
+    }
+}
+
+/// Asks a process to save and end.
+#[cfg(unix)]
+fn terminate(child: &Child) -> std::io::Result<()> {
+    use rustix::process::{Pid, Signal, kill_process};
+    Ok(kill_process(Pid::from_child(child), Signal::TERM)?)
+}
+
+/// Asks a process to save and end: on this system a console's Ctrl-C has done it.
+#[cfg(not(unix))]
+fn terminate(_: &Child) -> std::io::Result<()> {
+    Ok(())
+}
+
+/// What makes room for a line on a terminal.
+fn clear() -> &'static str {
+    if std::io::stderr().is_terminal() { "\r\x1b[K" } else { "" }
 }

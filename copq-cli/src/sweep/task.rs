@@ -1,45 +1,117 @@
 //! One run of a sweep: begun, gone on with, or left alone if it is done.
 
+use std::fs;
+use std::path::Path;
 use std::process::exit;
 
-use anyhow::Context;
+use anyhow::ensure;
 use copq::files;
-use copq_experiments::Ending;
+use copq_experiments::{Ending, Stop, complaint_file, held_by};
 
-use super::file::SweepFile;
-use crate::options::say;
+use super::cores;
+use super::file::{SweepFile, Task};
+use crate::options::{note, say};
 use crate::saved;
 use crate::train::train;
 
 /// Stopped, and can go on (EX_TEMPFAIL).
 pub const STOPPED: i32 = 75;
-/// What is written last into a finished run's folder.
-pub const DONE: &str = "DONE";
+/// Another process is at it (EX_CANTCREAT).
+pub const HELD: i32 = 73;
 
-pub fn run(sweep: &SweepFile, number: usize) -> anyhow::Result<()> {
-    let count = sweep.tasks.len();
-    let task = sweep.tasks.get(number).with_context(|| {
-        format!("--task {number}: wanted one of the file's {count} runs, from 0")
-    })?;
+/// Trains one run of a file; the exit code 75 means that it was stopped and can go on, 73 that
+/// another process is at it.
+#[derive(clap::Args)]
+pub struct One {
+    #[command(flatten)]
+    named: super::Named,
+
+    /// The run's number, counted from 0 as copq sweep plan does.
+    #[arg(long, value_name = "N")]
+    task: usize,
+
+    /// The fingerprint that the run must have: the file may have changed since.
+    #[arg(long, value_name = "LETTERS", hide = true)]
+    expect: Option<String>,
+
+    /// The processor to stay on.
+    #[arg(long, value_name = "N", hide = true)]
+    core: Option<usize>,
+}
+
+impl One {
+    pub fn run(self) -> anyhow::Result<()> {
+        // Before all else: a signal must not end what has not yet begun to listen.
+        let stop = Stop::catch()?;
+        cores::be_called_copq();
+        if let Some(core) = self.core {
+            cores::stay_on(core);
+        }
+        let task = SweepFile::read_task(&self.named.file, self.task)?;
+        let file = self.named.file.display();
+        ensure!(
+            self.expect.is_none_or(|expected| expected == task.fingerprint),
+            "'{file}' has changed since this sweep was begun; start it again"
+        );
+        run(&task, &stop)
+    }
+}
+
+fn run(task: &Task, stop: &Stop) -> anyhow::Result<()> {
     let folder = &task.folder;
-    if folder.join(DONE).is_file() {
+    if task.is_done() {
         return Ok(say(&format!("{} is done\n", folder.display()))?);
     }
+    leave_if_held(folder);
+    // What was said of an earlier failure is no longer true.
+    fs::remove_file(complaint_file(folder)).unwrap_or_default();
+    let ending = begin_or_go_on(task);
+    match ending {
+        Ok(Ending::Finished { .. }) => Ok(()),
+        Ok(_) => exit(STOPPED),
+        Err(error) => {
+            // Another may have been quicker between the look and the lock.
+            leave_if_held(folder);
+            if stop.is_asked() {
+                note(&format!("{error:#}"));
+                exit(STOPPED)
+            }
+            complain(folder, &error);
+            Err(error)
+        }
+    }
+}
+
+/// Leaves the reason of a failure beside the folder, which may be full or not there at all. If that
+/// cannot be done either, it has been said on standard error.
+fn complain(folder: &Path, error: &anyhow::Error) {
+    let text = format!("Error: {error:#}\n");
+    files::replace(&complaint_file(folder), text.as_bytes()).unwrap_or_default();
+}
+
+/// Ends the process if another is at the run.
+fn leave_if_held(folder: &Path) {
+    if let Some(who) = held_by(folder) {
+        note(&format!("{} is another's: {who}", folder.display()));
+        exit(HELD);
+    }
+}
+
+fn begin_or_go_on(task: &Task) -> anyhow::Result<Ending> {
+    let folder = &task.folder;
     let prepared = task.prepare()?;
-    let init = if folder.join("config.toml").is_file() {
+    let is_there = folder.join("config.toml").is_file();
+    let init = if is_there {
         saved::init(folder, &prepared.plan)?
     } else {
         prepared.plan.init_from.as_deref().map(saved::policy_file).transpose()?
     };
-    let ending = train(prepared.recipe, prepared.plan, init, |recipe, plan| {
-        if folder.join("config.toml").is_file() {
+    train(prepared.recipe, prepared.plan, init, |recipe, plan| {
+        if is_there {
+            saved::note_other_build(folder);
             Ok(recipe.resume(folder, plan)?)
         } else {
             Ok(recipe.create(folder, plan)?)
         }
-    })?;
-    match ending {
-        Ending::Finished { .. } => Ok(files::replace(&folder.join(DONE), b"")?),
-        _ => exit(STOPPED),
-    }
+    })
 }

@@ -8,7 +8,7 @@ use copq_render::{Figure, Panel, Point, Series};
 
 use super::LIMIT_NOTE;
 use super::curves::{Evaluated, Quantity};
-use crate::config::{RunConfig, difference};
+use crate::config::{RunConfig, complete, difference};
 use crate::folder::read_config;
 use crate::numbers::grouped;
 use crate::plan::Plan;
@@ -109,7 +109,8 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[Limit], out: &Path) -> 
 /// that all of a label's seeds reached, as the median over the seeds and, for several seeds, their
 /// range; then the mean weighted total of all evaluations until then (the area under its curve), as
 /// the mean over the seeds and, from three on, its bootstrap interval at 95 %; and how likely a seed
-/// has more of it than one of the first label's, where both have three.
+/// has more of it than one of the first label's, up to the last step that all of both reached, where
+/// both have three.
 pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
@@ -123,10 +124,9 @@ pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
     let mut text = row(head.collect());
     let columns = quantities.len() + 1 + usize::from(groups.len() > 1);
     text += &format!("|---|--:|--:|{}\n", "--:|".repeat(columns));
-    let first_areas = groups[0].areas();
     for (i, group) in groups.iter().enumerate() {
-        let areas = group.areas();
-        let beats = if i == 0 { String::new() } else { chance(&areas, &first_areas) };
+        let areas = group.areas(group.last_step());
+        let beats = if i == 0 { String::new() } else { group.chance_to_beat(&groups[0]) };
         let first =
             [group.label.clone(), group.seeds.len().to_string(), grouped(group.last_step())];
         text += &row(first
@@ -139,7 +139,8 @@ pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
     Ok(text)
 }
 
-/// A mean over seeds, with its interval if there are enough of them.
+/// A mean over seeds, with its interval if there are enough of them. One seed that is not a number
+/// leaves nothing to say.
 fn with_interval(values: &[f64]) -> String {
     let middle = mean(values);
     match Bootstrap::default().interval(&[values], mean) {
@@ -147,14 +148,6 @@ fn with_interval(values: &[f64]) -> String {
         None => format!("{middle:.1}"),
         Some([low, high]) => format!("{middle:.1} [{low:.1}, {high:.1}]"),
     }
-}
-
-/// How likely a value of the first is larger than one of the second, if there are enough of both.
-fn chance(first: &[f64], second: &[f64]) -> String {
-    if first.len().min(second.len()) < FEWEST {
-        return String::new();
-    }
-    format!("{:.2}", probability_of_improvement(first, second))
 }
 
 fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
@@ -220,14 +213,6 @@ fn check_same_method(label: &str, first: Option<&Config>, other: Option<&Config>
     }
 }
 
-/// A learner's settings with the defaults of those that its run did not know yet; other settings as
-/// they are.
-fn complete(settings: &toml::Table) -> toml::Table {
-    let learner: Option<copq::Config> = settings.clone().try_into().ok();
-    let completed = learner.and_then(|learner| toml::Table::try_from(learner).ok());
-    completed.unwrap_or_else(|| settings.clone())
-}
-
 /// Every quantity that some run has, in the runs' order: the weighted total, then objectives.
 fn quantities(groups: &[Group]) -> Vec<Quantity> {
     let mut all = Vec::new();
@@ -264,9 +249,19 @@ impl Group {
         self.seeds.iter().map(Evaluated::last_step).min().unwrap_or(0)
     }
 
-    /// The area under each seed's weighted total up to the last step that all reached.
-    fn areas(&self) -> Vec<f64> {
-        let end = self.last_step();
+    /// How likely a seed's area is larger than one of the other's, if there are enough of both.
+    fn chance_to_beat(&self, other: &Self) -> String {
+        let end = self.last_step().min(other.last_step());
+        let both = [self.areas(end), other.areas(end)];
+        if both.iter().any(|areas| areas.len() < FEWEST) {
+            return String::new();
+        }
+        let chance = probability_of_improvement(&both[0], &both[1]);
+        if chance.is_nan() { String::new() } else { format!("{chance:.2}") }
+    }
+
+    /// The area under each seed's weighted total up to a step.
+    fn areas(&self, end: u64) -> Vec<f64> {
         let area = |seed: &Evaluated| {
             let means = seed.means(&Quantity::WeightedTotal).into_iter();
             let until = means.filter(|(step, _)| *step <= end);
@@ -362,6 +357,10 @@ mod tests {
                 .unwrap()
                 .contains("| cholesky | 3 | 1,000 | 2.5 (1.5 to 4.5) |")
         );
+        // Who went on longer is compared as far as both went.
+        let seeds = ["m1", "m2"].map(|name| labelled("minimum", name, [9.0, 9.0, -900.0]));
+        let table = comparison_table(&[&runs[..], &seeds].concat()).unwrap();
+        assert!(table.contains("| -145.3 [-218.2, 0.5] | 0.67 |"), "{table}");
         let limit = |objective: &str, value| Limit { objective: objective.to_owned(), value };
         for name in ["x.svg", "x.png"] {
             compare("COP-Q", &runs, &[limit("speed", 20.5)], &folder.path().join(name)).unwrap();

@@ -8,10 +8,11 @@ use copq_render::Point;
 
 use crate::sheet::Sheet;
 
-/// A run's evaluations.
+/// A run's evaluations: the file's numbers, read once.
 #[derive(Clone, Debug)]
 pub(crate) struct Evaluated {
-    sheet: Sheet,
+    steps: Vec<u64>,
+    columns: Vec<(String, Vec<f64>)>,
 }
 
 /// What a curve is of.
@@ -43,22 +44,24 @@ impl Evaluated {
     pub(crate) fn read(folder: &Path) -> Result<Self> {
         let path = folder.join("evaluations.csv");
         let sheet = Sheet::read(&path)?;
-        if sheet.steps().is_empty() {
+        let steps = sheet.steps();
+        if steps.is_empty() {
             return Err(Error::invalid(
                 format!("'{}'", path.display()),
                 "at least one evaluation",
                 "none",
             ));
         }
-        Ok(Self { sheet })
+        let column = |name: &String| Some((name.clone(), sheet.column(name)?));
+        Ok(Self { steps, columns: sheet.columns().iter().filter_map(column).collect() })
     }
 
     /// The weighted total, then the objectives in the order of their priority.
     pub(crate) fn quantities(&self) -> Vec<Quantity> {
-        let objective = |column: &String| {
+        let objective = |(column, _): &(String, Vec<f64>)| {
             Some(column.strip_prefix("return/")?.strip_suffix("/mean")?.to_owned())
         };
-        let objectives = self.sheet.columns().iter().filter_map(objective).map(Quantity::Return);
+        let objectives = self.columns.iter().filter_map(objective).map(Quantity::Return);
         std::iter::once(Quantity::WeightedTotal).chain(objectives).collect()
     }
 
@@ -66,25 +69,26 @@ impl Evaluated {
     pub(crate) fn over_episodes(&self, quantity: &Quantity) -> Vec<Point> {
         let [middle, low, high] =
             ["mean", "min", "max"].map(|statistic| self.statistic(quantity, statistic));
-        let steps = self.sheet.steps().into_iter().enumerate();
+        let steps = self.steps.iter().enumerate();
         let point =
-            |(i, step)| Point { step: step as f64, middle: middle[i], low: low[i], high: high[i] };
+            |(i, &step)| Point { step: step as f64, middle: middle[i], low: low[i], high: high[i] };
         steps.map(point).collect()
     }
 
     /// The step of the last evaluation.
     pub(crate) fn last_step(&self) -> u64 {
-        self.sheet.steps().last().copied().unwrap_or(0)
+        self.steps.last().copied().unwrap_or(0)
     }
 
     /// Step and mean return of each evaluation.
     pub(crate) fn means(&self, quantity: &Quantity) -> Vec<(u64, f64)> {
-        self.sheet.steps().into_iter().zip(self.statistic(quantity, "mean")).collect()
+        self.steps.iter().copied().zip(self.statistic(quantity, "mean")).collect()
     }
 
     /// One number an evaluation, NaN where there is none.
     fn statistic(&self, quantity: &Quantity, statistic: &str) -> Vec<f64> {
-        let column = self.sheet.column(&format!("{}/{statistic}", quantity.column()));
-        column.unwrap_or_else(|| vec![f64::NAN; self.sheet.steps().len()])
+        let name = format!("{}/{statistic}", quantity.column());
+        let column = self.columns.iter().find(|(column, _)| *column == name);
+        column.map_or_else(|| vec![f64::NAN; self.steps.len()], |(_, values)| values.clone())
     }
 }

@@ -9,7 +9,7 @@ use copq::{EnvSpec, Result};
 use copq_render::{Figure, Panel, Series};
 
 pub use compare::{Labelled, Limit, compare, comparison_table};
-use curves::Evaluated;
+pub(crate) use curves::{Evaluated, Quantity};
 
 /// What a dashed line means.
 const LIMIT_NOTE: &str = " Dashed: the limit.";

@@ -1,5 +1,6 @@
 //! Statistics over seeds: means and intervals, comparisons, curves. A replicate is a seed, never an
-//! episode. All numbers are NaN for no numbers.
+//! episode. All numbers are NaN for no numbers, and where one of them is NaN: a seed that diverged is
+//! not left out in silence. ([`min`] and [`max`] alone pass over NaNs.)
 //!
 //! ```
 //! use copq_experiments::statistics::{Bootstrap, iqm, probability_of_improvement};
@@ -32,9 +33,14 @@ pub fn std(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - centre).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
 }
 
+/// Whether one of the values is no number.
+fn has_nan(values: &[f64]) -> bool {
+    values.iter().any(|value| value.is_nan())
+}
+
 /// The middle value, or the mean of the two middle ones.
 pub fn median(values: &[f64]) -> f64 {
-    if values.is_empty() {
+    if values.is_empty() || has_nan(values) {
         return f64::NAN;
     }
     let mut sorted = values.to_vec();
@@ -58,6 +64,9 @@ pub fn max(values: &[f64]) -> f64 {
 pub fn iqm(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
+    if has_nan(values) {
+        return f64::NAN;
+    }
     let quarter = sorted.len() / 4;
     mean(&sorted[quarter..sorted.len() - quarter])
 }
@@ -65,6 +74,9 @@ pub fn iqm(values: &[f64]) -> f64 {
 /// How likely a value of the first method is larger than one of the second; equal ones count half
 /// (Mann and Whitney's U over the number of pairs).
 pub fn probability_of_improvement(first: &[f64], second: &[f64]) -> f64 {
+    if has_nan(first) || has_nan(second) {
+        return f64::NAN;
+    }
     let pairs = first.iter().flat_map(|x| second.iter().map(move |y| x.partial_cmp(y)));
     let wins: f64 = pairs
         .map(|order| match order {
@@ -76,7 +88,7 @@ pub fn probability_of_improvement(first: &[f64], second: &[f64]) -> f64 {
     wins / (first.len() * second.len()) as f64
 }
 
-/// A performance profile: the share of the values above each threshold.
+/// A performance profile: the share of the values above each threshold; a NaN is above none.
 pub fn profile(values: &[f64], thresholds: &[f64]) -> Vec<f64> {
     let above = |threshold: &f64| values.iter().filter(|value| *value > threshold).count();
     thresholds.iter().map(|threshold| above(threshold) as f64 / values.len() as f64).collect()
@@ -121,6 +133,13 @@ mod tests {
         let values = [4.0, 1.0, 3.0, 2.0];
         assert_eq!((mean(&values), median(&values), median(&values[..3])), (2.5, 2.5, 3.0));
         assert_eq!((std(&values), min(&values), max(&values)), (1.25f64.sqrt(), 1.0, 4.0));
-        assert!([mean, std, median, min, max].iter().all(|f| f(&[]).is_nan()));
+        assert!([mean, std, median, iqm, min, max].iter().all(|f| f(&[]).is_nan()));
+        let diverged = [1.0, f64::NAN, 3.0, 2.0];
+        assert!([mean, std, median, iqm].iter().all(|f| f(&diverged).is_nan()));
+        assert_eq!((min(&diverged), max(&diverged)), (1.0, 3.0));
+        for [a, b] in [[&values, &diverged], [&diverged, &values]] {
+            assert!(probability_of_improvement(a, b).is_nan());
+        }
+        assert!(probability_of_improvement(&values, &[]).is_nan());
     }
 }

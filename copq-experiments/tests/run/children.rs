@@ -104,7 +104,7 @@ fn sigint_saves_and_ends_well() {
 #[cfg(unix)]
 fn after_a_run_signals_do_what_they_did_before() {
     use std::os::unix::process::ExitStatusExt;
-    for (signal, number) in [("-INT", 2), ("-TERM", 15), ("-HUP", 1)] {
+    for (signal, number) in [("-INT", 2), ("-TERM", 15), ("-HUP", 1), ("-USR1", 10)] {
         let temporary = tempfile::tempdir().unwrap();
         let folder = temporary.path().join("run");
         let mut child = Command::new(std::env::current_exe().unwrap())

@@ -39,6 +39,7 @@ fn a_run_leaves_all_its_files() {
         names.iter().partition(|name| name.starts_with("events.out.tfevents."));
     let wanted = [
         ".lock",
+        "DONE",
         "checkpoint.1.safetensors",
         "checkpoint.safetensors",
         "config.toml",

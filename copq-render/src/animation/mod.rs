@@ -7,7 +7,7 @@
 
 mod camera;
 mod caption;
-mod gif;
+pub(crate) mod gif;
 mod side;
 mod text;
 
@@ -121,7 +121,10 @@ impl Animation {
                 path.display(),
             ));
         }
-        files::replace(path, &gif::encode(self, draw)?)
+        let mut picture = self.pictures(draw)?;
+        let delays: Vec<u64> = self.delays().collect();
+        let mut picture = |i: usize| picture(&self.frames[i].scene);
+        files::replace(path, &gif::encode([WIDTH, HEIGHT], &delays, &mut picture)?)
     }
 
     /// Writes every frame as a picture of its own, `frame-00000.png` and so on; makes the folder.

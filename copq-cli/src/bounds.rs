@@ -1,0 +1,219 @@
+//! `copq bounds`: what each projection makes of critics that disagree, drawn.
+
+use std::path::{Path, PathBuf};
+
+use copq::files;
+use copq::projection::{self, Disagreement, QView};
+use copq_render::Plane;
+
+use crate::options::say;
+
+/// Bounds that are built on the covariance; the paper's Figure B.1 compares them.
+const COMPARED: [&str; 4] = ["cholesky", "eigen", "extremum", "diagonal"];
+/// From where to where the pictures go, of both objectives.
+const SHOWN: [[f64; 2]; 2] = [[-3.2, 3.2], [-3.2, 3.2]];
+const AXES: [&str; 2] = ["Q of safety", "Q of speed"];
+/// Pictures of the animation, and how long each is shown (hundredths of a second).
+const PICTURES: usize = 61;
+const SHOWN_FOR: u16 = 8;
+
+/// Draws what each bound makes of critics that disagree: the paper's Figures 1, 2 and B.1, and the
+/// clip as an animation over the correlation.
+///
+/// All points are computed by the projections that training uses, of critics with the covariance
+/// that is drawn. Without --std and --correlation the paper's cases are drawn.
+#[derive(clap::Args)]
+pub struct Bounds {
+    /// Folder for the pictures.
+    #[arg(long, value_name = "DIR", default_value = "bounds")]
+    out: PathBuf,
+
+    /// The critics' standard deviations of safety and of speed, as 1,2: one picture of all bounds.
+    #[arg(long, value_name = "A,B", value_delimiter = ',', num_args = 1, requires = "correlation")]
+    std: Option<Vec<f64>>,
+
+    /// How the critics' safety and speed go together, from -1 to 1.
+    #[arg(long, value_name = "R", requires = "std", allow_negative_numbers = true)]
+    correlation: Option<f64>,
+
+    /// The objectives' weights.
+    #[arg(long, value_name = "A,B", value_delimiter = ',', num_args = 1, default_value = "1,1")]
+    weights: Vec<f32>,
+}
+
+impl Bounds {
+    pub fn run(self) -> anyhow::Result<()> {
+        let folder = &self.out;
+        std::fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
+        let weights = pair("weights", &self.weights)?;
+        if let (Some(std), Some(correlation)) = (&self.std, self.correlation) {
+            let critics = Critics::new(pair("std", std)?, correlation)?;
+            let title = format!("Bounds at a correlation of {correlation}");
+            write(folder, "bounds", &critics.all_bounds(&title, weights)?)?;
+        } else {
+            paper(folder, weights)?;
+        }
+        Ok(say(&format!("pictures in {}\n", folder.display()))?)
+    }
+}
+
+fn pair<T: Copy>(name: &str, values: &[T]) -> copq::Result<[T; 2]> {
+    values.try_into().map_err(|_| {
+        let got = format!("{} numbers", values.len());
+        copq::Error::invalid(format!("--{name}"), "two numbers, as 1,2", got)
+    })
+}
+
+/// The paper's pictures.
+fn paper(folder: &Path, weights: [f32; 2]) -> anyhow::Result<()> {
+    let usual = Critics::new([1.0, 1.3], 0.5)?;
+    write(folder, "figure-1a", &scalarised(weights)?)?;
+    write(folder, "figure-1b", &independent()?)?;
+    write(folder, "figure-1c", &usual.bounds_of_cholesky(weights)?)?;
+    write(folder, "figure-2a", &usual.clip("No clip: the bound lies below", weights)?)?;
+    let against = Critics::new([1.0, 2.4], -0.95)?;
+    write(folder, "figure-2b", &against.clip("Clipped: turned onto the line", weights)?)?;
+    for (name, correlation) in [("figure-b1a", 0.6), ("figure-b1b", -0.6)] {
+        let title = format!("Lower bounds, correlation {correlation}");
+        let critics = Critics::new([1.0, 1.6], correlation)?;
+        write(folder, name, &critics.all_bounds(&title, weights)?)?;
+    }
+    let films: Vec<Plane> = (0..PICTURES)
+        .map(|i| {
+            // There and back again.
+            let share = i as f64 / (PICTURES - 1) as f64;
+            let correlation = 0.98 * (std::f64::consts::TAU * share).cos();
+            let title = format!("Correlation {correlation:+.2}");
+            Critics::new([1.0, 2.0], correlation)?.clip(&title, weights)
+        })
+        .collect::<copq::Result<_>>()?;
+    Ok(Plane::write_gif(&films, SHOWN_FOR, folder.join("clip.gif"))?)
+}
+
+fn write(folder: &Path, name: &str, plane: &Plane) -> copq::Result<()> {
+    ["svg", "png"]
+        .iter()
+        .try_for_each(|ending| plane.write(folder.join(format!("{name}.{ending}"))))
+}
+
+/// Three critics around zero with a covariance.
+struct Critics {
+    q: [f32; 6],
+    row: Disagreement,
+}
+
+impl Critics {
+    fn new([safety, speed]: [f64; 2], correlation: f64) -> copq::Result<Self> {
+        if !(safety > 0.0 && speed > 0.0 && safety.is_finite() && speed.is_finite()) {
+            let got = format!("{safety},{speed}");
+            return Err(copq::Error::invalid("--std", "two numbers above 0", got));
+        }
+        if !(-1.0..=1.0).contains(&correlation) {
+            return Err(copq::Error::invalid("--correlation", "-1 to 1", correlation));
+        }
+        // The corners of a triangle have the identity as covariance; its factor does the rest.
+        let corner = |k: usize| {
+            let angle = std::f64::consts::TAU * k as f64 / 3.0;
+            [angle.cos(), angle.sin()].map(|x| x * 2f64.sqrt())
+        };
+        let mut q = [0.0; 6];
+        for (k, value) in q.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+            let [x, y] = corner(k);
+            let rest = (1.0 - correlation * correlation).sqrt();
+            *value = [(safety * x) as f32, (speed * (correlation * x + rest * y)) as f32];
+        }
+        let row = Disagreement::of(QView::new(&q, 3, 2)?, 0)?;
+        Ok(Self { q, row })
+    }
+
+    fn points(&self) -> Vec<[f64; 2]> {
+        self.q.as_chunks::<2>().0.iter().map(|q| q.map(f64::from)).collect()
+    }
+
+    fn mean(&self) -> [f64; 2] {
+        [self.row.mean()[0], self.row.mean()[1]]
+    }
+
+    /// The ellipse of one deviation, with the critics.
+    fn plane(&self, title: &str) -> copq::Result<Plane> {
+        Ok(Plane::new(title, AXES)
+            .ranges(SHOWN)
+            .points("critics", self.points())
+            .closed("one deviation", self.row.ellipse([0, 1], 1.0, 120)?))
+    }
+
+    fn bound(&self, name: &str, weights: [f32; 2], step: f32) -> copq::Result<[f64; 2]> {
+        let bound = self.row.bound(projection::by_name(name)?.as_ref(), &weights, step)?;
+        Ok([bound[0], bound[1]])
+    }
+
+    /// Figure B.1.
+    fn all_bounds(&self, title: &str, weights: [f32; 2]) -> copq::Result<Plane> {
+        let mut plane = self.plane(title)?;
+        for name in COMPARED {
+            plane = plane.arrow(name, [self.mean(), self.bound(name, weights, -1.0)?]);
+        }
+        Ok(plane)
+    }
+
+    /// Figure 1 (c).
+    fn bounds_of_cholesky(&self, weights: [f32; 2]) -> copq::Result<Plane> {
+        let [lower, upper] = [-1.0, 1.0].map(|step| self.bound("cholesky", weights, step));
+        Ok(self
+            .plane("One bound for the vector")?
+            .arrow("lower", [self.mean(), lower?])
+            .arrow("upper", [self.mean(), upper?]))
+    }
+
+    /// Figure 2: L u, and what the clip makes of it.
+    fn clip(&self, title: &str, weights: [f32; 2]) -> copq::Result<Plane> {
+        let length = f64::from(weights[0]).hypot(f64::from(weights[1]));
+        let u = weights.map(|weight| f64::from(weight) / length);
+        let l = self.row.factor();
+        let mean = self.mean();
+        let free = [0, 1].map(|i| mean[i] - l[(i, 0)] * u[0] - l[(i, 1)] * u[1]);
+        // Where the total is the mean's.
+        let far = 10.0;
+        let along = [-far, far].map(|t| [mean[0] - t * u[1], mean[1] + t * u[0]]);
+        Ok(self
+            .plane(title)?
+            .line("same total", inside(along))
+            .arrow("without clip", [mean, free])
+            .arrow("cholesky", [mean, self.bound("cholesky", weights, -1.0)?]))
+    }
+}
+
+/// The part of a line through the middle that is shown.
+fn inside(line: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    let size = line[0][0].abs().max(line[0][1].abs());
+    line.map(|end| end.map(|x| x * SHOWN[0][1] / size))
+}
+
+/// Figure 1 (a): which of two critics has the smaller total is chance.
+fn scalarised(weights: [f32; 2]) -> copq::Result<Plane> {
+    let [first, second] = [[1.1, -0.9], [-1.0, 0.8]];
+    let chosen = smallest("scalarised-min", &[first, second], weights)?;
+    Ok(Plane::new("The critic with the smaller total", AXES)
+        .ranges(SHOWN)
+        .points("two critics", vec![first, second])
+        .line("same total as the chosen", {
+            let total = f64::from(weights[0]) * chosen[0] + f64::from(weights[1]) * chosen[1];
+            [-3.0, 3.0].map(|x| [x, (total - f64::from(weights[0]) * x) / f64::from(weights[1])])
+        })
+        .points("chosen", vec![chosen]))
+}
+
+/// Figure 1 (b): the smallest of each objective is a point that no critic is near.
+fn independent() -> copq::Result<Plane> {
+    let critics = Critics::new([1.0, 1.3], -0.8)?;
+    let chosen = smallest("independent-min", &critics.points(), [1.0; 2])?;
+    Ok(critics.plane("The smallest value of each objective")?.points("chosen", vec![chosen]))
+}
+
+/// What a minimum over critics chooses.
+fn smallest(name: &str, critics: &[[f64; 2]], weights: [f32; 2]) -> copq::Result<[f64; 2]> {
+    let q: Vec<f32> = critics.concat().iter().map(|&x| x as f32).collect();
+    let row = Disagreement::of(QView::new(&q, critics.len(), 2)?, 0)?;
+    let bound = row.bound(projection::by_name(name)?.as_ref(), &weights, -1.0)?;
+    Ok([bound[0], bound[1]])
+}

@@ -1,0 +1,74 @@
+//! The page of a sweep.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use copq_experiments::{Plan, ReportRun, RunSettings, Standing, fingerprint};
+
+use super::file::{SweepFile, Task};
+use crate::report::{Making, find, limits};
+use crate::saved;
+
+/// Puts a sweep's runs on one page, those that have not begun among them.
+///
+/// Example: copq sweep report experiments/quick.toml
+#[derive(clap::Args)]
+pub struct Report {
+    #[command(flatten)]
+    named: super::Named,
+
+    #[command(flatten)]
+    making: Making,
+
+    /// Where the file's runs may also lie, however long they are: for one that has not begun, a run
+    /// of the same method, settings, task and seed anywhere in this folder takes its place.
+    #[arg(long, value_name = "DIR")]
+    from: Vec<PathBuf>,
+}
+
+impl Report {
+    pub fn run(self) -> anyhow::Result<()> {
+        let Self { named, making, from } = self;
+        let sweep = SweepFile::read(&named.file)?;
+        let elsewhere = runs_in(&from)?;
+        let making = making.references_of(&sweep.reference);
+        making.make(&sweep.out.join("report.html"), &sweep.title, || {
+            Ok(sweep.tasks.iter().map(|task| of_task(task, &elsewhere)).collect())
+        })
+    }
+}
+
+fn of_task(task: &Task, elsewhere: &BTreeMap<String, PathBuf>) -> ReportRun {
+    let mut folder = task.folder.clone();
+    if Standing::of(&folder) == Standing::Waiting
+        && let Some(other) = identity(&task.plan, &task.settings).and_then(|it| elsewhere.get(&it))
+    {
+        folder.clone_from(other);
+    }
+    ReportRun {
+        label: task.arm.clone(),
+        limits: limits(&task.plan),
+        planned: Some((task.plan.clone(), task.settings.clone())),
+        ..ReportRun::new(folder)
+    }
+}
+
+/// The runs in some folders, by what they are.
+fn runs_in(folders: &[PathBuf]) -> anyhow::Result<BTreeMap<String, PathBuf>> {
+    let mut runs = BTreeMap::new();
+    for folder in folders {
+        find(folder, usize::MAX, &mut |run| {
+            // What cannot be read is nobody's run.
+            let Ok((plan, recipe)) = saved::run(run) else { return };
+            let Ok(settings) = recipe.settings() else { return };
+            runs.extend(identity(&plan, &settings).map(|it| (it, run.to_owned())));
+        })?;
+    }
+    Ok(runs)
+}
+
+/// What a run is but for its length and cadence.
+fn identity(plan: &Plan, settings: &toml::Table) -> Option<String> {
+    let run = RunSettings { seed: plan.run.seed, ..RunSettings::default() };
+    fingerprint(&Plan { run, critics: None, ..plan.clone() }, settings).ok()
+}

@@ -1,0 +1,282 @@
+//! A sweep for Slurm or GNU parallel: readable files, and then what submits them.
+
+use std::fs;
+use std::path::{Path, PathBuf, absolute};
+use std::process::Command;
+
+use anyhow::{Context, ensure};
+use clap::ValueEnum;
+use copq::files;
+
+use super::file::SweepFile;
+use crate::options::{count, quoted, say};
+
+/// Most tasks of one array; Slurm's own limit is 1001 unless its administrator has raised it.
+const ARRAY: usize = 1_000;
+/// Seconds before its time limit at which a run is told to save.
+const WARNING: u32 = 120;
+
+/// Hands all that is not done yet to Slurm, or writes it down for GNU parallel.
+///
+/// Leaves what it submits in the folder submit/ beside the runs: the sweep's file as it is now, the
+/// scripts, and each run's words. Slurm starts a run again that it has stopped at its time limit, or
+/// whose node died; it goes on from its last checkpoint. The same command submits what is not done.
+#[derive(clap::Args)]
+pub struct Submit {
+    #[command(flatten)]
+    named: super::Named,
+
+    /// Who runs them: slurm submits an array of jobs, and then one that makes the report; parallel
+    /// writes a list for GNU parallel.
+    #[arg(long, default_value = "slurm")]
+    engine: Engine,
+
+    /// Only writes the files.
+    #[arg(long)]
+    dry_run: bool,
+
+    /// Slurm's partition.
+    #[arg(long, value_name = "NAME")]
+    partition: Option<String>,
+
+    /// Slurm's account.
+    #[arg(long, value_name = "NAME")]
+    account: Option<String>,
+
+    /// Time limit of each run between two saves, as Slurm has it (2:00:00, 1-00:00:00); a run that
+    /// reaches it is saved and goes on in another turn.
+    #[arg(long, value_name = "TIME", default_value = "4:00:00")]
+    time: String,
+
+    /// Memory of each run, as Slurm has it; a checkpoint takes the replay's size twice.
+    #[arg(long, value_name = "SIZE", default_value = "2G")]
+    memory: String,
+
+    /// Runs at the same time. [default: slurm: as many as it lets; parallel: one a core]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    at_once: Option<usize>,
+
+    /// Another line for Slurm, such as --sbatch=--constraint=avx512; may be given several times.
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    sbatch: Vec<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Engine {
+    Slurm,
+    Parallel,
+}
+
+/// Where everything is.
+struct Place {
+    /// The folder of what is submitted.
+    folder: PathBuf,
+    /// The sweep's file as it is now.
+    file: PathBuf,
+    /// This program's copy.
+    program: PathBuf,
+    /// Where relative paths of the file begin.
+    start: PathBuf,
+}
+
+impl Submit {
+    pub fn run(self) -> anyhow::Result<()> {
+        let sweep = SweepFile::read(&self.named.file)?;
+        let numbers: Vec<usize> =
+            (0..sweep.tasks.len()).filter(|&number| !sweep.tasks[number].is_done()).collect();
+        let total = sweep.tasks.len();
+        if numbers.is_empty() {
+            return Ok(say(&format!("all {total} runs are done; nothing is left to submit\n"))?);
+        }
+        let place = Self::write_down(&sweep)?;
+        say(&format!("{} of {total} runs are not done yet\n", numbers.len()))?;
+        match self.engine {
+            Engine::Slurm => self.slurm(&sweep, &place, &numbers),
+            Engine::Parallel => self.parallel(&place, &numbers),
+        }
+    }
+
+    /// Makes the folder, with the file that the runs will read.
+    fn write_down(sweep: &SweepFile) -> anyhow::Result<Place> {
+        let out = absolute(&sweep.out)?;
+        let folder = out.join("submit");
+        let logs = folder.join("logs");
+        fs::create_dir_all(&logs).map_err(files::failed("making", &logs))?;
+        let file = folder.join("sweep.toml");
+        files::replace(&file, sweep.frozen(&out)?.as_bytes())?;
+        // Its copy, so that all runs are of one build whatever is compiled meanwhile.
+        let program = folder.join("copq");
+        let this = std::env::current_exe()?;
+        files::replace_with(&program, |path| {
+            fs::copy(&this, path).map(drop).map_err(files::failed("copying", &this))
+        })?;
+        Ok(Place { folder, file, program, start: std::env::current_dir()? })
+    }
+
+    fn slurm(&self, sweep: &SweepFile, place: &Place, numbers: &[usize]) -> anyhow::Result<()> {
+        let threads = sweep.tasks.iter().map(|task| task.plan.threads).max().unwrap_or(1);
+        let runs = place.folder.join("runs.sbatch");
+        files::replace(&runs, self.array_script(place, threads)?.as_bytes())?;
+        let report = place.folder.join("report.sbatch");
+        files::replace(&report, self.report_script(place)?.as_bytes())?;
+        let arrays = arrays(numbers, self.at_once);
+        if self.dry_run {
+            for [array, first] in &arrays {
+                say(&format!("sbatch --array={array} {} {first}\n", word(&runs)?))?;
+            }
+            let report = word(&report)?;
+            let line = "sbatch --dependency=afterany:ID --kill-on-invalid-dep=yes";
+            return Ok(say(&format!("{line} {report}\n"))?);
+        }
+        let mut ids = Vec::new();
+        for [array, first] in &arrays {
+            let id = sbatch(&[&format!("--array={array}")], &runs, &[first])?;
+            say(&format!("job {id}: runs {array} from {first} on\n"))?;
+            ids.push(id);
+        }
+        let after = format!("--dependency=afterany:{}", ids.join(":"));
+        let id = sbatch(&[&after, "--kill-on-invalid-dep=yes"], &report, &[])?;
+        Ok(say(&format!("job {id}: the report, when they have ended\n"))?)
+    }
+
+    fn parallel(&self, place: &Place, numbers: &[usize]) -> anyhow::Result<()> {
+        let list = place.folder.join("runs.txt");
+        let program = word(&place.program)?;
+        let file = word(&place.file)?;
+        let start = word(&place.start)?;
+        let line = |number: &usize| {
+            format!("cd {start} && exec {program} sweep task {file} --task {number}\n")
+        };
+        files::replace(&list, numbers.iter().map(line).collect::<String>().as_bytes())?;
+        let log = word(&place.folder.join("joblog"))?;
+        let jobs = self.at_once.map_or(String::new(), |jobs| format!(" -j {jobs}"));
+        let list = word(&list)?;
+        // After Ctrl-C the runs have two minutes to save.
+        let command = format!(
+            "parallel --joblog {log} --resume-failed --termseq TERM,120000,KILL,25{jobs} < {list}"
+        );
+        Ok(say(&format!("{command}\n"))?)
+    }
+
+    /// The head of a script: its name, where its words go, and what the user has asked for.
+    fn head(&self, place: &Place, name: &str, log: &str) -> anyhow::Result<String> {
+        let shown = place.folder.to_str().context("the folder's name: wanted letters")?;
+        ensure!(
+            !shown.contains(['"', '\n', '%']),
+            "'{shown}': wanted a folder that Slurm can name, without \", % and new lines"
+        );
+        let mut lines = vec![
+            format!("#SBATCH --job-name={name}"),
+            format!("#SBATCH --output=\"{shown}/logs/{log}\""),
+            "#SBATCH --open-mode=append".to_owned(),
+        ];
+        lines.extend(self.partition.iter().map(|name| format!("#SBATCH --partition={name}")));
+        lines.extend(self.account.iter().map(|name| format!("#SBATCH --account={name}")));
+        lines.extend(self.sbatch.iter().map(|option| format!("#SBATCH {option}")));
+        Ok(format!("#!/bin/bash\n{}\n", lines.join("\n")))
+    }
+
+    fn array_script(&self, place: &Place, threads: usize) -> anyhow::Result<String> {
+        let head = self.head(place, "copq", "%A_%a.txt")?;
+        let Self { time, memory, .. } = self;
+        let [program, file, start] =
+            [word(&place.program)?, word(&place.file)?, word(&place.start)?];
+        Ok(format!(
+            r#"{head}#SBATCH --ntasks=1 --cpus-per-task={threads} --mem={memory} --time={time}
+#SBATCH --requeue --signal=B:USR1@{WARNING}
+
+# One run of a sweep. $1 is the number of the array's first run.
+cd {start} || exit
+{program} sweep task {file} --task $((SLURM_ARRAY_TASK_ID + $1)) &
+run=$!
+
+# Near the time limit the run saves and gets another turn; when it is cancelled, it saves.
+again=
+trap 'again=yes; kill -USR1 $run' USR1
+trap 'kill -TERM $run' TERM
+wait $run
+code=$?
+while kill -0 $run 2> /dev/null; do # a signal has ended the wait
+    wait $run
+    code=$?
+done
+if test "$again" && test $code = 75; then
+    exec scontrol requeue "$SLURM_JOB_ID"
+fi
+exit $code
+"#
+        ))
+    }
+
+    fn report_script(&self, place: &Place) -> anyhow::Result<String> {
+        let head = self.head(place, "copq-report", "report.txt")?;
+        let [program, file, start] =
+            [word(&place.program)?, word(&place.file)?, word(&place.start)?];
+        Ok(format!(
+            "{head}#SBATCH --ntasks=1 --mem=2G --time=30:00\n\n\
+             cd {start} || exit\nexec {program} sweep report {file}\n"
+        ))
+    }
+}
+
+/// The runs as arrays of Slurm, each with the number that its own numbers count from.
+fn arrays(numbers: &[usize], at_once: Option<usize>) -> Vec<[String; 2]> {
+    let limit = at_once.map_or(String::new(), |jobs| format!("%{jobs}"));
+    let chunk_of = |number: &usize| number / ARRAY;
+    numbers
+        .chunk_by(|a, b| chunk_of(a) == chunk_of(b))
+        .map(|chunk| {
+            let first = chunk_of(&chunk[0]) * ARRAY;
+            let within: Vec<usize> = chunk.iter().map(|number| number - first).collect();
+            [ranges(&within) + &limit, first.to_string()]
+        })
+        .collect()
+}
+
+/// Numbers in order as 0-3,7.
+fn ranges(numbers: &[usize]) -> String {
+    let runs = numbers.chunk_by(|a, b| a + 1 == *b);
+    let range = |run: &[usize]| match run {
+        [one] => one.to_string(),
+        _ => format!("{}-{}", run[0], run[run.len() - 1]),
+    };
+    runs.map(range).collect::<Vec<_>>().join(",")
+}
+
+/// A path as one word of a shell.
+fn word(path: &Path) -> anyhow::Result<String> {
+    let text = path.to_str().with_context(|| {
+        format!("'{}': wanted a path of letters, got other bytes", path.display())
+    })?;
+    Ok(quoted(text))
+}
+
+/// Submits a script and returns its job's number.
+fn sbatch(options: &[&str], script: &Path, arguments: &[&String]) -> anyhow::Result<String> {
+    let output = Command::new("sbatch")
+        .arg("--parsable")
+        .args(options)
+        .arg(script)
+        .args(arguments)
+        .output()
+        .context("starting sbatch (Slurm's client; --dry-run only writes the scripts)")?;
+    let words = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "sbatch {}: {}", script.display(), words.trim());
+    // With several clusters it is ID;CLUSTER.
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    Ok(text.trim().split(';').next().unwrap_or_default().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_are_ranges_of_at_most_a_thousand() {
+        assert_eq!(ranges(&[0, 1, 2, 5, 7, 8]), "0-2,5,7-8");
+        assert_eq!(arrays(&[3], None), [["3".to_owned(), "0".to_owned()]]);
+        let many: Vec<usize> = (998..2_001).filter(|n| *n != 1_500).collect();
+        let wanted = [["998-999%8", "0"], ["0-499,501-999%8", "1000"], ["0%8", "2000"]];
+        assert_eq!(arrays(&many, Some(8)), wanted.map(|pair| pair.map(str::to_owned)));
+    }
+}

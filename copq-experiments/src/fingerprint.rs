@@ -1,0 +1,65 @@
+//! What a run is, as a short text: the same for the same numbers.
+
+use copq::{Error, Result};
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use crate::plan::Plan;
+
+/// Sixteen letters that are the same for two runs if all that can change their numbers is: plan and
+/// settings, but neither threads nor folder nor how many checkpoints stay.
+///
+/// ```
+/// use copq::Method;
+/// use copq_experiments::{Plan, RunSettings, fingerprint};
+///
+/// let method = Method::cop_td3();
+/// let plan = Plan::new(&method);
+/// let seed_1 = Plan { run: RunSettings { seed: 1, ..plan.run }, ..plan.clone() };
+/// let threads = Plan { threads: 4, ..plan.clone() };
+/// let of = |plan| fingerprint(plan, &method.config);
+/// assert_eq!(of(&plan)?, of(&threads)?);
+/// assert_ne!(of(&plan)?, of(&seed_1)?);
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub fn fingerprint<S: Serialize>(plan: &Plan, settings: &S) -> Result<String> {
+    let plan = table(&plan.without_keeping())?;
+    // Tables are sorted by their keys, so equal ones are equal texts.
+    let text = format!("{plan}\n{}", table(settings)?);
+    let digest = Sha256::digest(text.as_bytes());
+    Ok(digest[..8].iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+fn table<S: Serialize>(value: &S) -> Result<toml::Table> {
+    toml::Table::try_from(value).map_err(|e| Error::other("encoding the settings", e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use copq::{Config, Method};
+
+    #[test]
+    fn every_number_counts_and_what_changes_none_does_not() {
+        let method = Method::cop_td3();
+        let base = Plan::new(&method);
+        let of = |plan: &Plan, config: &Config| fingerprint(plan, config).unwrap();
+        let usual = of(&base, &method.config);
+        assert_eq!(usual.len(), 16);
+        let mut kept = base.clone();
+        (kept.run.keep, kept.run.checkpoint_every, kept.threads) = (7, 1, 3);
+        assert_eq!(of(&kept, &method.config), usual);
+        let mut plans = vec![base.clone(); 5];
+        plans[0].run.steps += 1;
+        plans[1].run.seed += 1;
+        plans[2].task = "a/ant".to_owned();
+        plans[3].order = Some("vsc".to_owned());
+        plans[4].limits.insert("cost".to_owned(), 1.0);
+        let mut all: Vec<_> = plans.iter().map(|plan| of(plan, &method.config)).collect();
+        all.push(of(&base, &Config { tau: 0.006, ..method.config.clone() }));
+        all.push(usual);
+        all.sort();
+        all.dedup();
+        assert_eq!(all.len(), 7);
+    }
+}

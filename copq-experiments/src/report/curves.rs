@@ -1,0 +1,212 @@
+//! Curves of all methods on a task, for figures and for the page's own reading.
+
+use std::collections::BTreeMap;
+
+use copq_render::{Figure, Panel, Point, Series};
+use serde::Serialize;
+
+use super::Report;
+use super::groups::World;
+use super::stored::Stored;
+use crate::figure::{Evaluated, Quantity};
+use crate::statistics::{mean, std};
+
+/// What line and band are.
+const NOTE: &str = "Line: mean of the seeds. Band: standard deviation (of one seed: lowest to \
+     highest episode).";
+
+/// Some panels with all methods' curves.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Curves {
+    pub title: String,
+    #[serde(skip)]
+    pub note: String,
+    pub panels: Vec<CurvePanel>,
+}
+
+/// One quantity.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct CurvePanel {
+    pub title: String,
+    #[serde(skip)]
+    pub unit: Option<&'static str>,
+    pub limit: Option<f64>,
+    /// One a label, in the labels' order.
+    pub curves: Vec<Curve>,
+}
+
+/// A method's curve.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct Curve {
+    pub label: String,
+    /// How many seeds it is of.
+    pub seeds: usize,
+    /// Step, middle, low, high.
+    pub points: Vec<[f64; 4]>,
+    /// Each seed's steps and values, where they are asked for.
+    #[serde(skip)]
+    pub thin: Vec<Vec<[f64; 2]>>,
+}
+
+impl Curves {
+    pub(crate) fn figure(&self) -> Figure {
+        let panels = self.panels.iter().map(CurvePanel::panel);
+        panels.fold(Figure::new(&self.title, &self.note), Figure::panel)
+    }
+}
+
+impl CurvePanel {
+    fn panel(&self) -> Panel {
+        let panel = Panel::new(&self.title).limit(self.limit);
+        let panel = match self.unit {
+            Some(unit) => panel.unit(unit),
+            None => panel,
+        };
+        self.curves.iter().fold(panel, |panel, curve| panel.series(curve.series()))
+    }
+}
+
+impl Curve {
+    fn series(&self) -> Series {
+        let points = self.points.iter();
+        let points = points.map(|&[step, middle, low, high]| Point { step, middle, low, high });
+        Series::new(&self.label, points.collect()).thin(self.thin.clone())
+    }
+}
+
+impl Report {
+    /// The evaluations of a task, by its methods and quantities; with a thin line a seed if wanted.
+    pub(super) fn curves(&self, world: &World, with_seeds: bool) -> Curves {
+        let panel = |quantity: &Quantity| CurvePanel {
+            title: quantity.title(),
+            unit: None,
+            limit: world.limits.get(&quantity.title()).copied(),
+            curves: self.of_quantity(world, quantity, with_seeds),
+        };
+        let dashed = if world.limits.is_empty() { "" } else { " Dashed: the limit." };
+        Curves {
+            title: world.name.clone(),
+            note: format!("{NOTE}{dashed}"),
+            panels: self.quantities(world).iter().map(panel).collect(),
+        }
+    }
+
+    /// One panel a task, and one for its most important objective.
+    pub(super) fn overview(&self) -> Figure {
+        let worlds = &self.groups.worlds;
+        let mut figure = Figure::new(&self.title, NOTE).columns(worlds.len());
+        for row in 0..2 {
+            for world in worlds {
+                if let Some(panel) = self.curves(world, false).panels.get(row) {
+                    let title = format!("{}: {}", world.task, panel.title);
+                    figure = figure.panel(CurvePanel { title, ..panel.clone() }.panel());
+                }
+            }
+        }
+        figure
+    }
+
+    /// The quantities that some run of a task has.
+    pub(super) fn quantities(&self, world: &World) -> Vec<Quantity> {
+        let mut all = vec![Quantity::WeightedTotal];
+        let evaluated =
+            world.runs.iter().flatten().filter_map(|&n| self.runs[n].evaluated.as_ref());
+        for quantity in evaluated.flat_map(Evaluated::quantities) {
+            if !all.contains(&quantity) {
+                all.push(quantity);
+            }
+        }
+        all
+    }
+
+    fn of_quantity(&self, world: &World, quantity: &Quantity, with_seeds: bool) -> Vec<Curve> {
+        let labels = self.groups.labels.iter().zip(&world.runs);
+        let curve = |(label, numbers): (&String, &Vec<usize>)| {
+            let seeds = numbers.iter().filter_map(|&number| self.runs[number].evaluated.as_ref());
+            let seeds: Vec<&Evaluated> = seeds.collect();
+            let lines: Vec<Vec<[f64; 2]>> = seeds
+                .iter()
+                .map(|seed| seed.means(quantity).into_iter().map(|(s, v)| [s as f64, v]).collect())
+                .collect();
+            let points = match seeds.as_slice() {
+                [seed] => {
+                    let points = seed.over_episodes(quantity).into_iter();
+                    points.map(|p| [p.step, p.middle, p.low, p.high]).collect()
+                }
+                _ => over_seeds(&lines),
+            };
+            let thin = if with_seeds && seeds.len() > 1 { lines } else { Vec::new() };
+            Curve { label: label.clone(), seeds: seeds.len(), points, thin }
+        };
+        labels.map(curve).collect()
+    }
+
+    /// Training's own numbers: what the bound does, and what holds the costs.
+    pub(super) fn diagnostics(&self) -> Vec<Curves> {
+        let worlds = self.groups.worlds.iter();
+        worlds.map(|world| self.traces(world)).filter(|curves| !curves.panels.is_empty()).collect()
+    }
+
+    fn traces(&self, world: &World) -> Curves {
+        let mut names: Vec<&String> = Vec::new();
+        for run in world.runs.iter().flatten().map(|&number| &self.runs[number]) {
+            for (name, _) in &run.traces {
+                if !names.contains(&name) {
+                    names.push(name);
+                }
+            }
+        }
+        names.sort();
+        let panel = |name: &String| CurvePanel {
+            title: name.clone(),
+            unit: Some(unit(name)),
+            limit: None,
+            curves: self.of_trace(world, name),
+        };
+        Curves {
+            title: format!("{}: in training", world.name),
+            note: "Line: mean of the seeds. Band: standard deviation.".to_owned(),
+            panels: names.into_iter().map(panel).collect(),
+        }
+    }
+
+    fn of_trace(&self, world: &World, name: &str) -> Vec<Curve> {
+        let labels = self.groups.labels.iter().zip(&world.runs);
+        let trace = |run: &Stored| {
+            run.traces.iter().find(|(known, _)| known == name).map(|(_, points)| points.clone())
+        };
+        let curve = |(label, numbers): (&String, &Vec<usize>)| {
+            let lines: Vec<_> =
+                numbers.iter().filter_map(|&number| trace(&self.runs[number])).collect();
+            let points = over_seeds(&lines);
+            Curve { label: label.clone(), seeds: lines.len(), points, thin: Vec::new() }
+        };
+        labels.map(curve).collect()
+    }
+}
+
+/// What a column of `metrics.csv` is in.
+fn unit(name: &str) -> &'static str {
+    match name.split('/').next() {
+        Some("clip_rate") => "share of the targets",
+        Some("pessimism") => "weighted value",
+        Some("correlation") => "correlation",
+        Some("multiplier") => "lambda",
+        _ => "share",
+    }
+}
+
+/// Mean and deviation at the steps that all seeds have reached.
+pub(super) fn over_seeds(seeds: &[Vec<[f64; 2]>]) -> Vec<[f64; 4]> {
+    // Steps are whole numbers, or means of such, that seeds share to the bit.
+    let mut by_step: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
+    for &[step, value] in seeds.iter().flatten() {
+        by_step.entry(step.to_bits()).or_default().push(value);
+    }
+    by_step.retain(|_, values| values.len() == seeds.len());
+    let point = |(step, values): (u64, Vec<f64>)| {
+        let (middle, margin) = (mean(&values), std(&values));
+        [f64::from_bits(step), middle, middle - margin, middle + margin]
+    };
+    by_step.into_iter().map(point).collect()
+}

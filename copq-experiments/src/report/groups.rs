@@ -1,0 +1,193 @@
+//! Which runs are seeds of one method, and which tasks there are.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::stored::Stored;
+use crate::config::complete;
+use crate::plan::Plan;
+
+/// More settings than this do not make a name.
+const NAMED: usize = 3;
+
+/// All runs by what they are of.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Groups {
+    /// The methods' names, in the runs' order; a method's number is its colour.
+    pub labels: Vec<String>,
+    /// The tasks, in the runs' order.
+    pub worlds: Vec<World>,
+}
+
+/// A task on its engine, with the runs of each method.
+#[derive(Clone, Debug)]
+pub(crate) struct World {
+    pub name: String,
+    /// The task alone.
+    pub task: String,
+    /// The limits of its costs.
+    pub limits: BTreeMap<String, f64>,
+    /// The numbers of the runs of each label.
+    pub runs: Vec<Vec<usize>>,
+}
+
+impl Groups {
+    pub(crate) fn of(runs: &[Stored]) -> Self {
+        let mut groups = Self::default();
+        for (number, label) in labels(runs).into_iter().enumerate() {
+            let run = &runs[number];
+            let label =
+                position_or_push(&mut groups.labels, |known| *known == label, || label.clone());
+            let name = run.plan().map_or_else(|| "unknown".to_owned(), world_name);
+            let world = position_or_push(
+                &mut groups.worlds,
+                |world| world.name == name && world.limits == run.run.limits,
+                || World {
+                    name: name.clone(),
+                    task: run.plan().map_or_else(|| name.clone(), |plan| plan.task.clone()),
+                    limits: run.run.limits.clone(),
+                    runs: Vec::new(),
+                },
+            );
+            let of_labels = &mut groups.worlds[world].runs;
+            of_labels.resize_with(of_labels.len().max(label + 1), Vec::new);
+            of_labels[label].push(number);
+        }
+        for world in &mut groups.worlds {
+            world.runs.resize_with(groups.labels.len(), Vec::new);
+        }
+        groups
+    }
+}
+
+fn position_or_push<T>(
+    all: &mut Vec<T>,
+    is_it: impl Fn(&T) -> bool,
+    make: impl FnOnce() -> T,
+) -> usize {
+    all.iter().position(is_it).unwrap_or_else(|| {
+        all.push(make());
+        all.len() - 1
+    })
+}
+
+fn world_name(plan: &Plan) -> String {
+    format!("{}, {}, {}", plan.task, plan.engine, plan.preset)
+}
+
+/// What each run's method is called: its own label or method, and what sets it apart from others of
+/// that name. The plan comes first, for bounds bring critics and settings with them.
+fn labels(runs: &[Stored]) -> Vec<String> {
+    let named = runs.iter().map(base).collect();
+    let stems: Vec<String> = runs.iter().map(stem).collect();
+    let of = |traits: fn(&Stored) -> Traits| runs.iter().map(traits).collect::<Vec<_>>();
+    let planned = refined(named, &of(of_plan), &stems);
+    let with_critics = refined(planned, &of(critics), &stems);
+    refined(with_critics, &of(settings), &stems)
+}
+
+/// The folder's name without the seed.
+fn stem(run: &Stored) -> String {
+    let name = run.name();
+    let seed = |(_, seed): &(&str, &str)| seed.chars().all(|c| c.is_ascii_digit());
+    name.rsplit_once("-s").filter(seed).map_or(name.clone(), |(stem, _)| stem.to_owned())
+}
+
+/// Names with the traits in which runs of the same name differ; where these are too many, the first
+/// such run's folder names it.
+fn refined(names: Vec<String>, traits: &[Traits], stems: &[String]) -> Vec<String> {
+    let mut values: BTreeMap<&str, BTreeMap<&str, BTreeSet<&str>>> = BTreeMap::new();
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for (name, traits) in names.iter().zip(traits) {
+        *counts.entry(name).or_default() += 1;
+        let of_name = values.entry(name).or_default();
+        for (trait_, value) in traits {
+            of_name.entry(trait_).or_default().insert(value);
+        }
+    }
+    let has = |name: &str, trait_: &str| {
+        let runs = names.iter().zip(traits);
+        runs.filter(|(other, traits)| *other == name && traits.contains_key(trait_)).count()
+    };
+    // A trait that some runs do not have sets them apart, too.
+    let mut apart: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for (&name, of_name) in &values {
+        let differing = of_name
+            .iter()
+            .filter(|(trait_, values)| values.len() > 1 || has(name, trait_) < counts[name]);
+        apart.insert(name, differing.map(|(&trait_, _)| trait_).collect());
+    }
+    let mut variants: BTreeMap<&str, Vec<(Vec<String>, &String)>> = BTreeMap::new();
+    let mut refined = Vec::new();
+    for ((name, traits), stem) in names.iter().zip(traits).zip(stems) {
+        let apart = &apart[name.as_str()];
+        let parts = apart.iter().filter_map(|&trait_| Some(shown(trait_, traits.get(trait_)?)));
+        let parts: Vec<String> = parts.collect();
+        let known = variants.entry(name).or_default();
+        let is_it = |(variant, _): &(Vec<String>, &String)| *variant == parts;
+        let number = position_or_push(known, is_it, || (parts.clone(), stem));
+        refined.push(if apart.len() > NAMED {
+            // Two variants of one name are told apart by a number.
+            let namesakes = known[..number].iter().filter(|(_, stem)| *stem == known[number].1);
+            match namesakes.count() {
+                0 => known[number].1.clone(),
+                count => format!("{} #{}", known[number].1, count + 1),
+            }
+        } else {
+            [&[name.clone()][..], &parts].concat().join(" ")
+        });
+    }
+    refined
+}
+
+fn base(run: &Stored) -> String {
+    let method = || run.plan().map(|plan| plan.method.clone());
+    run.run.label.clone().or_else(method).unwrap_or_else(|| run.name())
+}
+
+/// A trait as a part of a name: the bound and the order speak for themselves.
+fn shown(name: &str, value: &str) -> String {
+    match name {
+        "bound" | "order" => value.to_owned(),
+        _ => format!("{name}={value}"),
+    }
+}
+
+/// What can set a method apart, by name.
+type Traits = BTreeMap<String, String>;
+
+fn of_plan(run: &Stored) -> Traits {
+    let Some(plan) = run.plan() else { return Traits::new() };
+    let from = plan.init_from.as_ref().map(|from| from.display().to_string());
+    let envs = (plan.envs > 1).then(|| plan.envs.to_string());
+    [("bound", plan.bound.clone()), ("order", plan.order.clone()), ("envs", envs), ("from", from)]
+        .into_iter()
+        .filter_map(|(name, value)| Some((name.to_owned(), value?)))
+        .collect()
+}
+
+fn critics(run: &Stored) -> Traits {
+    let critics = run.plan().and_then(|plan| plan.critics);
+    critics.map(|critics| ("critics".to_owned(), format!("{critics:?}"))).into_iter().collect()
+}
+
+fn settings(run: &Stored) -> Traits {
+    let mut traits = Traits::new();
+    if let Some((_, settings)) = &run.what {
+        flatten("", &complete(settings).into(), &mut traits);
+    }
+    traits
+}
+
+/// A table's values by their names between dots.
+pub(crate) fn flatten(key: &str, value: &toml::Value, all: &mut BTreeMap<String, String>) {
+    match value {
+        toml::Value::Table(table) => {
+            for (name, value) in table {
+                let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+                flatten(&key, value, all);
+            }
+        }
+        toml::Value::String(text) => drop(all.insert(key.to_owned(), text.clone())),
+        value => drop(all.insert(key.to_owned(), value.to_string())),
+    }
+}

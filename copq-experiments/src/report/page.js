@@ -1,0 +1,52 @@
+// Values under the pointer. All else on the page works without this script.
+"use strict";
+for (const figure of document.querySelectorAll("figure.curves")) {
+  const data = JSON.parse(figure.querySelector("script").textContent);
+  const svg = figure.querySelector("svg");
+  const tip = figure.appendChild(document.createElement("div"));
+  tip.className = "tip";
+  const line = document.createElementNS("http://www.w3.org/2000/svg", "line");
+  line.setAttribute("class", "cross");
+  const panels = [...svg.querySelectorAll("g.panel")].map((group, i) => {
+    const [left, right, top, bottom] = group.dataset.frame.split(" ").map(Number);
+    return { left, right, top, bottom, last: Number(group.dataset.range.split(" ")[0]), data: data.panels[i] };
+  });
+  const hide = () => { tip.style.display = "none"; line.remove(); };
+  const place = (event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
+  const isShown = (series) => document.querySelector("#m" + series)?.checked !== false;
+
+  figure.addEventListener("pointerleave", hide);
+  figure.addEventListener("pointermove", (event) => {
+    const at = place(event);
+    const panel = panels.find((p) => at.x >= p.left && at.x <= p.right && at.y >= p.top && at.y <= p.bottom);
+    if (!panel) return hide();
+    const step = (at.x - panel.left) / (panel.right - panel.left) * panel.last;
+    const rows = [];
+    let nearest = step;
+    panel.data.curves.forEach((curve, series) => {
+      if (!curve.points.length || !isShown(series)) return;
+      const point = curve.points.reduce((best, p) => Math.abs(p[0] - step) < Math.abs(best[0] - step) ? p : best);
+      nearest = point[0];
+      rows.push([curve.label, point, curve.seeds]);
+    });
+    if (!rows.length) return hide();
+    tip.replaceChildren();
+    const head = tip.appendChild(document.createElement("b"));
+    head.textContent = panel.data.title + " at step " + Math.round(nearest).toLocaleString("en");
+    for (const [label, [, middle, low, high], seeds] of rows) {
+      const row = tip.appendChild(document.createElement("div"));
+      row.textContent = `${label}: ${shown(middle)} (${shown(low)} to ${shown(high)}; ${seeds} ${seeds === 1 ? "seed" : "seeds"})`;
+    }
+    const x = panel.left + nearest / panel.last * (panel.right - panel.left);
+    for (const [name, value] of [["x1", x], ["x2", x], ["y1", panel.top], ["y2", panel.bottom]]) line.setAttribute(name, value);
+    svg.append(line);
+    tip.style.display = "block";
+    const box = figure.getBoundingClientRect();
+    tip.style.left = Math.min(event.clientX - box.left + 14, box.width - tip.offsetWidth - 4) + "px";
+    tip.style.top = event.clientY - box.top + 14 + "px";
+  });
+}
+
+function shown(value) {
+  return value.toLocaleString("en", { maximumSignificantDigits: 5 });
+}

@@ -1,0 +1,46 @@
+//! Rewards against costs.
+
+use copq_render::Plane;
+
+use super::groups::World;
+use super::{Report, file_name, tables};
+use crate::figure::Quantity;
+
+impl Report {
+    /// What each seed earns against what it costs, a picture for each limit: a name for its file, and
+    /// the picture.
+    pub fn planes(&self) -> Vec<(String, Plane)> {
+        let limited = self.groups.worlds.iter().flat_map(|world| {
+            world.limits.iter().map(move |(cost, &limit)| (world, cost.as_str(), limit))
+        });
+        limited
+            .filter(|(world, ..)| world.runs.iter().flatten().any(|&n| self.has_evaluations(n)))
+            .map(|(world, cost, limit)| {
+                let name = format!("{}-{cost}", file_name(&world.name));
+                (name, self.plane(world, cost, limit))
+            })
+            .collect()
+    }
+
+    fn has_evaluations(&self, number: usize) -> bool {
+        self.runs[number].evaluated.is_some()
+    }
+
+    fn plane(&self, world: &World, cost: &str, limit: f64) -> Plane {
+        let axes = [cost, "weighted total"];
+        let title = format!("{}: {cost} and total", world.task);
+        let labels = self.groups.labels.iter().enumerate();
+        labels.fold(Plane::new(title, axes).limit(limit), |plane, (i, label)| {
+            let quantities = [Quantity::Return(cost.to_owned()), Quantity::WeightedTotal];
+            let [costs, totals] = quantities.map(|quantity| self.ends(world, i, &quantity));
+            plane.points(label, costs.into_iter().zip(totals).map(|(x, y)| [x, y]).collect())
+        })
+    }
+
+    /// Each seed's mean of the last few evaluations.
+    pub(super) fn ends(&self, world: &World, label: usize, quantity: &Quantity) -> Vec<f64> {
+        let seeds = self.seeds(world, label).values(quantity).into_iter();
+        let seeds = seeds.map(|seed| seed.into_iter().map(|(_, value)| value).collect());
+        seeds.map(|seed: Vec<f64>| tables::last_few(&seed)).collect()
+    }
+}

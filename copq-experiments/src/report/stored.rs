@@ -1,0 +1,150 @@
+//! A run's folder, each of its files read once.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use copq::Result;
+
+use crate::config::RunConfig;
+use crate::figure::Evaluated;
+use crate::folder::read_config;
+use crate::plan::Plan;
+use crate::sheet::Sheet;
+use crate::standing::Standing;
+use crate::statistics::median;
+
+/// Most points of a curve of training's own numbers; more cannot be told apart.
+const POINTS: usize = 200;
+/// The beginnings of the columns of `metrics.csv` that the page draws.
+const TRACES: [&str; 5] =
+    ["clip_rate", "pessimism/", "correlation/", "multiplier/", "explained_variance/"];
+
+/// A run for a [`Report`](super::Report): its folder, and what the folder does not say.
+///
+/// ```
+/// use copq_experiments::ReportRun;
+///
+/// let mut run = ReportRun::new("runs/cop-td3-a-hopper-cholesky-s0");
+/// run.limits.insert("cost".to_owned(), 740.2);
+/// assert_eq!(run.label, None); // what sets it apart from the others
+/// ```
+#[derive(Clone, Debug)]
+pub struct ReportRun {
+    /// The run's folder; it need not be there yet.
+    pub folder: PathBuf,
+    /// What the method is called, if not by what sets it apart.
+    pub label: Option<String>,
+    /// The limits of its task's costs.
+    pub limits: BTreeMap<String, f64>,
+    /// What it shall be, for one that has not begun: its plan and settings.
+    pub planned: Option<(Plan, toml::Table)>,
+}
+
+impl ReportRun {
+    /// Of a folder.
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into(), label: None, limits: BTreeMap::new(), planned: None }
+    }
+}
+
+/// What is known of a run.
+#[derive(Clone, Debug)]
+pub(crate) struct Stored {
+    pub run: ReportRun,
+    pub standing: Standing,
+    /// Its plan and settings: what made it, or what shall.
+    pub what: Option<(Plan, toml::Table)>,
+    /// What made it.
+    pub config: Option<RunConfig<toml::Table>>,
+    pub evaluated: Option<Evaluated>,
+    /// What could not be read, in words.
+    pub problems: Vec<String>,
+    /// Steps done, seconds that they took, and the median speed.
+    pub steps: u64,
+    pub seconds: f64,
+    pub rate: f64,
+    /// Columns of `metrics.csv`: step and value.
+    pub traces: Vec<(String, Vec<[f64; 2]>)>,
+}
+
+impl Stored {
+    /// Reads what is there; what cannot be read is one of its problems.
+    pub(crate) fn read(run: &ReportRun) -> Self {
+        let folder = &run.folder;
+        let mut problems = Vec::new();
+        let mut or_problem = |error: copq::Error| problems.push(error.to_string());
+        let is_there = |name: &str| folder.join(name).is_file();
+        let config = is_there("config.toml")
+            .then(|| read_config::<toml::Table>(folder).map_err(&mut or_problem).ok())
+            .flatten();
+        let has_rows = is_there("evaluations.csv");
+        let evaluated =
+            has_rows.then(|| Evaluated::read(folder).map_err(&mut or_problem).ok()).flatten();
+        let times = is_there("timings.csv")
+            .then(|| read_times(folder).map_err(&mut or_problem).ok())
+            .flatten();
+        let [steps, seconds, rate] = times.unwrap_or([0.0, 0.0, f64::NAN]);
+        let traces = is_there("metrics.csv")
+            .then(|| read_traces(folder).map_err(&mut or_problem).ok())
+            .flatten();
+        let made = config.as_ref().map(|config| (config.plan.clone(), config.settings.clone()));
+        let mut standing = Standing::of(folder);
+        let wanted = config.as_ref().map(|config| config.plan.run.steps);
+        // A run from before there was a file that says so.
+        if standing == Standing::Stopped && wanted.is_some_and(|wanted| steps >= wanted as f64) {
+            standing = Standing::Done;
+        }
+        Self {
+            run: run.clone(),
+            standing,
+            what: made.or_else(|| run.planned.clone()),
+            config,
+            evaluated,
+            problems,
+            steps: steps as u64,
+            seconds,
+            rate,
+            traces: traces.unwrap_or_default(),
+        }
+    }
+
+    /// The folder's own name.
+    pub(crate) fn name(&self) -> String {
+        self.run.folder.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
+    /// Its plan.
+    pub(crate) fn plan(&self) -> Option<&Plan> {
+        self.what.as_ref().map(|(plan, _)| plan)
+    }
+}
+
+/// The last step, the seconds of all steps, and the median of the speeds.
+fn read_times(folder: &Path) -> Result<[f64; 3]> {
+    let sheet = Sheet::read(&folder.join("timings.csv"))?;
+    let seconds = sheet.column("seconds").unwrap_or_default();
+    let rates = sheet.column("steps_per_second").unwrap_or_default();
+    let steps = sheet.steps().last().copied().unwrap_or(0);
+    Ok([steps as f64, seconds.iter().sum(), median(&rates)])
+}
+
+/// The columns that the page draws, with no more points than can be seen.
+fn read_traces(folder: &Path) -> Result<Vec<(String, Vec<[f64; 2]>)>> {
+    let sheet = Sheet::read(&folder.join("metrics.csv"))?;
+    let steps = sheet.steps();
+    let share = steps.len().div_ceil(POINTS).max(1);
+    let names = sheet.columns().iter();
+    let names = names.filter(|name| TRACES.iter().any(|trace| name.starts_with(trace)));
+    let trace = |name: &String| {
+        let column = sheet.column(name)?;
+        let points = steps.iter().zip(column).filter(|(_, value)| value.is_finite());
+        let points: Vec<[f64; 2]> = points.map(|(&step, value)| [step as f64, value]).collect();
+        Some((name.clone(), points.chunks(share).map(middle).collect()))
+    };
+    Ok(names.filter_map(trace).collect())
+}
+
+/// The mean of some points.
+fn middle(points: &[[f64; 2]]) -> [f64; 2] {
+    [0, 1].map(|i| points.iter().map(|point| point[i]).sum::<f64>() / points.len() as f64)
+}

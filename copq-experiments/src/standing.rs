@@ -1,0 +1,157 @@
+//! How far a run has come, from the ends of its files.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use crate::folder::{held_by, read_done};
+
+/// The end of a file that certainly has a whole row.
+const TAIL: u64 = 1 << 14;
+
+/// Where a run stands.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("first");
+/// use copq::Method;
+/// use copq_experiments::{Plan, RunFolder, Standing};
+///
+/// assert_eq!(Standing::of(&path), Standing::Waiting);
+/// let method = Method::cop_td3();
+/// let folder = RunFolder::create(&path, &Plan::new(&method), &method.config)?;
+/// assert!(matches!(Standing::of(&path), Standing::Running(who) if who.starts_with("process ")));
+/// drop(folder);
+/// assert_eq!(Standing::of(&path), Standing::Stopped);
+/// # Ok::<(), copq::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// It has not begun.
+    Waiting,
+    /// A process is at it: [`held_by`].
+    Running(String),
+    /// It can go on.
+    Stopped,
+    /// An error ended it.
+    Failed(String),
+    /// It has all its steps.
+    Done,
+}
+
+impl Standing {
+    /// Of the run in a folder, or that shall be there. Only ends of files are read, so that
+    /// thousands can be asked.
+    pub fn of(folder: &Path) -> Self {
+        if read_done(folder).is_some() {
+            return Self::Done;
+        }
+        if let Some(who) = held_by(folder) {
+            return Self::Running(who);
+        }
+        match failure(folder) {
+            Some(error) => Self::Failed(error),
+            None if folder.join("config.toml").is_file() => Self::Stopped,
+            None => Self::Waiting,
+        }
+    }
+
+    /// It in a word.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Running(_) => "running",
+            Self::Stopped => "stopped",
+            Self::Failed(_) => "failed",
+            Self::Done => "done",
+        }
+    }
+
+    /// What there is to say of it: who is at it, or what went wrong.
+    pub fn remark(&self) -> Option<&str> {
+        match self {
+            Self::Running(remark) | Self::Failed(remark) => Some(remark),
+            _ => None,
+        }
+    }
+}
+
+/// Where whoever starts runs as processes keeps what one that failed said on standard error: beside
+/// its folder, for there may be none.
+pub fn complaint_file(folder: &Path) -> PathBuf {
+    folder.with_added_extension("err")
+}
+
+/// Why a run failed the last time: its process's error or last words, or what its log ends with.
+pub fn failure(folder: &Path) -> Option<String> {
+    complaint(folder).or_else(|| {
+        let log = tail(&folder.join("log.txt"))?;
+        log.lines().last()?.strip_prefix("error: ").map(str::to_owned)
+    })
+}
+
+fn complaint(folder: &Path) -> Option<String> {
+    let text = tail(&complaint_file(folder))?;
+    let error = text.lines().find_map(|line| line.strip_prefix("Error: "));
+    let last = text.lines().rfind(|line| !line.trim().is_empty());
+    error.or(last).map(str::to_owned)
+}
+
+/// Steps that a run has reported in `metrics.csv`, 0 if it has none.
+pub fn steps_done(folder: &Path) -> u64 {
+    let last = |text: String| {
+        let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+        whole.lines().last()?.split(',').next()?.parse().ok()
+    };
+    tail(&folder.join("metrics.csv")).and_then(last).unwrap_or(0)
+}
+
+/// The end of a file, however long it is.
+fn tail(path: &Path) -> Option<String> {
+    let mut file = File::open(path).ok()?;
+    let length = file.metadata().ok()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(TAIL))).ok()?;
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).ok()?;
+    Some(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_those_of_the_last_whole_row() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("metrics.csv");
+        assert_eq!(steps_done(folder.path()), 0);
+        for (text, wanted) in [
+            ("", 0),
+            ("step,a\n", 0),
+            ("step,a\n1000,0.5\n", 1_000),
+            ("step,a\n1000,0.5\n2000,0.", 1_000),
+            (&format!("step,a\n1000,{}\n2000,1\n", "9".repeat(40_000)), 2_000),
+        ] {
+            std::fs::write(&file, text).unwrap();
+            assert_eq!(steps_done(folder.path()), wanted);
+        }
+    }
+
+    #[test]
+    fn why_it_failed() {
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path().join("run");
+        std::fs::create_dir(&folder).unwrap();
+        assert_eq!(failure(&folder), None);
+        let log = folder.join("log.txt");
+        std::fs::write(&log, "error: old\nfrom step 0 to 10\n").unwrap();
+        assert_eq!(failure(&folder), None, "it has gone on since");
+        std::fs::write(&log, "from step 0 to 10\nerror: no room\n").unwrap();
+        assert_eq!(failure(&folder).as_deref(), Some("no room"));
+        let words = complaint_file(&folder);
+        std::fs::write(&words, "note: a\nError: settings differ\n\nCaused by: b\n").unwrap();
+        assert_eq!(Standing::of(&folder), Standing::Failed("settings differ".to_owned()));
+        std::fs::write(&words, "thread 'main' panicked\nat there\n\n").unwrap();
+        assert_eq!(failure(&folder).as_deref(), Some("at there"));
+    }
+}
