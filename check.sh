@@ -52,6 +52,10 @@ fi
 run $copq train --engine mujoco --preset paper \
     --steps 400 --set start_steps=300 --eval-every 400 --eval-episodes 2 --out "$smoke/mujoco"
 
+# The report's page in a browser, and a sweep on a cluster of its own, where there are such.
+run python3 scripts/page-test.py $copq
+run scripts/slurm-test.sh $copq
+
 # A few runs killed, a few faults of their disk; scripts/torture.sh by itself takes an hour and more.
 run scripts/torture.sh $copq 6
 

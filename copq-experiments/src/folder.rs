@@ -45,6 +45,7 @@ use copq::files;
 /// | `train/weighted_total` | the sum of these by the task's weights |
 /// | `q/NAME` | the critics' mean value of the replayed actions (discounted, as all values) |
 /// | `q_std/NAME` | the critics' standard deviation there (the root of its mean square over the batch) |
+/// | `correlation/A/B` | how the critics' disagreements about two objectives go together there, from -1 to 1 (of critics of all objectives) |
 /// | `bound/NAME` | the lower bound there, by the learner's projection |
 /// | `target/NAME` | what the critics should say: mean TD target |
 /// | `critic_loss/NAME` | mean squared distance from it, over critics and batch |

@@ -47,6 +47,25 @@ pub(crate) fn mean_and_std(q: QView<'_>, objective: usize) -> (f64, f64) {
     (total / q.rows() as f64, (variance / q.rows() as f64).sqrt())
 }
 
+/// How two objectives' values go together over the critics: the mean covariance of all rows over the
+/// roots of the mean variances; 0 where critics agree.
+pub(crate) fn correlation(q: QView<'_>, pair: [usize; 2]) -> f64 {
+    let critics = q.critics() as f64;
+    let [mut covariance, mut first, mut second] = [0.0; 3];
+    for row in 0..q.rows() {
+        let value = |critic: usize| pair.map(|i| f64::from(q.get(critic, row)[i]));
+        let sum = (0..q.critics()).map(value).fold([0.0; 2], |[a, b], [x, y]| [a + x, b + y]);
+        for [x, y] in (0..q.critics()).map(value) {
+            let [x, y] = [x - sum[0] / critics, y - sum[1] / critics];
+            covariance += x * y;
+            first += x * x;
+            second += y * y;
+        }
+    }
+    let size = (first * second).sqrt();
+    if size > 0.0 { covariance / size } else { 0.0 }
+}
+
 /// How far a bound (`rows x objectives`) lies below the critics' mean: `w . (mean - bound)`,
 /// averaged over the rows.
 pub(crate) fn margin(q: QView<'_>, bound: &[f32], weights: &[f64]) -> f64 {
@@ -111,6 +130,16 @@ pub(crate) fn check_finite_losses(losses: &[f64], objectives: &[String], step: u
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn values_that_rise_together_correlate() {
+        // Three critics, one row: 1, 2, 3 against 2, 4, 6, then against 6, 4, 2, then against 1, 0, 1.
+        let of = |values: &[f32]| correlation(QView::new(values, 3, 2).unwrap(), [0, 1]);
+        assert!((of(&[1.0, 2.0, 2.0, 4.0, 3.0, 6.0]) - 1.0).abs() < 1e-12);
+        assert!((of(&[1.0, 6.0, 2.0, 4.0, 3.0, 2.0]) + 1.0).abs() < 1e-12);
+        assert!(of(&[1.0, 1.0, 2.0, 0.0, 3.0, 1.0]).abs() < 1e-12);
+        assert_eq!(of(&[1.0, 1.0, 2.0, 1.0, 3.0, 1.0]), 0.0);
+    }
 
     /// Two critics, one row, weights 1 and 3: means 2 and 6, bounds 1 and 5.5.
     #[test]

@@ -1,6 +1,6 @@
 //! Buffers and metric names of an update, made once so that a warm update allocates nothing.
 
-use crate::loss::mean_and_std;
+use crate::loss::{correlation, mean_and_std};
 use crate::{Actor, Config, Critic, Observer, QView, Scratch};
 
 /// Buffers of an update, sized once.
@@ -37,6 +37,8 @@ pub(super) struct Names {
     pub(super) loss: Vec<String>,
     pub(super) q: Vec<String>,
     pub(super) std: Vec<String>,
+    /// Of each pair of objectives, if critics value them together.
+    pub(super) correlation: Vec<(String, [usize; 2])>,
     pub(super) target: Vec<String>,
     pub(super) famo: Vec<String>,
     pub(super) bound: Vec<String>,
@@ -71,10 +73,15 @@ impl Buffers {
 }
 
 impl Names {
-    pub(super) fn new(objectives: &[&str]) -> Self {
+    pub(super) fn new(objectives: &[&str], are_joint: bool) -> Self {
         let named =
             |kind: &str| objectives.iter().map(|objective| format!("{kind}/{objective}")).collect();
+        let pair = |i: usize, j: usize| {
+            (format!("correlation/{}/{}", objectives[i], objectives[j]), [i, j])
+        };
+        let n = if are_joint { objectives.len() } else { 0 };
         Self {
+            correlation: (0..n).flat_map(|i| (i + 1..n).map(move |j| pair(i, j))).collect(),
             loss: named("critic_loss"),
             q: named("q"),
             std: named("q_std"),
@@ -84,12 +91,15 @@ impl Names {
         }
     }
 
-    /// Reports the critics' mean values and how much they disagree.
+    /// Reports the critics' mean values, how much they disagree, and about what together.
     pub(super) fn log_values(&self, log: &mut dyn Observer, step: u64, q: QView<'_>) {
         for (i, (mean_name, std_name)) in self.q.iter().zip(&self.std).enumerate() {
             let (mean, std) = mean_and_std(q, i);
             log.scalar(step, mean_name, mean);
             log.scalar(step, std_name, std);
+        }
+        for (name, pair) in &self.correlation {
+            log.scalar(step, name, correlation(q, *pair));
         }
     }
 }
