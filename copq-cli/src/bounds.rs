@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use copq::files;
 use copq::projection::{self, Disagreement, QView};
 use copq_render::Plane;
+use nalgebra::{dmatrix, dvector};
 
 use crate::options::say;
 
@@ -97,10 +98,7 @@ fn write(folder: &Path, name: &str, plane: &Plane) -> copq::Result<()> {
 }
 
 /// Three critics around zero with a covariance.
-struct Critics {
-    q: [f32; 6],
-    row: Disagreement,
-}
+struct Critics(Disagreement);
 
 impl Critics {
     fn new([safety, speed]: [f64; 2], correlation: f64) -> copq::Result<Self> {
@@ -111,27 +109,17 @@ impl Critics {
         if !(-1.0..=1.0).contains(&correlation) {
             return Err(copq::Error::invalid("--correlation", "-1 to 1", correlation));
         }
-        // The corners of a triangle have the identity as covariance; its factor does the rest.
-        let corner = |k: usize| {
-            let angle = std::f64::consts::TAU * k as f64 / 3.0;
-            [angle.cos(), angle.sin()].map(|x| x * 2f64.sqrt())
-        };
-        let mut q = [0.0; 6];
-        for (k, value) in q.as_chunks_mut::<2>().0.iter_mut().enumerate() {
-            let [x, y] = corner(k);
-            let rest = (1.0 - correlation * correlation).sqrt();
-            *value = [(safety * x) as f32, (speed * (correlation * x + rest * y)) as f32];
-        }
-        let row = Disagreement::of(QView::new(&q, 3, 2)?, 0)?;
-        Ok(Self { q, row })
+        let rest = (1.0 - correlation * correlation).sqrt();
+        let factor = dmatrix![safety, 0.0; speed * correlation, speed * rest];
+        Disagreement::with_factor(&dvector![0.0, 0.0], &factor).map(Self)
     }
 
     fn points(&self) -> Vec<[f64; 2]> {
-        self.q.as_chunks::<2>().0.iter().map(|q| q.map(f64::from)).collect()
+        self.0.critics().map(|q| [f64::from(q[0]), f64::from(q[1])]).collect()
     }
 
     fn mean(&self) -> [f64; 2] {
-        [self.row.mean()[0], self.row.mean()[1]]
+        [self.0.mean()[0], self.0.mean()[1]]
     }
 
     /// The ellipse of one deviation, with the critics.
@@ -139,11 +127,11 @@ impl Critics {
         Ok(Plane::new(title, AXES)
             .ranges(SHOWN)
             .points("critics", self.points())
-            .closed("one deviation", self.row.ellipse([0, 1], 1.0, 120)?))
+            .closed("one deviation", self.0.ellipse([0, 1], 1.0, 120)?))
     }
 
     fn bound(&self, name: &str, weights: [f32; 2], step: f32) -> copq::Result<[f64; 2]> {
-        let bound = self.row.bound(projection::by_name(name)?.as_ref(), &weights, step)?;
+        let bound = self.0.bound(projection::by_name(name)?.as_ref(), &weights, step)?;
         Ok([bound[0], bound[1]])
     }
 
@@ -169,7 +157,7 @@ impl Critics {
     fn clip(&self, title: &str, weights: [f32; 2]) -> copq::Result<Plane> {
         let length = f64::from(weights[0]).hypot(f64::from(weights[1]));
         let u = weights.map(|weight| f64::from(weight) / length);
-        let l = self.row.factor();
+        let l = self.0.factor();
         let mean = self.mean();
         let free = [0, 1].map(|i| mean[i] - l[(i, 0)] * u[0] - l[(i, 1)] * u[1]);
         // Where the total is the mean's.

@@ -66,7 +66,7 @@ pub struct Making {
 
 impl Report {
     pub fn run(self) -> anyhow::Result<()> {
-        let title = self.runs.join(", ");
+        let title = self.runs.iter().map(|run| named(run)).collect::<Vec<_>>().join(", ");
         let Self { making, runs } = self;
         making.make(Path::new("report.html"), &title, || {
             let mut all = Vec::new();
@@ -104,19 +104,33 @@ pub fn find(folder: &Path, depth: usize, found: &mut impl FnMut(&Path)) -> anyho
     folders.iter().filter(|_| depth > 0).try_for_each(|folder| find(folder, depth - 1, found))
 }
 
-fn of_folder(folder: &Path) -> ReportRun {
-    let mut run = ReportRun::new(folder);
-    run.limits = read_plan(folder).map(|plan| limits(&plan)).unwrap_or_default();
-    run
+/// What a folder is called, `.` too.
+fn named(text: &str) -> String {
+    let path = std::path::absolute(text).unwrap_or_default();
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+    if text.starts_with('.') { name.unwrap_or_else(|| text.to_owned()) } else { text.to_owned() }
 }
 
-/// The limits of a plan's costs: its own, or else its task's.
-pub fn limits(plan: &Plan) -> BTreeMap<String, f64> {
+fn of_folder(folder: &Path) -> ReportRun {
+    let run = ReportRun::new(folder);
+    match read_plan(folder) {
+        Ok(plan) => of_task(run, &plan),
+        Err(_) => run,
+    }
+}
+
+/// A run with what is known of its plan's task: the limits of its costs, the plan's own or else the
+/// task's, and its weights.
+pub fn of_task(mut run: ReportRun, plan: &Plan) -> ReportRun {
     let options = plan.preset.parse().map(|preset| Options { preset, ..Options::default() });
-    let task = options.and_then(|options| task_with(&plan.task, &options));
-    let costs = task.map(|task| task.objectives).unwrap_or_default().into_iter();
-    let limits = costs.filter_map(|objective| Some((objective.name, objective.limit?)));
-    limits.chain(plan.limits.clone()).collect()
+    if let Ok(task) = options.and_then(|options| task_with(&plan.task, &options)) {
+        for objective in task.objectives {
+            run.limits.extend(objective.limit.map(|limit| (objective.name.clone(), limit)));
+            run.weights.insert(objective.name, f64::from(objective.weight));
+        }
+    }
+    run.limits.extend(plan.limits.clone());
+    run
 }
 
 impl Making {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use copq_experiments::{Plan, ReportRun, RunSettings, Standing, fingerprint};
 
 use super::file::{SweepFile, Task};
-use crate::report::{Making, find, limits};
+use crate::report::{Making, find};
 use crate::saved;
 
 /// Puts a sweep's runs on one page, those that have not begun among them.
@@ -45,12 +45,9 @@ fn of_task(task: &Task, elsewhere: &BTreeMap<String, PathBuf>) -> ReportRun {
     {
         folder.clone_from(other);
     }
-    ReportRun {
-        label: task.arm.clone(),
-        limits: limits(&task.plan),
-        planned: Some((task.plan.clone(), task.settings.clone())),
-        ..ReportRun::new(folder)
-    }
+    let planned = Some((task.plan.clone(), task.settings.clone()));
+    let run = ReportRun { label: task.arm.clone(), planned, ..ReportRun::new(folder) };
+    crate::report::of_task(run, &task.plan)
 }
 
 /// The runs in some folders, by what they are.

@@ -151,7 +151,8 @@ impl Report {
         let mut names: Vec<&String> = Vec::new();
         for run in world.runs.iter().flatten().map(|&number| &self.runs[number]) {
             for (name, _) in &run.traces {
-                if !names.contains(&name) {
+                // Disagreements are drawn as ellipses.
+                if !names.contains(&name) && !name.starts_with("q_std/") {
                     names.push(name);
                 }
             }

@@ -26,6 +26,8 @@ pub(crate) struct World {
     pub task: String,
     /// The limits of its costs.
     pub limits: BTreeMap<String, f64>,
+    /// The weights of its objectives.
+    pub weights: BTreeMap<String, f64>,
     /// The numbers of the runs of each label.
     pub runs: Vec<Vec<usize>>,
 }
@@ -45,6 +47,7 @@ impl Groups {
                     name: name.clone(),
                     task: run.plan().map_or_else(|| name.clone(), |plan| plan.task.clone()),
                     limits: run.run.limits.clone(),
+                    weights: run.run.weights.clone(),
                     runs: Vec::new(),
                 },
             );

@@ -1,6 +1,7 @@
 //! What many runs came to: one page, figures and tables.
 
 mod curves;
+mod ellipses;
 mod groups;
 mod page;
 mod plane;
@@ -123,7 +124,7 @@ impl Report {
             write("tex", table.latex())?;
             write("csv", table.csv()?)?;
         }
-        for (name, plane) in self.planes() {
+        for (name, plane) in self.planes().into_iter().chain(self.ellipses()?) {
             plane.write(folder.join(format!("{name}.svg")))?;
         }
         for (name, figure) in self.figures() {

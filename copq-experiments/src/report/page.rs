@@ -19,6 +19,10 @@ use crate::numbers::grouped;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
+/// What the ellipses are.
+const ELLIPSES: &str = "One standard deviation of the critics' values of replayed actions, early, half-way and last \
+     in training (from q_std and correlation in metrics.csv, around 0), and where each projection would \
+     put the lower bound at the end. One seed a method.";
 /// Most runs whose seeds are drawn one by one; a page of more is too large for a phone.
 const SEEDS: usize = 1_000;
 /// Most runs in the list; the failed ones come first.
@@ -35,6 +39,8 @@ pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String>
         report.diagnostics().iter().map(figure).collect::<Result<_>>()?;
     let planes: Vec<String> =
         report.planes().iter().map(|(_, plane)| plane.svg()).collect::<Result<_>>()?;
+    let ellipses: Vec<String> =
+        report.ellipses()?.iter().map(|(_, plane)| plane.svg()).collect::<Result<_>>()?;
     let films: Vec<Markup> = worlds.iter().flat_map(|world| films(report, world)).collect();
     let page = html! {
         (DOCTYPE)
@@ -57,7 +63,7 @@ pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String>
                 @if !planes.is_empty() {
                     h2 id="costs" { "Reward against cost" }
                     p.note { "A dot a seed: means of the last five evaluations. Dashed: the limit." }
-                    div.films { @for plane in planes { figure { (PreEscaped(plane)) } } }
+                    div.films { @for plane in planes { figure.by-method { (PreEscaped(plane)) } } }
                 }
                 @if !films.is_empty() {
                     h2 id="films" { "Policies at work" }
@@ -69,6 +75,11 @@ pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String>
                 @if !diagnostics.is_empty() {
                     h2 id="training" { "In training" }
                     @for figure in &diagnostics { (figure) }
+                }
+                @if !ellipses.is_empty() {
+                    h2 id="ellipses" { "What the critics disagree about" }
+                    p.note { (ELLIPSES) }
+                    div.films { @for plane in ellipses { figure { (PreEscaped(plane)) } } }
                 }
                 (troubles(report))
                 h2 id="settings" { "Settings" }
@@ -86,7 +97,7 @@ pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String>
 
 /// Style that shows and hides each method by its box, without a script.
 fn hiding(labels: usize) -> String {
-    let rule = |i| format!("body:has(#m{i}:not(:checked)) .s{i} {{ display: none; }}\n");
+    let rule = |i| format!("body:has(#m{i}:not(:checked)) .by-method .s{i} {{ display: none; }}\n");
     (0..labels).map(rule).collect()
 }
 
@@ -112,7 +123,7 @@ fn keys(report: &Report, with_seeds: bool) -> Markup {
 fn figure(curves: &Curves) -> Result<Markup> {
     let numbers = serde_json::to_string(curves).map_err(|e| Error::other("writing curves", e))?;
     Ok(html! {
-        figure.curves {
+        figure.curves.by-method {
             (PreEscaped(curves.figure().svg()?))
             // A text in it must not end the element.
             script type="application/json" { (PreEscaped(numbers.replace('<', "\\u003c"))) }

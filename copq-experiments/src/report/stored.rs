@@ -16,8 +16,8 @@ use crate::statistics::median;
 /// Most points of a curve of training's own numbers; more cannot be told apart.
 const POINTS: usize = 200;
 /// The beginnings of the columns of `metrics.csv` that the page draws.
-const TRACES: [&str; 5] =
-    ["clip_rate", "pessimism/", "correlation/", "multiplier/", "explained_variance/"];
+const TRACES: [&str; 6] =
+    ["clip_rate", "pessimism/", "correlation/", "multiplier/", "explained_variance/", "q_std/"];
 
 /// A run for a [`Report`](super::Report): its folder, and what the folder does not say.
 ///
@@ -36,6 +36,8 @@ pub struct ReportRun {
     pub label: Option<String>,
     /// The limits of its task's costs.
     pub limits: BTreeMap<String, f64>,
+    /// The weights of its task's objectives.
+    pub weights: BTreeMap<String, f64>,
     /// What it shall be, for one that has not begun: its plan and settings.
     pub planned: Option<(Plan, toml::Table)>,
 }
@@ -43,7 +45,8 @@ pub struct ReportRun {
 impl ReportRun {
     /// Of a folder.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
-        Self { folder: folder.into(), label: None, limits: BTreeMap::new(), planned: None }
+        let [limits, weights] = [BTreeMap::new(), BTreeMap::new()];
+        Self { folder: folder.into(), label: None, limits, weights, planned: None }
     }
 }
 

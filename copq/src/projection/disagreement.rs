@@ -48,6 +48,46 @@ impl Disagreement {
         Ok(Self { mean, deviations, q })
     }
 
+    /// Of the fewest critics, N + 1, that have a mean (N) and a covariance, by its factor L (N x N,
+    /// lower triangular, L L' = Sigma): for pictures of what a projection does.
+    ///
+    /// ```
+    /// use copq::projection::Disagreement;
+    /// use nalgebra::{dmatrix, dvector};
+    ///
+    /// let factor = dmatrix![1.0, 0.0; -0.5, 2.0];
+    /// let row = Disagreement::with_factor(&dvector![10.0, 5.0], &factor)?;
+    /// assert!((row.covariance() - &factor * factor.transpose()).norm() < 1e-6);
+    /// assert!((row.factor() - factor).norm() < 1e-6);
+    /// # Ok::<(), copq::Error>(())
+    /// ```
+    pub fn with_factor(mean: &DVector<f64>, factor: &DMatrix<f64>) -> Result<Self> {
+        let n = mean.len();
+        check_len("rows of a factor", factor.nrows(), n)?;
+        check_len("columns of a factor", factor.ncols(), n)?;
+        let critics = n + 1;
+        // Helmert's corners of a simplex: their mean is 0 and their covariance the identity.
+        let corners = DMatrix::from_fn(n, critics, |i, k| {
+            let size = (critics as f64 / ((i + 1) * (i + 2)) as f64).sqrt();
+            match k {
+                k if k <= i => size,
+                k if k == i + 1 => -size * (i + 1) as f64,
+                _ => 0.0,
+            }
+        });
+        let mut values = factor * corners;
+        for mut critic in values.column_iter_mut() {
+            critic += mean;
+        }
+        let q: Vec<f32> = values.iter().map(|&value| value as f32).collect();
+        Self::of(QView::new(&q, critics, n)?, 0)
+    }
+
+    /// The critics' values, a point each (N).
+    pub fn critics(&self) -> impl Iterator<Item = &[f32]> {
+        self.q.chunks_exact(self.mean.len())
+    }
+
     /// The critics' mean value of each objective (N).
     pub fn mean(&self) -> &DVector<f64> {
         &self.mean

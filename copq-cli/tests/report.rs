@@ -1,0 +1,143 @@
+//! The page of many runs, its tables and figures, and the pictures of bounds.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+fn copq(folder: &Path, line: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_copq"));
+    command.args(line.split(' ')).current_dir(folder).env("RUST_BACKTRACE", "0");
+    command
+}
+
+fn run(folder: &Path, line: &str) -> String {
+    let output = copq(folder, line).output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    assert!(output.status.success(), "copq {line}: {}", text(output.stderr));
+    text(output.stdout)
+}
+
+const TINY: &str = "--eval-every 50 --eval-episodes 1 --log-every 10 --set networks.hidden=[8,8] \
+                    --set batch=8 --set start_steps=40";
+
+fn read(path: impl AsRef<Path>) -> String {
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// A column's last number.
+fn last(path: &Path, column: &str) -> f64 {
+    let text = read(path);
+    let index = text.lines().next().unwrap().split(',').position(|name| name == column).unwrap();
+    text.lines().last().unwrap().split(',').nth(index).unwrap().parse().unwrap()
+}
+
+#[test]
+fn a_page_its_tables_and_its_figures() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    for (name, line) in [
+        ("a-s0", "--seed 0"),
+        ("a-s1", "--seed 1"),
+        ("b-s0", "--bound extremum --seed 0"),
+        ("c-s0", "cop-cal --seed 0"),
+    ] {
+        run(folder, &format!("train {line} {TINY} --steps 100 --out runs/{name}"));
+    }
+    // A run whose evaluations are gone, one whose table is damaged, one that failed.
+    for (name, file, text) in [
+        ("d-s0", "evaluations.csv", ""),
+        ("e-s0", "metrics.csv", "\u{0}"),
+        ("f-s0", "log.txt", "from step 0\nerror: the <disk> is full\n"),
+    ] {
+        let copy = folder.join("runs").join(name);
+        std::fs::create_dir(&copy).unwrap();
+        let config = read(folder.join("runs/a-s0/config.toml")).replace("seed = 0", "seed = 7");
+        std::fs::write(copy.join("config.toml"), config).unwrap();
+        std::fs::write(copy.join(file), text).unwrap();
+    }
+    let said = run(folder, "report runs --out page.html --parts parts --title A<b>&B");
+    assert!(said.starts_with("page.html: 7 runs: 4 done"), "{said}");
+    let page = read(folder.join("page.html"));
+    for wanted in [
+        "<title>A&lt;b&gt;&amp;B</title>",
+        "cop-td3 cholesky",
+        "cop-td3 extremum",
+        "the &lt;disk&gt; is full",
+        "at least one evaluation, got none",
+        "Reward against cost",
+        "What the critics disagree about",
+        "correlation/safety/velocity",
+    ] {
+        assert!(page.contains(wanted), "no {wanted}");
+    }
+    assert!(!page.contains("http-equiv") && !page.contains("src=\"http"));
+    // The table's numbers are the files'.
+    let ends = ["a-s0", "a-s1"].map(|run| {
+        last(&folder.join("runs").join(run).join("evaluations.csv"), "weighted_total/mean")
+    });
+    let table = read(folder.join("parts/final.csv"));
+    let row = table.lines().find(|line| line.starts_with("cop-td3 cholesky,")).unwrap();
+    let mean: f64 = row.split(',').nth(1).unwrap().parse().unwrap();
+    assert!((mean - 0.5 * (ends[0] + ends[1])).abs() < 1e-9, "{row} {ends:?}");
+    assert!(read(folder.join("parts/reward-and-cost.tex")).contains("\\begin{tabular}"));
+    let files = ["a-hopper-rapier-gym-v5.svg", "a-hopper-rapier-gym-v5.png", "all-tasks.png"];
+    assert!(files.iter().all(|name| folder.join("parts").join(name).is_file()));
+
+    let none = copq(folder, "report parts").output().unwrap();
+    let words = String::from_utf8(none.stderr).unwrap();
+    assert!(words.contains("'parts': wanted runs in it, got none"), "{words}");
+}
+
+/// While a run goes on the page is written again and loads itself again; then it is the last one.
+#[cfg(unix)]
+#[test]
+fn a_page_of_what_goes_on() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let line = format!("train {TINY} --steps 1000000 --out runs/a-s0");
+    let quiet =
+        |mut command: Command| command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let mut training = quiet(copq(folder, &line));
+    wait_for(&folder.join("runs/a-s0/evaluations.csv"), |text| text.lines().count() > 2);
+    let mut report = quiet(copq(folder, "report runs --out page.html --every 1"));
+    wait_for(&folder.join("page.html"), |page| {
+        page.contains("http-equiv=\"refresh\" content=\"1\"")
+    });
+    let id = training.id().to_string();
+    assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+    assert!(training.wait().unwrap().success());
+    assert!(report.wait().unwrap().success());
+    assert!(!read(folder.join("page.html")).contains("http-equiv"));
+}
+
+fn wait_for(file: &PathBuf, holds: impl Fn(&str) -> bool) {
+    let begun = Instant::now();
+    while !std::fs::read_to_string(file).is_ok_and(|text| holds(&text)) {
+        assert!(begun.elapsed() < Duration::from_secs(60), "{}", file.display());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn pictures_of_bounds() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    run(folder, "bounds --out paper");
+    for name in ["figure-1a", "figure-1b", "figure-1c", "figure-2a", "figure-2b", "figure-b1a"] {
+        assert!(read(folder.join(format!("paper/{name}.svg"))).contains("</svg>"), "{name}");
+    }
+    let film = std::fs::read(folder.join("paper/clip.gif")).unwrap();
+    assert!(film.starts_with(b"GIF89a"));
+    run(folder, "bounds --out own --std 1,2 --correlation -0.5 --weights 1,3");
+    assert!(read(folder.join("own/bounds.svg")).contains("correlation of -0.5"));
+    for (line, wanted) in [
+        ("bounds --std 1,2", "--correlation"),
+        ("bounds --std 1,0 --correlation 0", "--std: wanted two numbers above 0"),
+        ("bounds --std 1,1 --correlation 2", "--correlation: wanted -1 to 1"),
+        ("bounds --weights 1", "--weights: wanted two numbers, as 1,2, got 1 numbers"),
+    ] {
+        let output = copq(folder, line).output().unwrap();
+        let words = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && words.contains(wanted), "{line}: {words}");
+    }
+}
