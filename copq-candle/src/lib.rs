@@ -133,7 +133,8 @@ impl Default for Candle {
 }
 
 impl Candle {
-    /// Networks that spread over so many threads.
+    /// Critics and actors of off-policy methods that spread over so many threads; those of on-policy
+    /// methods are too small for it, and stay on one.
     pub fn threads(threads: usize) -> Self {
         Self { threads }
     }

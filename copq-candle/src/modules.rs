@@ -15,7 +15,7 @@ pub type MakeModule = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Resul
     + Sync;
 
 /// A backend whose critics, and if you like whose policy, are modules of yours; the rest is
-/// [`Candle`]'s.
+/// [`Candle`]'s. For off-policy methods: on-policy ones say that they need other networks.
 ///
 /// Variables are drawn by candle's rules from copq's random numbers, saved by their paths, and
 /// stepped by the same Adam as all other networks; only [`Networks`]' step sizes count, its layers

@@ -105,8 +105,8 @@ pub trait Agent: Send {
         Ok(())
     }
 
-    /// Makes room for so many worlds that take their steps together. An error for more than one
-    /// unless implemented.
+    /// Makes room for so many worlds that take their steps together; what had been gathered of an
+    /// epoch is forgotten. An error for more than one unless implemented.
     fn prepare(&mut self, worlds: usize) -> Result<()> {
         if worlds == 1 {
             return Ok(());
@@ -120,7 +120,9 @@ pub trait Agent: Send {
     /// Writes an action in [-1, 1] for one observation.
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()>;
 
-    /// Takes in one transition; a rule that does not learn has no use for it.
+    /// Takes in one transition; a rule that does not learn has no use for it. On-policy learners
+    /// store the sample that they drew, so an action that was overridden is learned as if it had been
+    /// taken.
     fn observe(&mut self, _transition: Transition<'_>) -> Result<()> {
         Ok(())
     }
