@@ -72,8 +72,9 @@ def check_tip(tip, runs, quantity):
     step = int(re.search(r"at step ([\d,]+)$", tip[0])[1].replace(",", ""))
     column = "weighted_total/mean" if quantity == "weighted total" else f"return/{quantity}/mean"
     for row in tip[1:]:
-        label, middle, low, high, seeds = re.fullmatch(r"(.+): (\S+) \((\S+) to (\S+); (\d+) seeds?\)", row).groups()
-        mean, std = means(runs[label], column)[step]
+        parts = re.fullmatch(r"(.+): (\S+) \((\S+) to (\S+); (\d+) seeds?\)(?: at ([\d,]+))?", row)
+        label, middle, low, high, seeds, own = parts.groups()
+        mean, std = means(runs[label], column)[int((own or str(step)).replace(",", ""))]
         assert int(seeds) == len(runs[label]), row
         for got, wanted in [(middle, mean), (low, mean - std), (high, mean + std)]:
             assert abs(number(got) - wanted) <= 1e-4 * (1 + abs(wanted)), f"{row}: {got}, not {wanted}"

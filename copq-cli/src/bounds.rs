@@ -11,8 +11,8 @@ use crate::options::say;
 
 /// Bounds that are built on the covariance; the paper's Figure B.1 compares them.
 const COMPARED: [&str; 4] = ["cholesky", "eigen", "extremum", "diagonal"];
-/// From where to where the pictures go, of both objectives.
-const SHOWN: [[f64; 2]; 2] = [[-3.2, 3.2], [-3.2, 3.2]];
+/// How far the paper's pictures go to each side, of both objectives.
+const FAR: f64 = 3.5;
 const AXES: [&str; 2] = ["Q of safety", "Q of speed"];
 /// Pictures of the animation, and how long each is shown (hundredths of a second).
 const PICTURES: usize = 61;
@@ -22,7 +22,7 @@ const SHOWN_FOR: u16 = 8;
 /// clip as an animation over the correlation.
 ///
 /// All points are computed by the projections that training uses, of critics with the covariance
-/// that is drawn. Without --std and --correlation the paper's cases are drawn.
+/// that is drawn. Without --std the paper's cases are drawn.
 #[derive(clap::Args)]
 pub struct Bounds {
     /// Folder for the pictures.
@@ -30,10 +30,10 @@ pub struct Bounds {
     out: PathBuf,
 
     /// The critics' standard deviations of safety and of speed, as 1,2: one picture of all bounds.
-    #[arg(long, value_name = "A,B", value_delimiter = ',', num_args = 1, requires = "correlation")]
+    #[arg(long, value_name = "A,B", value_delimiter = ',', num_args = 1)]
     std: Option<Vec<f64>>,
 
-    /// How the critics' safety and speed go together, from -1 to 1.
+    /// How the critics' safety and speed go together, from -1 to 1. [default: 0]
     #[arg(long, value_name = "R", requires = "std", allow_negative_numbers = true)]
     correlation: Option<f64>,
 
@@ -47,10 +47,12 @@ impl Bounds {
         let folder = &self.out;
         std::fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
         let weights = pair("weights", &self.weights)?;
-        if let (Some(std), Some(correlation)) = (&self.std, self.correlation) {
+        if let Some(std) = &self.std {
+            let correlation = self.correlation.unwrap_or(0.0);
             let critics = Critics::new(pair("std", std)?, correlation)?;
             let title = format!("Bounds at a correlation of {correlation}");
-            write(folder, "bounds", &critics.all_bounds(&title, weights)?)?;
+            let ranges = critics.ranges();
+            write(folder, "bounds", &critics.all_bounds(&title, weights)?.ranges(ranges))?;
         } else {
             paper(folder, weights)?;
         }
@@ -122,10 +124,16 @@ impl Critics {
         [self.0.mean()[0], self.0.mean()[1]]
     }
 
+    /// From where to where all critics are seen, on axes of one scale.
+    fn ranges(&self) -> [[f64; 2]; 2] {
+        let largest = self.points().into_iter().flatten().fold(0.0, |a: f64, x| a.max(x.abs()));
+        [[-1.15 * largest, 1.15 * largest]; 2]
+    }
+
     /// The ellipse of one deviation, with the critics.
     fn plane(&self, title: &str) -> copq::Result<Plane> {
         Ok(Plane::new(title, AXES)
-            .ranges(SHOWN)
+            .ranges([[-FAR, FAR]; 2])
             .points("critics", self.points())
             .closed("one deviation", self.0.ellipse([0, 1], 1.0, 120)?))
     }
@@ -160,34 +168,29 @@ impl Critics {
         let l = self.0.factor();
         let mean = self.mean();
         let free = [0, 1].map(|i| mean[i] - l[(i, 0)] * u[0] - l[(i, 1)] * u[1]);
-        // Where the total is the mean's.
-        let far = 10.0;
-        let along = [-far, far].map(|t| [mean[0] - t * u[1], mean[1] + t * u[0]]);
         Ok(self
             .plane(title)?
-            .line("same total", inside(along))
+            .line("same total", same_total(mean, weights))
             .arrow("without clip", [mean, free])
             .arrow("cholesky", [mean, self.bound("cholesky", weights, -1.0)?]))
     }
 }
 
-/// The part of a line through the middle that is shown.
-fn inside(line: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
-    let size = line[0][0].abs().max(line[0][1].abs());
-    line.map(|end| end.map(|x| x * SHOWN[0][1] / size))
+/// Where the total is a point's, as far as it may be seen.
+fn same_total(at: [f64; 2], weights: [f32; 2]) -> [[f64; 2]; 2] {
+    let length = f64::from(weights[0]).hypot(f64::from(weights[1]));
+    let [u, v] = weights.map(|weight| f64::from(weight) / length);
+    [-4.0 * FAR, 4.0 * FAR].map(|way| [at[0] - way * v, at[1] + way * u])
 }
 
 /// Figure 1 (a): which of two critics has the smaller total is chance.
 fn scalarised(weights: [f32; 2]) -> copq::Result<Plane> {
-    let [first, second] = [[1.1, -0.9], [-1.0, 0.8]];
-    let chosen = smallest("scalarised-min", &[first, second], weights)?;
+    let critics = [[1.1, -0.9], [-1.0, 0.8]];
+    let chosen = smallest("scalarised-min", &critics, weights)?;
     Ok(Plane::new("The critic with the smaller total", AXES)
-        .ranges(SHOWN)
-        .points("two critics", vec![first, second])
-        .line("same total as the chosen", {
-            let total = f64::from(weights[0]) * chosen[0] + f64::from(weights[1]) * chosen[1];
-            [-3.0, 3.0].map(|x| [x, (total - f64::from(weights[0]) * x) / f64::from(weights[1])])
-        })
+        .ranges([[-FAR, FAR]; 2])
+        .points("two critics", critics.to_vec())
+        .line("same total as the chosen", same_total(chosen, weights))
         .points("chosen", vec![chosen]))
 }
 

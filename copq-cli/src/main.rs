@@ -18,6 +18,9 @@ mod train;
 mod view;
 mod world;
 
+use std::io::Write;
+use std::process::ExitCode;
+
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 
@@ -55,8 +58,19 @@ enum Command {
     },
 }
 
-fn main() -> anyhow::Result<()> {
-    match Cli::parse().command {
+fn main() -> ExitCode {
+    match run(Cli::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // Where in the program it arose helps nobody who mistyped an option.
+            writeln!(std::io::stderr(), "Error: {error:#}").unwrap_or_default();
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: Command) -> anyhow::Result<()> {
+    match command {
         Command::Train(train) => train.run(),
         Command::Resume(resume) => resume.run(),
         Command::Sweep(sweep) => sweep.run(),

@@ -38,7 +38,7 @@ pub fn number_of(text: &str) -> Result<(String, f64), String> {
     let parts = text.split_once('=').and_then(|(name, value)| Some((name, value.parse().ok()?)));
     match parts {
         Some((name, value)) => Ok((name.to_owned(), value)),
-        None => Err("wanted a name and a number, such as cost=25".to_owned()),
+        None => Err("wanted NAME=NUMBER".to_owned()),
     }
 }
 

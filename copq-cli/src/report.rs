@@ -1,20 +1,23 @@
 //! `copq report`: many runs on one page.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use copq::files;
 use copq_envs::{Options, task_with};
-use copq_experiments::{Plan, Report as Page, ReportRun, Stop, read_plan};
+use copq_experiments::{Plan, Report as Page, ReportRun, Stop, read_config, read_plan};
 
-use crate::options::{number_of, positive, say};
+use crate::options::{note, number_of, positive, say};
 use crate::rollout::film;
 
 /// How deep runs are looked for.
 const DEPTH: usize = 4;
+/// Looks at which nothing has changed, after which nothing goes on.
+const LOOKS: usize = 3;
 
 /// Puts many runs on one page: what was run, curves, tables, settings, failures.
 ///
@@ -70,13 +73,18 @@ impl Report {
         let Self { making, runs } = self;
         making.make(Path::new("report.html"), &title, || {
             let mut all = Vec::new();
+            let mut known = BTreeSet::new();
             for text in &runs {
-                let before = all.len();
-                let (label, folder) = labelled(text);
+                let (label, folder) = labelled(text)?;
+                let mut is_empty = true;
                 find(Path::new(folder), DEPTH, &mut |folder| {
-                    all.push(ReportRun { label: label.clone(), ..of_folder(folder) });
+                    is_empty = false;
+                    // However it is reached, a run is one run.
+                    if known.insert(folder.canonicalize().unwrap_or_else(|_| folder.to_owned())) {
+                        all.push(ReportRun { label: label.clone(), ..of_folder(folder) });
+                    }
                 })?;
-                ensure!(all.len() > before, "'{folder}': wanted runs in it, got none");
+                ensure!(!is_empty, "'{folder}': wanted runs in it, got none");
             }
             Ok(all)
         })
@@ -84,11 +92,17 @@ impl Report {
 }
 
 /// LABEL=DIR, or DIR alone, if there is one of that name.
-fn labelled(text: &str) -> (Option<String>, &str) {
-    match text.split_once('=') {
+fn labelled(text: &str) -> anyhow::Result<(Option<String>, &str)> {
+    let (label, folder) = match text.split_once('=') {
         Some((label, folder)) if !Path::new(text).exists() => (Some(label.to_owned()), folder),
         _ => (None, text),
-    }
+    };
+    ensure!(label.as_deref() != Some(""), "'{text}': wanted a name before the =, got none");
+    ensure!(
+        !Path::new(folder).is_file(),
+        "'{folder}': wanted a folder, got a file (of a sweep's file copq sweep report makes the page)"
+    );
+    Ok((label, folder))
 }
 
 /// Every run's folder in a folder, in the order of their names.
@@ -97,11 +111,16 @@ pub fn find(folder: &Path, depth: usize, found: &mut impl FnMut(&Path)) -> anyho
         found(folder);
         return Ok(());
     }
-    let entries = std::fs::read_dir(folder).map_err(files::failed("reading", folder))?;
-    let mut folders: Vec<PathBuf> =
-        entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir()).collect();
+    let entries = std::fs::read_dir(folder).map_err(files::failed("reading", folder))?.flatten();
+    // Links may lead round in circles.
+    let is_folder = |entry: &DirEntry| entry.file_type().is_ok_and(|kind| kind.is_dir());
+    let mut folders: Vec<PathBuf> = entries.filter(is_folder).map(|entry| entry.path()).collect();
     folders.sort();
-    folders.iter().filter(|_| depth > 0).try_for_each(|folder| find(folder, depth - 1, found))
+    for folder in folders.iter().filter(|_| depth > 0) {
+        // One that may not be read costs no other.
+        find(folder, depth - 1, found).unwrap_or_else(|error| note(&format!("{error:#}")));
+    }
+    Ok(())
 }
 
 /// What a folder is called, `.` too.
@@ -148,46 +167,81 @@ impl Making {
         runs: impl Fn() -> anyhow::Result<Vec<ReportRun>>,
     ) -> anyhow::Result<()> {
         let out = self.out.as_deref().unwrap_or(usual);
+        if let Some(folder) = out.parent() {
+            std::fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
+        }
         let title = self.title.as_deref().unwrap_or(title);
         if self.rollouts {
-            film_one_a_method(&runs()?)?;
+            film_one_a_method(&runs()?);
         }
         let every = self.every.map(Duration::from_secs);
-        let stop = every.map(|_| Stop::catch()).transpose()?;
+        let Some(every) = every else {
+            let (_, summary) = self.write(out, title, &runs()?, None)?;
+            return Ok(say(&format!("{}: {summary}\n", out.display()))?);
+        };
+        let stop = Stop::catch()?;
+        let mut looks = 0;
+        let mut before = String::new();
         loop {
-            let page = Page::read(title, &runs()?).references(self.reference.clone());
-            let is_last = stop.as_ref().is_none_or(|stop| stop.is_asked() || !page.is_going_on());
-            let again = every.filter(|_| !is_last);
-            files::replace(out, page.page(again)?.as_bytes())?;
-            if let Some(folder) = &self.parts {
-                page.write_parts(folder)?;
+            // Between two runs, or while a cluster starts one again, none is at work for a moment.
+            let again = (looks < LOOKS && !stop.is_asked()).then_some(every);
+            match runs().and_then(|runs| self.write(out, title, &runs, again)) {
+                Ok((is_going_on, summary)) => {
+                    let is_news = summary != before || again.is_none();
+                    looks = if is_going_on || summary != before { 0 } else { looks + 1 };
+                    if is_news {
+                        say(&format!("{}: {summary}\n", out.display())).unwrap_or_default();
+                    }
+                    before = summary;
+                }
+                // A folder that vanishes while it is read is no reason to stop looking.
+                Err(error) if again.is_some() => note(&format!("{error:#}")),
+                Err(error) => return Err(error),
             }
-            let summary = page.summary();
-            say(&format!("{}: {summary}\n", out.display())).unwrap_or_default();
-            let Some(pause) = again else { return Ok(()) };
+            if again.is_none() {
+                return Ok(());
+            }
             let began = Instant::now();
-            while began.elapsed() < pause && !stop.as_ref().is_some_and(Stop::is_asked) {
+            while began.elapsed() < every && !stop.is_asked() {
                 sleep(Duration::from_millis(100));
             }
         }
     }
+
+    /// Writes a page; whether anything on it goes on, and what it is of.
+    fn write(
+        &self,
+        out: &Path,
+        title: &str,
+        runs: &[ReportRun],
+        again: Option<Duration>,
+    ) -> anyhow::Result<(bool, String)> {
+        let page = Page::read(title, runs).references(self.reference.clone());
+        files::replace(out, page.page(again)?.as_bytes())?;
+        if let Some(folder) = &self.parts {
+            page.write_parts(folder)?;
+        }
+        Ok((page.is_going_on(), page.summary()))
+    }
 }
 
 /// Films the first seed of every method on each task that has a policy and no film yet.
-fn film_one_a_method(runs: &[ReportRun]) -> anyhow::Result<()> {
+fn film_one_a_method(runs: &[ReportRun]) {
     let mut filmed = Vec::new();
     for run in runs {
         let folder = &run.folder;
-        let Ok(mut plan) = read_plan(folder) else { continue };
+        let Ok(config) = read_config::<toml::Table>(folder) else { continue };
+        let mut plan = config.plan;
         plan.run.seed = 0;
-        let what = (run.label.clone(), plan);
+        let what = (run.label.clone(), plan, config.settings);
         if !folder.join("checkpoint.safetensors").is_file() || filmed.contains(&what) {
             continue;
         }
         filmed.push(what);
-        if !folder.join("rollout.gif").is_file() {
-            film(folder).with_context(|| format!("filming '{}'", folder.display()))?;
+        if !folder.join("rollout.gif").is_file()
+            && let Err(error) = film(folder)
+        {
+            note(&format!("no film of '{}': {error:#}", folder.display()));
         }
     }
-    Ok(())
 }

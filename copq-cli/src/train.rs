@@ -271,15 +271,31 @@ pub fn train(
     Ok(ending)
 }
 
-/// An error for a method that a task does not suit; a note where it suits but something goes
-/// unheeded.
-fn check_task(recipe: &Recipe, spec: &EnvSpec) -> anyhow::Result<()> {
+/// Makes a run's world and agent, and lets them go again: an error for what could not begin.
+pub fn try_out(prepared: &Prepared) -> anyhow::Result<()> {
+    let Prepared { plan, recipe, .. } = prepared;
+    let env = make_env(plan, recipe.saute())?;
+    check_method(recipe, env.spec())?;
+    let init = plan.init_from.as_deref().map(saved::policy_file).transpose()?;
+    let mut agent = recipe.clone().agent(env.spec(), plan, init.as_deref())?;
+    Ok(agent.prepare(plan.envs)?)
+}
+
+/// An error for a method that a task does not suit.
+fn check_method(recipe: &Recipe, spec: &EnvSpec) -> anyhow::Result<()> {
     if recipe.name() == "td3" && spec.objectives.len() > 1 {
         bail!(
             "td3: wanted a task with one objective, such as --task gym/hopper, got {}",
             spec.name
         );
     }
+    Ok(())
+}
+
+/// An error for a method that a task does not suit; a note where it suits but something goes
+/// unheeded.
+fn check_task(recipe: &Recipe, spec: &EnvSpec) -> anyhow::Result<()> {
+    check_method(recipe, spec)?;
     for objective in spec.objectives.iter().filter(|objective| objective.limit.is_some()) {
         if !recipe.holds_costs() {
             let cost = &objective.name;

@@ -63,7 +63,7 @@ fn a_page_its_tables_and_its_figures() {
         "cop-td3 cholesky",
         "cop-td3 extremum",
         "the &lt;disk&gt; is full",
-        "at least one evaluation, got none",
+        "is the same seed",
         "Reward against cost",
         "What the critics disagree about",
         "correlation/safety/velocity",
@@ -131,7 +131,7 @@ fn pictures_of_bounds() {
     run(folder, "bounds --out own --std 1,2 --correlation -0.5 --weights 1,3");
     assert!(read(folder.join("own/bounds.svg")).contains("correlation of -0.5"));
     for (line, wanted) in [
-        ("bounds --std 1,2", "--correlation"),
+        ("bounds --correlation 0.5", "--std"),
         ("bounds --std 1,0 --correlation 0", "--std: wanted two numbers above 0"),
         ("bounds --std 1,1 --correlation 2", "--correlation: wanted -1 to 1"),
         ("bounds --weights 1", "--weights: wanted two numbers, as 1,2, got 1 numbers"),

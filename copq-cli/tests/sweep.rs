@@ -62,7 +62,7 @@ set = ["steps_per_epoch=64"]
     // What adds up does, wherever it stands.
     let whole = "copq train --bound cholesky --checkpoint-every 40 --eval-episodes 1 --eval-every 60 \
         --log-every 20 --seed 0 --set 'networks.hidden=[8,8]' --set batch=8 --set start_steps=40 \
-        --steps 90\n";
+        --steps 90 --out runs/tiny/short-";
     assert!(plan.contains(whole), "{plan}");
     let output = sweep(folder, &["run", "tiny.toml", "--jobs", "2"]).output().unwrap();
     assert!(output.status.success(), "{}", text(&output));
@@ -74,6 +74,7 @@ set = ["steps_per_epoch=64"]
     let line = plan.lines().nth(1).unwrap();
     let run = folder.join(line.split_whitespace().nth(1).unwrap());
     let (_, command) = line.split_once("copq train").unwrap();
+    let (command, _) = command.split_once(" --out ").unwrap();
     let by_hand = Command::new("sh")
         .args(["-c", &format!("exec \"$0\" train {command} --out by-hand")])
         .arg(env!("CARGO_BIN_EXE_copq"))
@@ -143,7 +144,7 @@ fn mistakes_are_told_before_and_failures_after() {
         ("[grid]\nmethod = [\"td4\"]", "invalid value 'td4'"),
         ("[grid]\nmethod = [\"td4\"]", "[possible values: cop-td3,"),
         ("[grid]\nseed = [1, 1]", "wanted each run once"),
-        ("[grid]\nsteps = [1, 2]", "give each variant that differs in steps"),
+        ("[grid]\nsteps = [1, 2]", "differ in nothing that a folder is named by"),
         ("[grid]\nout = [\"a\"]", "wanted it for the whole sweep"),
         ("[grid]\nlike = [\"a\"]", "like: wanted options one by one"),
         ("exclude = [{}]\n[grid]\nseed = [1]", "exclude: wanted options that some run has"),
@@ -154,14 +155,39 @@ fn mistakes_are_told_before_and_failures_after() {
         let output = sweep(folder, &["plan", "bad.toml"]).output().unwrap();
         assert!(!output.status.success() && text(&output).contains(wanted), "{}", text(&output));
     }
-    // A task that the method does not suit shows when it is begun.
-    write(folder, "[grid]\nmethod = [\"rcpo\"]\ntask = [\"a/hopper\"]\nsteps = [100]\n");
+    // What could not begin is told before anything begins.
+    for (grid, wanted) in [
+        ("method = [\"rcpo\"]\ntask = [\"a/hopper\"]", "a task with a cost"),
+        ("task = [\"a/hoper\"]", "unknown task 'a/hoper'"),
+        ("order = [\"xyz\"]", "order of objectives: wanted"),
+        ("set = [\"batch=0\"]", "batch: wanted at least 1"),
+        ("init-from = [\"nowhere\"]", "'nowhere'"),
+    ] {
+        write(folder, &format!("[grid]\n{grid}\nsteps = [100]\n"));
+        let output = sweep(folder, &["plan", "tiny.toml"]).output().unwrap();
+        assert!(!output.status.success() && text(&output).contains(wanted), "{}", text(&output));
+    }
+    std::fs::write(folder.join("a.toml"), "files = [\"b.toml\"]").unwrap();
+    std::fs::write(folder.join("b.toml"), "files = [\"a.toml\"]").unwrap();
+    let output = sweep(folder, &["plan", "a.toml"]).output().unwrap();
+    assert!(
+        text(&output).contains("wanted files that do not name each other"),
+        "{}",
+        text(&output)
+    );
+    // A folder that is somebody else's fails the run, and not the others.
+    write(folder, "[grid]\nseed = [0, 1]\nsteps = [60]\nset = [\"start_steps=5000\"]\n");
+    let plan = text(&sweep(folder, &["plan", "tiny.toml"]).output().unwrap());
+    let taken = folder.join(plan.split_whitespace().nth(1).unwrap());
+    std::fs::create_dir_all(&taken).unwrap();
+    std::fs::write(taken.join("letter.txt"), "dear diary").unwrap();
     let output = sweep(folder, &["run", "tiny.toml"]).output().unwrap();
     let words = text(&output);
     assert!(!output.status.success(), "{words}");
-    assert!(words.contains("failed: ") && words.contains("a task with a cost"), "{words}");
+    assert!(words.contains("failed: ") && words.contains("one that is there already"), "{words}");
     let status = text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
-    assert!(status.contains("| failed |") && status.contains("a task with a cost"), "{status}");
+    assert!(status.contains("| failed |") && status.contains("is there already"), "{status}");
+    assert!(status.contains("| done | 60 | 60 |"), "{status}");
 }
 
 #[test]
@@ -262,25 +288,33 @@ fn what_is_submitted_is_written_down() {
     };
     let slurm = submit(&["--dry-run", "--partition", "gpu", "--sbatch=--nice", "--at-once", "2"]);
     assert!(slurm.contains("sbatch --array=0-2%2 '"), "{slurm}");
-    let script = String::from_utf8(file(folder, "a b/submit/runs.sbatch")).unwrap();
-    for line in ["#SBATCH --partition=gpu\n", "#SBATCH --nice\n", "a b/submit/sweep.toml' --task"] {
+    let folders = std::fs::read_dir(folder.join("a b/submit")).unwrap().flatten();
+    let folders: Vec<_> = folders.map(|entry| entry.path()).collect();
+    let [submitted] = folders.as_slice() else { panic!("{folders:?}") };
+    let script = std::fs::read_to_string(submitted.join("runs.sbatch")).unwrap();
+    for line in ["#SBATCH --partition=gpu\n", "#SBATCH --nice\n", "/sweep.toml' --task"] {
         assert!(script.contains(line), "{script}");
     }
-    assert!(
-        Command::new("bash")
-            .args(["-n", "a b/submit/runs.sbatch"])
-            .current_dir(folder)
-            .status()
-            .unwrap()
-            .success()
-    );
+    let shell = |arguments: &[&str], name: &str| {
+        Command::new("bash").args(arguments).arg(submitted.join(name)).output().unwrap()
+    };
+    assert!(shell(&["-n"], "runs.sbatch").status.success());
     // Its file means the same runs, wherever it is read.
-    let plan = text(&sweep(folder, &["plan", "a b/submit/sweep.toml"]).output().unwrap());
+    let frozen = submitted.join("sweep.toml");
+    let plan = text(&sweep(folder, &["plan", frozen.to_str().unwrap()]).output().unwrap());
     assert!(plan.contains("/a b/cop-td3-a-hopper") && plan.lines().count() == 3, "{plan}");
-    // A list for GNU parallel is one that any shell can run.
+    // A list for GNU parallel is one that any shell can run; its lines stay, whatever is done.
     let parallel = submit(&["--engine", "parallel"]);
     assert!(parallel.contains("--resume-failed"), "{parallel}");
-    let run = Command::new("sh").arg("a b/submit/runs.txt").current_dir(folder).output().unwrap();
+    let list = std::fs::read_to_string(submitted.join("runs.txt")).unwrap();
+    assert_eq!(list.lines().count(), 3, "{list}");
+    let run = shell(&[], "runs.txt");
     assert!(run.status.success(), "{}", text(&run));
-    assert!(submit(&["--dry-run"]).starts_with("2 of 3 runs are not done"), "exec ends the list");
+    let again = submit(&["--engine", "parallel"]);
+    assert!(again.starts_with("2 of 3 runs are not done"), "exec ends the list: {again}");
+    assert!(std::fs::read_to_string(submitted.join("runs.txt")).unwrap() == list);
+    for (time, wanted) in [("9:00", "ten minutes at least"), ("soon", "a time as Slurm has it")] {
+        let said = submit(&["--dry-run", "--time", time]);
+        assert!(said.contains(wanted), "{said}");
+    }
 }

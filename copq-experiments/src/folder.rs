@@ -16,6 +16,7 @@ use crate::config::{self, MadeWith, RunConfig};
 use crate::ending::resume_command;
 use crate::fingerprint::fingerprint;
 use crate::plan::Plan;
+use crate::standing::complaint_file;
 use copq::files;
 
 /// The folder that a run leaves behind.
@@ -156,6 +157,8 @@ impl RunFolder {
             saved.plan = plan.clone();
             config::write(&file, &saved)?;
         }
+        // What was said of an earlier failure is no longer true.
+        fs::remove_file(complaint_file(&folder.path)).unwrap_or_default();
         // Its last rows may be written anew.
         match fs::remove_file(folder.file(DONE)) {
             Err(error) if error.kind() != ErrorKind::NotFound => {

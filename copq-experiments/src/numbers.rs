@@ -21,8 +21,23 @@ pub(crate) fn grouped(number: u64) -> String {
     text
 }
 
+/// Seconds in the unit that suits them: 40 s, 12 min, 3.2 h.
+pub(crate) fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7_200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3_600.0),
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn seconds_in_words() {
+        let texts = [0.4, 119.0, 130.0, 7_300.0].map(super::duration);
+        assert_eq!(texts, ["0 s", "119 s", "2 min", "2.0 h"]);
+    }
+
     #[test]
     fn thousands() {
         let texts = [0, 999, 1_000, 1_234_567].map(super::grouped);

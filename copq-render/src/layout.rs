@@ -38,9 +38,14 @@ fn dashes(n: usize) -> Option<&'static str> {
     }
 }
 
-/// The colour of the n-th label as CSS has it, such as `#0072b2`: for a legend beside a figure.
-pub fn label_colour(n: usize) -> String {
-    css(colour(n))
+/// The n-th label's line as a small SVG with its colour and dashes: for a legend beside a figure.
+pub fn label_sample(n: usize) -> String {
+    let dashes = dashes(n).unwrap_or("none");
+    let colour = css(colour(n));
+    format!(
+        "<svg viewBox=\"0 0 26 8\"><path d=\"M0 4H26\" stroke=\"{colour}\" stroke-width=\"3\" \
+         stroke-dasharray=\"{dashes}\"/></svg>"
+    )
 }
 
 /// What belongs to the n-th label, for whoever shows and hides it; its lines have its dashes.

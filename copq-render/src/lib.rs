@@ -26,5 +26,5 @@ pub use figure::{Figure, Panel, Point, Series};
 pub(crate) use font::DEJAVU_SANS;
 pub use font::missing_letters;
 pub(crate) use layout::colour;
-pub use layout::label_colour;
+pub use layout::label_sample;
 pub use plane::Plane;

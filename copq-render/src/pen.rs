@@ -2,7 +2,7 @@
 
 use ab_glyph::{Font, FontRef, ScaleFont};
 use copq::{Error, Result};
-use svg::node::element::{Circle, Group, Polygon, Polyline, Rectangle, Text};
+use svg::node::element::{Circle, ClipPath, Group, Polygon, Polyline, Rectangle, Text};
 use svg::{Document, Node};
 
 use crate::font::{DEJAVU_SANS, FAMILY};
@@ -17,6 +17,8 @@ pub(crate) type Colour = [u8; 3];
 pub(crate) const INK: Colour = [45, 45, 45];
 /// Light grey, for grids.
 pub(crate) const GRID: Colour = [226, 226, 226];
+/// Longest dashed line.
+const FARTHEST: f64 = 1e5;
 /// Length of a dash, and of the gap after it.
 const DASH: f64 = 6.0;
 /// How far below a word's middle its baseline lies, in parts of its size, and how far below its
@@ -63,6 +65,16 @@ impl Pen {
         self.sheet.to_string()
     }
 
+    /// What is drawn until [`Pen::end`] is seen only inside a frame: left, right, top, bottom.
+    pub(crate) fn begin_clipped(&mut self, [left, right, top, bottom]: [f64; 4]) {
+        let inside = Rectangle::new().set("x", tidy(left)).set("y", tidy(top));
+        let inside = inside.set("width", tidy(right - left)).set("height", tidy(bottom - top));
+        // Frames of one size share a name, so that several pictures may stand on one page.
+        let name = format!("inside-{left}-{right}-{top}-{bottom}");
+        self.put(ClipPath::new().set("id", name.as_str()).add(inside));
+        self.begin([("clip-path", format!("url(#{name})"))]);
+    }
+
     /// What is drawn until [`Pen::end`] belongs together, by these attributes.
     pub(crate) fn begin<const N: usize>(&mut self, attributes: [(&str, String); N]) {
         let group = Group::new();
@@ -94,6 +106,10 @@ impl Pen {
     pub(crate) fn dashes(&mut self, from_to: [At; 2], width: f64, colour: Colour) {
         let [(x0, y0), (x1, y1)] = from_to;
         let length = (x1 - x0).hypot(y1 - y0);
+        // What leads nowhere that can be drawn is not drawn.
+        if !length.is_finite() || length > FARTHEST {
+            return;
+        }
         let at = |way: f64| {
             let share = (way / length).min(1.0);
             (x0 + share * (x1 - x0), y0 + share * (y1 - y0))

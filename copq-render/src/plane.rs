@@ -115,7 +115,13 @@ impl Plane {
             return Err(Error::invalid("pictures of an animation", "at least one", 0));
         };
         let (width, height, _) = canvas::pixels(&first.svg()?)?;
-        let mut picture = |i: usize| Ok(canvas::pixels(&planes[i].svg()?)?.2);
+        let mut picture = |i: usize| match canvas::pixels(&planes[i].svg()?)? {
+            (w, h, pixels) if (w, h) == (width, height) => Ok(pixels),
+            (w, h, _) => {
+                let wanted = format!("{width} x {height} pixels");
+                Err(Error::invalid("a picture of an animation", wanted, format!("{w} x {h}")))
+            }
+        };
         let delays = vec![u64::from(hundredths); planes.len()];
         files::replace(path.as_ref(), &gif::encode([width, height], &delays, &mut picture)?)
     }
@@ -164,7 +170,8 @@ impl Plane {
             let (across, _) = at([limit, axes[1][0]]);
             pen.dashes([(across, top), (across, bottom)], 1.5, INK);
         }
-        for (n, ((name, mark), &(x, row))) in self.marks.iter().zip(legend).enumerate() {
+        pen.begin_clipped([left, right, top, bottom]);
+        for (n, (_, mark)) in self.marks.iter().enumerate() {
             pen.begin(series_attributes(n));
             match mark {
                 Mark::Points(points) => {
@@ -182,7 +189,12 @@ impl Plane {
                 }
                 Mark::Line(from_to) => pen.dashes(from_to.map(at), 1.5, colour(n)),
             }
+            pen.end();
+        }
+        pen.end();
+        for (n, ((name, _), &(x, row))) in self.marks.iter().zip(legend).enumerate() {
             let y = f64::from(HEIGHT) - 18.0 + row as f64 * ROW;
+            pen.begin(series_attributes(n));
             pen.dot((x + 5.0, y), 5.0, colour(n));
             pen.word(name, (x + 15.0, y), SMALL, Anchor::Left);
             pen.end();
@@ -206,7 +218,10 @@ impl Plane {
         if low > high {
             return [0.0, 1.0];
         }
-        let room = if high > low { 0.08 * (high - low) } else { 0.5 };
+        let size = low.abs().max(high.abs());
+        // Ends that differ by rounding alone are equal.
+        let room =
+            if high - low > 1e-5 * size { 0.08 * (high - low) } else { (0.05 * size).max(0.5) };
         [low - room, high + room]
     }
 

@@ -1,15 +1,15 @@
 //! A sweep's file: options of `copq train`, in products and by name.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use clap::Parser;
-use copq_experiments::{Plan, read_done};
+use copq_experiments::{Plan, fingerprint, read_done};
 use serde::Deserialize;
 
 use crate::options::quoted;
-use crate::train::{Prepared, Train};
+use crate::train::{Prepared, Train, try_out};
 
 /// Options of copq train by their long names; `method` is the method, `set` and `limit` are lists.
 type Options = BTreeMap<String, toml::Value>;
@@ -91,7 +91,8 @@ impl Task {
     /// As somebody would type it.
     pub fn command(&self) -> String {
         let words = self.arguments.iter().map(|argument| quoted(argument));
-        format!("copq train {}", words.collect::<Vec<_>>().join(" "))
+        let folder = quoted(&self.folder.to_string_lossy());
+        format!("copq train {} --out {folder}", words.collect::<Vec<_>>().join(" "))
     }
 
     /// What it would train; an error for options that do not fit.
@@ -111,7 +112,7 @@ impl Task {
     }
 
     fn new(combination: &Combination, out: &Path, file: &str) -> anyhow::Result<Self> {
-        let arguments = arguments(&combination.options)?;
+        let arguments = arguments(&combination.options).with_context(|| format!("'{file}'"))?;
         let prepared = prepare(&arguments)
             .with_context(|| format!("'{file}', copq train {}", arguments.join(" ")))?;
         let name = combination.name.as_ref();
@@ -147,7 +148,15 @@ fn prepare(arguments: &[String]) -> anyhow::Result<Prepared> {
 impl SweepFile {
     /// All runs, each of them checked.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
+        Self::read_within(path, &mut Vec::new())
+    }
+
+    /// The same of a file that others have named.
+    fn read_within(path: &Path, others: &mut Vec<PathBuf>) -> anyhow::Result<Self> {
         let shown = path.display().to_string();
+        let this = path.canonicalize().with_context(|| format!("reading '{shown}'"))?;
+        ensure!(!others.contains(&this), "'{shown}': wanted files that do not name each other");
+        others.push(this);
         let (raw, out) = Raw::read(path)?;
         let mut known = BTreeMap::new();
         let mut tasks = Vec::new();
@@ -156,15 +165,15 @@ impl SweepFile {
             let before = known.insert(task.folder.clone(), task.fingerprint.clone());
             ensure!(
                 before.is_none(),
-                "'{shown}': wanted each run once, got {} twice (give each variant that differs in \
-                 steps or cadence a name as an [[arm]])",
+                "'{shown}': wanted each run once, got {} twice (two combinations differ in nothing \
+                 that a folder is named by; give each a name as an [[arm]])",
                 task.folder.display()
             );
             tasks.push(task);
         }
         for file in &raw.files {
             let file = path.parent().unwrap_or(Path::new("")).join(file);
-            for task in Self::read(&file)?.tasks {
+            for task in Self::read_within(&file, others)?.tasks {
                 let task = task.moved(&out);
                 match known.insert(task.folder.clone(), task.fingerprint.clone()) {
                     None => tasks.push(task),
@@ -177,6 +186,7 @@ impl SweepFile {
                 }
             }
         }
+        others.pop();
         ensure!(
             !tasks.is_empty(),
             "'{shown}': wanted one run at least (a [grid] of lists), got none"
@@ -184,6 +194,22 @@ impl SweepFile {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let title = raw.title.unwrap_or(stem);
         Ok(Self { out, title, reference: raw.reference, tasks })
+    }
+
+    /// An error that names the first run that could not begin: its world or its method cannot be
+    /// made. Seeds are all alike.
+    pub fn try_out(&self, path: &Path) -> anyhow::Result<()> {
+        let mut tried = BTreeSet::new();
+        for task in &self.tasks {
+            let mut plan = task.plan.clone();
+            plan.run.seed = 0;
+            if tried.insert(fingerprint(&plan, &task.settings)?) {
+                let prepared = task.prepare()?;
+                try_out(&prepared)
+                    .with_context(|| format!("'{}', {}", path.display(), task.command()))?;
+            }
+        }
+        Ok(())
     }
 
     /// One of its runs alone, for a process that is one of thousands.
@@ -248,7 +274,10 @@ impl Raw {
                 .collect();
         }
         let mut all = Vec::new();
-        for options in product.iter().filter(|_| !self.grid.is_empty() || !self.arm.is_empty()) {
+        // Options of all runs alone are one run, unless its runs are named elsewhere.
+        let is_one = !self.all.is_empty() && self.include.is_empty() && self.files.is_empty();
+        let is_product = !self.grid.is_empty() || !self.arm.is_empty() || is_one;
+        for options in product.iter().filter(|_| is_product) {
             for arm in self.arm.iter().map(Some).chain(self.arm.is_empty().then_some(None)) {
                 let (name, arm) = named(arm)?;
                 all.push(Combination { name, options: with(options, arm) });

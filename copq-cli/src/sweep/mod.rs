@@ -8,27 +8,55 @@ mod status;
 mod submit;
 mod task;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 
 use crate::options::say;
 pub use file::SweepFile;
 
+/// What a file looks like.
+const FILE: &str = r#"A sweep's file is TOML. Its keys are copq train's long options, and `method`:
+
+  title = "Two bounds"       # of the report
+  out = "runs/two-bounds"    # the folder of all runs; runs/ and the file's name if not given
+
+  [all]                      # of every run
+  steps = 20000
+  set = ["batch=128"]        # several --set; those of grid and arms come on top
+
+  [grid]                     # every combination of these lists is a run
+  task = ["a/hopper", "a/walker2d"]
+  seed = [0, 1, 2]
+
+  [[arm]]                    # and all of them for each arm, whose name begins the folder's
+  name = "cholesky"
+
+  [[arm]]
+  name = "minimum"
+  bound = "scalarised-min"
+  set = ["tau=0.01"]
+
+  [[exclude]]                # without the combinations that have all of these
+  name = "minimum"
+  seed = 2
+
+  [[include]]                # and with this run, over [all]
+  method = "ppo"
+  task = "a/hopper"
+
+  [reference]                # scores that count as 1 where the report takes tasks together
+  "a/hopper" = 3042
+
+`files = ["other.toml"]` takes in the runs of other files. experiments/ has examples."#;
+
 /// Trains many runs that one file describes: methods, tasks, seeds and whatever else copq train
 /// has.
 ///
 /// The same command goes on where the last one stopped, however it stopped; what is done is not
-/// done again. A file of twelve runs:
-///
-/// [all]
-/// steps = 20000
-///
-/// [grid]
-/// method = ["cop-td3", "cop-td3-paper"]
-/// bound = ["cholesky", "scalarised-min"]
-/// seed = [0, 1, 2]
+/// done again.
 #[derive(clap::Args)]
+#[command(after_long_help = FILE)]
 pub struct Sweep {
     #[command(subcommand)]
     action: Action,
@@ -55,7 +83,7 @@ struct Named {
 impl Sweep {
     pub fn run(self) -> anyhow::Result<()> {
         match self.action {
-            Action::Plan(Named { file }) => plan(&SweepFile::read(&file)?),
+            Action::Plan(Named { file }) => plan(&file),
             Action::Run(run) => run.run(),
             Action::Status(Named { file }) => status::print(&SweepFile::read(&file)?),
             Action::Submit(submit) => submit.run(),
@@ -65,7 +93,9 @@ impl Sweep {
     }
 }
 
-fn plan(sweep: &SweepFile) -> anyhow::Result<()> {
+fn plan(file: &Path) -> anyhow::Result<()> {
+    let sweep = SweepFile::read(file)?;
+    sweep.try_out(file)?;
     let mut text = String::new();
     for (i, task) in sweep.tasks.iter().enumerate() {
         text += &format!("{i:>4}  {}  {}\n", task.folder.display(), task.command());

@@ -11,6 +11,9 @@ use anyhow::{Context, bail};
 use copq::files;
 use copq_experiments::{Stop, complaint_file, failure, steps_done};
 
+#[cfg(unix)]
+use rustix::process::Signal;
+
 use super::cores::cores;
 use super::file::SweepFile;
 use super::task::{HELD, STOPPED};
@@ -71,12 +74,14 @@ struct Pool<'a> {
 impl Run {
     pub fn run(self) -> anyhow::Result<()> {
         let sweep = SweepFile::read(&self.named.file)?;
+        sweep.try_out(&self.named.file)?;
         let mut free = cores();
         let all = available_parallelism().map_or(1, usize::from);
         let places = if free.is_empty() { all } else { free.len() };
         let threads = sweep.tasks.iter().map(|task| task.plan.threads).max().unwrap_or(1);
         let jobs = self.jobs.unwrap_or((places / threads).max(1));
-        if self.no_pin || threads > 1 || jobs > free.len() {
+        // Fewer runs than cores leave it to the system: another sweep may want the others.
+        if self.no_pin || threads > 1 || jobs != free.len() {
             free.clear();
         }
         let mut waiting: Vec<_> =
@@ -175,7 +180,10 @@ impl Pool<'_> {
         let words = File::create(&words).map_err(files::failed("making", &words))?;
         let core = self.free.pop();
         let on_core = core.map(|core| ["--core".to_owned(), core.to_string()]);
-        let child = Command::new(this_program()?)
+        let mut command = Command::new(this_program()?);
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::arg0(&mut command, "copq");
+        let child = command
             .args(["sweep", "task"])
             .arg(self.file)
             .args(["--task", &number.to_string(), "--expect", &task.fingerprint])
@@ -226,9 +234,14 @@ impl Pool<'_> {
         let folder = self.sweep.tasks[number].folder.clone();
         self.stepped += steps_done(&folder).saturating_sub(before);
         self.free.extend(core);
-        let is_failure = !matches!(status.code(), Some(0 | STOPPED | HELD) | None);
+        let was_asked = status.code() == Some(INTERRUPTED) || was_told_to_end(status);
+        let is_failure = !(was_asked || matches!(status.code(), Some(0 | STOPPED | HELD)));
         self.keep_words(&folder, is_failure);
         match status.code() {
+            _ if was_asked => {
+                self.killed += 1;
+                self.tell(number, &format!("ended at once: {status}"));
+            }
             Some(0) => {
                 self.done += 1;
                 self.tell(number, "is done");
@@ -238,15 +251,16 @@ impl Pool<'_> {
                 self.held += 1;
                 self.tell(number, "is another process's work");
             }
-            None | Some(INTERRUPTED) => {
-                self.killed += 1;
-                self.tell(number, &format!("ended at once: {status}"));
-            }
             Some(_) => {
                 self.failed += 1;
                 let why = failure(&folder);
                 let why = why.unwrap_or_else(|| status.to_string());
                 self.tell(number, &format!("failed: {why}"));
+            }
+            // The system's doing: a fault in the program, or no memory left.
+            None => {
+                self.failed += 1;
+                self.tell(number, &format!("failed: {status}"));
             }
         }
     }
@@ -312,10 +326,23 @@ impl Pool<'_> {
     }
 }
 
+/// Whether a process was ended by what people and schedulers send, before it listened.
+#[cfg(unix)]
+fn was_told_to_end(status: ExitStatus) -> bool {
+    use std::os::unix::process::ExitStatusExt;
+    let signals = [Signal::INT, Signal::TERM, Signal::HUP, Signal::USR1];
+    signals.iter().any(|signal| status.signal() == Some(signal.as_raw()))
+}
+
+#[cfg(not(unix))]
+fn was_told_to_end(_: ExitStatus) -> bool {
+    false
+}
+
 /// Asks a process to save and end.
 #[cfg(unix)]
 fn terminate(child: &Child) -> std::io::Result<()> {
-    use rustix::process::{Pid, Signal, kill_process};
+    use rustix::process::{Pid, kill_process};
     Ok(kill_process(Pid::from_child(child), Signal::TERM)?)
 }
 

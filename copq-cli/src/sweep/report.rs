@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use copq_experiments::{Plan, ReportRun, RunSettings, Standing, fingerprint};
+use copq_experiments::{Plan, ReportRun, RunSettings, Standing, fingerprint, steps_done};
 
 use super::file::{SweepFile, Task};
 use crate::report::{Making, find};
@@ -45,8 +45,13 @@ fn of_task(task: &Task, elsewhere: &BTreeMap<String, PathBuf>) -> ReportRun {
     {
         folder.clone_from(other);
     }
-    let planned = Some((task.plan.clone(), task.settings.clone()));
-    let run = ReportRun { label: task.arm.clone(), planned, ..ReportRun::new(folder) };
+    let is_own = folder == task.folder;
+    let run = ReportRun {
+        label: task.arm.clone(),
+        planned: Some((task.plan.clone(), task.settings.clone())),
+        fingerprint: is_own.then(|| task.fingerprint.clone()),
+        ..ReportRun::new(folder)
+    };
     crate::report::of_task(run, &task.plan)
 }
 
@@ -58,7 +63,12 @@ fn runs_in(folders: &[PathBuf]) -> anyhow::Result<BTreeMap<String, PathBuf>> {
             // What cannot be read is nobody's run.
             let Ok((plan, recipe)) = saved::run(run) else { return };
             let Ok(settings) = recipe.settings() else { return };
-            runs.extend(identity(&plan, &settings).map(|it| (it, run.to_owned())));
+            let Some(it) = identity(&plan, &settings) else { return };
+            // Of several the longest.
+            let known = runs.entry(it).or_insert_with(|| run.to_owned());
+            if steps_done(run) > steps_done(known) {
+                run.clone_into(known);
+            }
         })?;
     }
     Ok(runs)

@@ -9,18 +9,22 @@ use clap::ValueEnum;
 use copq::files;
 
 use super::file::SweepFile;
-use crate::options::{count, quoted, say};
+use crate::options::{count, note, quoted, say};
 
 /// Most tasks of one array; Slurm's own limit is 1001 unless its administrator has raised it.
 const ARRAY: usize = 1_000;
 /// Seconds before its time limit at which a run is told to save.
 const WARNING: u32 = 120;
+/// Seconds of the shortest limit that leaves a run some time to work.
+const SHORTEST: u64 = 600;
 
 /// Hands all that is not done yet to Slurm, or writes it down for GNU parallel.
 ///
-/// Leaves what it submits in the folder submit/ beside the runs: the sweep's file as it is now, the
-/// scripts, and each run's words. Slurm starts a run again that it has stopped at its time limit, or
-/// whose node died; it goes on from its last checkpoint. The same command submits what is not done.
+/// Leaves what it submits in a folder in submit/ beside the runs, one for the sweep's file as it is
+/// now: the runs, this program, the scripts, and each run's words. Whatever becomes of the file or of
+/// the program, what waits in a queue stays what it was. Slurm starts a run again that it has
+/// stopped at its time limit, or whose node died; it goes on from its last checkpoint. The same
+/// command submits what is not done, once the queue is empty.
 #[derive(clap::Args)]
 pub struct Submit {
     #[command(flatten)]
@@ -43,9 +47,9 @@ pub struct Submit {
     #[arg(long, value_name = "NAME")]
     account: Option<String>,
 
-    /// Time limit of each run between two saves, as Slurm has it (2:00:00, 1-00:00:00); a run that
-    /// reaches it is saved and goes on in another turn.
-    #[arg(long, value_name = "TIME", default_value = "4:00:00")]
+    /// Time limit of each run between two saves, as Slurm has it (2:00:00, 1-00:00:00), ten minutes
+    /// at least; a run that reaches it is saved and goes on in another turn.
+    #[arg(long, value_name = "TIME", default_value = "4:00:00", value_parser = slurm_time)]
     time: String,
 
     /// Memory of each run, as Slurm has it; a checkpoint takes the replay's size twice.
@@ -69,8 +73,9 @@ enum Engine {
 
 /// Where everything is.
 struct Place {
-    /// The folder of what is submitted.
+    /// The folder of what is submitted, and its name: a checksum of the runs.
     folder: PathBuf,
+    name: String,
     /// The sweep's file as it is now.
     file: PathBuf,
     /// This program's copy.
@@ -82,6 +87,7 @@ struct Place {
 impl Submit {
     pub fn run(self) -> anyhow::Result<()> {
         let sweep = SweepFile::read(&self.named.file)?;
+        sweep.try_out(&self.named.file)?;
         let numbers: Vec<usize> =
             (0..sweep.tasks.len()).filter(|&number| !sweep.tasks[number].is_done()).collect();
         let total = sweep.tasks.len();
@@ -92,25 +98,34 @@ impl Submit {
         say(&format!("{} of {total} runs are not done yet\n", numbers.len()))?;
         match self.engine {
             Engine::Slurm => self.slurm(&sweep, &place, &numbers),
-            Engine::Parallel => self.parallel(&place, &numbers),
+            Engine::Parallel => self.parallel(&sweep, &place),
         }
     }
 
-    /// Makes the folder, with the file that the runs will read.
+    /// Makes the folder, with the file that the runs will read and the program that they will be.
     fn write_down(sweep: &SweepFile) -> anyhow::Result<Place> {
         let out = absolute(&sweep.out)?;
-        let folder = out.join("submit");
+        let text = sweep.frozen(&out)?;
+        let name = format!("{:08x}", crc32c::crc32c(text.as_bytes()));
+        let folder = out.join("submit").join(&name);
         let logs = folder.join("logs");
         fs::create_dir_all(&logs).map_err(files::failed("making", &logs))?;
         let file = folder.join("sweep.toml");
-        files::replace(&file, sweep.frozen(&out)?.as_bytes())?;
+        files::replace(&file, text.as_bytes())?;
         // Its copy, so that all runs are of one build whatever is compiled meanwhile.
         let program = folder.join("copq");
         let this = std::env::current_exe()?;
-        files::replace_with(&program, |path| {
-            fs::copy(&this, path).map(drop).map_err(files::failed("copying", &this))
-        })?;
-        Ok(Place { folder, file, program, start: std::env::current_dir()? })
+        if !program.exists() {
+            files::replace_with(&program, |path| {
+                fs::copy(&this, path).map(drop).map_err(files::failed("copying", &this))
+            })?;
+        } else if fs::read(&program)? != fs::read(&this)? {
+            let shown = program.display();
+            note(&format!(
+                "runs go on by the program that began them, {shown}; remove it for this one"
+            ));
+        }
+        Ok(Place { folder, name, file, program, start: std::env::current_dir()? })
     }
 
     fn slurm(&self, sweep: &SweepFile, place: &Place, numbers: &[usize]) -> anyhow::Result<()> {
@@ -126,8 +141,16 @@ impl Submit {
             }
             let report = word(&report)?;
             let line = "sbatch --dependency=afterany:ID --kill-on-invalid-dep=yes";
-            return Ok(say(&format!("{line} {report}\n"))?);
+            return Ok(say(&format!("{line} {report} # ID: the jobs' numbers, joined by :\n"))?);
         }
+        let queued = queued(&place.job())?;
+        ensure!(
+            queued == 0,
+            "this sweep has {queued} jobs called {} in the queue already; wait for them, or scancel \
+             --name={}",
+            place.job(),
+            place.job()
+        );
         let mut ids = Vec::new();
         for [array, first] in &arrays {
             let id = sbatch(&[&format!("--array={array}")], &runs, &[first])?;
@@ -139,15 +162,17 @@ impl Submit {
         Ok(say(&format!("job {id}: the report, when they have ended\n"))?)
     }
 
-    fn parallel(&self, place: &Place, numbers: &[usize]) -> anyhow::Result<()> {
+    fn parallel(&self, sweep: &SweepFile, place: &Place) -> anyhow::Result<()> {
         let list = place.folder.join("runs.txt");
-        let program = word(&place.program)?;
-        let file = word(&place.file)?;
-        let start = word(&place.start)?;
-        let line = |number: &usize| {
+        let [program, file, start] =
+            [word(&place.program)?, word(&place.file)?, word(&place.start)?];
+        let line = |number: usize| {
             format!("cd {start} && exec {program} sweep task {file} --task {number}\n")
         };
-        files::replace(&list, numbers.iter().map(line).collect::<String>().as_bytes())?;
+        // All of them, in one order for ever: parallel knows a run by its line. Those that are done
+        // end at once.
+        let lines: String = (0..sweep.tasks.len()).map(line).collect();
+        files::replace(&list, lines.as_bytes())?;
         let log = word(&place.folder.join("joblog"))?;
         let jobs = self.at_once.map_or(String::new(), |jobs| format!(" -j {jobs}"));
         let list = word(&list)?;
@@ -177,7 +202,7 @@ impl Submit {
     }
 
     fn array_script(&self, place: &Place, threads: usize) -> anyhow::Result<String> {
-        let head = self.head(place, "copq", "%A_%a.txt")?;
+        let head = self.head(place, &place.job(), "%A_%a.txt")?;
         let Self { time, memory, .. } = self;
         let [program, file, start] =
             [word(&place.program)?, word(&place.file)?, word(&place.start)?];
@@ -209,7 +234,7 @@ exit $code
     }
 
     fn report_script(&self, place: &Place) -> anyhow::Result<String> {
-        let head = self.head(place, "copq-report", "report.txt")?;
+        let head = self.head(place, &format!("{}-report", place.job()), "report.txt")?;
         let [program, file, start] =
             [word(&place.program)?, word(&place.file)?, word(&place.start)?];
         Ok(format!(
@@ -217,6 +242,43 @@ exit $code
              cd {start} || exit\nexec {program} sweep report {file}\n"
         ))
     }
+}
+
+impl Place {
+    /// What its jobs are called.
+    fn job(&self) -> String {
+        format!("copq-{}", self.name)
+    }
+}
+
+/// How many jobs of a name are in the queue; none if the queue cannot be asked.
+fn queued(name: &str) -> anyhow::Result<usize> {
+    let Ok(output) = Command::new("squeue").args(["-h", "-r", "-n", name]).output() else {
+        return Ok(0);
+    };
+    Ok(String::from_utf8_lossy(&output.stdout).lines().count())
+}
+
+/// A time limit as Slurm has it: minutes, minutes:seconds, hours:minutes:seconds, days-hours and so
+/// on.
+fn slurm_time(text: &str) -> Result<String, String> {
+    let wanted = "wanted a time as Slurm has it, such as 30, 2:00:00 or 1-00:00:00";
+    let (days, rest) = text.split_once('-').map_or((None, text), |(days, rest)| (Some(days), rest));
+    let number = |text: &str| text.parse::<u64>().map_err(|_| wanted.to_owned());
+    let parts = rest.split(':').map(number).collect::<Result<Vec<_>, _>>()?;
+    let seconds = match (days, parts.as_slice()) {
+        (None, [minutes]) => 60 * minutes,
+        (None, [minutes, seconds]) => 60 * minutes + seconds,
+        (Some(_), [hours]) => 3_600 * hours,
+        (Some(_), [hours, minutes]) => 3_600 * hours + 60 * minutes,
+        (_, [hours, minutes, seconds]) => 3_600 * hours + 60 * minutes + seconds,
+        _ => return Err(wanted.to_owned()),
+    };
+    let seconds = seconds + 86_400 * days.map_or(Ok(0), number)?;
+    if seconds < SHORTEST {
+        return Err("wanted ten minutes at least: a run saves two minutes before".to_owned());
+    }
+    Ok(text.to_owned())
 }
 
 /// The runs as arrays of Slurm, each with the number that its own numbers count from.
@@ -270,6 +332,16 @@ fn sbatch(options: &[&str], script: &Path, arguments: &[&String]) -> anyhow::Res
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn times_are_slurms() {
+        for text in ["10", "90:00", "2:00:00", "1-0", "1-12:30", "3-00:00:00"] {
+            assert_eq!(slurm_time(text).as_deref(), Ok(text));
+        }
+        for text in ["", "5", "9:59", "x", "1:2:3:4", "0-0:5"] {
+            assert!(slurm_time(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn arrays_are_ranges_of_at_most_a_thousand() {

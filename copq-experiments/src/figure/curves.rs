@@ -40,20 +40,25 @@ impl Quantity {
 }
 
 impl Evaluated {
-    /// Reads `evaluations.csv` in a run's folder.
+    /// Reads `evaluations.csv` in a run's folder; an error if there is no evaluation.
     pub(crate) fn read(folder: &Path) -> Result<Self> {
+        Self::read_if_any(folder)?.ok_or_else(|| {
+            let what = format!("'{}'", folder.join("evaluations.csv").display());
+            Error::invalid(what, "at least one evaluation", "none")
+        })
+    }
+
+    /// The same; nothing if there is no evaluation yet.
+    pub(crate) fn read_if_any(folder: &Path) -> Result<Option<Self>> {
         let path = folder.join("evaluations.csv");
-        let sheet = Sheet::read(&path)?;
-        let steps = sheet.steps();
-        if steps.is_empty() {
-            return Err(Error::invalid(
-                format!("'{}'", path.display()),
-                "at least one evaluation",
-                "none",
-            ));
+        if !path.exists() {
+            return Ok(None);
         }
+        let sheet = Sheet::read(&path)?;
         let column = |name: &String| Some((name.clone(), sheet.column(name)?));
-        Ok(Self { steps, columns: sheet.columns().iter().filter_map(column).collect() })
+        let columns = sheet.columns().iter().filter_map(column).collect();
+        let steps = sheet.steps();
+        Ok((!steps.is_empty()).then_some(Self { steps, columns }))
     }
 
     /// The weighted total, then the objectives in the order of their priority.

@@ -49,6 +49,11 @@ pub(crate) struct Curve {
 }
 
 impl Curves {
+    /// Whether there is nothing to draw.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.panels.iter().flat_map(|panel| &panel.curves).all(|curve| curve.points.is_empty())
+    }
+
     pub(crate) fn figure(&self) -> Figure {
         let panels = self.panels.iter().map(CurvePanel::panel);
         panels.fold(Figure::new(&self.title, &self.note), Figure::panel)
@@ -67,6 +72,12 @@ impl CurvePanel {
 }
 
 impl Curve {
+    /// Without what is no number, which neither a picture nor a script can show.
+    fn new(label: &str, seeds: usize, mut points: Vec<[f64; 4]>, thin: Vec<Vec<[f64; 2]>>) -> Self {
+        points.retain(|point| point.iter().all(|x| x.is_finite()));
+        Self { label: label.to_owned(), seeds, points, thin }
+    }
+
     fn series(&self) -> Series {
         let points = self.points.iter();
         let points = points.map(|&[step, middle, low, high]| Point { step, middle, low, high });
@@ -98,7 +109,7 @@ impl Report {
         for row in 0..2 {
             for world in worlds {
                 if let Some(panel) = self.curves(world, false).panels.get(row) {
-                    let title = format!("{}: {}", world.task, panel.title);
+                    let title = format!("{}: {}", world.short, panel.title);
                     figure = figure.panel(CurvePanel { title, ..panel.clone() }.panel());
                 }
             }
@@ -119,15 +130,25 @@ impl Report {
         all
     }
 
+    /// The evaluations of those runs that have come at least half as far as the longest: one that
+    /// failed early would end all curves and tables there.
+    pub(super) fn far_enough(&self, numbers: &[usize]) -> Vec<&Evaluated> {
+        let seeds = numbers.iter().filter_map(|&number| self.runs[number].evaluated.as_ref());
+        let longest = seeds.clone().map(Evaluated::last_step).max().unwrap_or(0);
+        seeds.filter(|seed| 2 * seed.last_step() >= longest).collect()
+    }
+
+    /// Every run's own curve.
+    fn lines(&self, numbers: &[usize], quantity: &Quantity) -> Vec<Vec<[f64; 2]>> {
+        let seeds = numbers.iter().filter_map(|&number| self.runs[number].evaluated.as_ref());
+        seeds.map(|seed| line(seed, quantity)).collect()
+    }
+
     fn of_quantity(&self, world: &World, quantity: &Quantity, with_seeds: bool) -> Vec<Curve> {
         let labels = self.groups.labels.iter().zip(&world.runs);
         let curve = |(label, numbers): (&String, &Vec<usize>)| {
-            let seeds = numbers.iter().filter_map(|&number| self.runs[number].evaluated.as_ref());
-            let seeds: Vec<&Evaluated> = seeds.collect();
-            let lines: Vec<Vec<[f64; 2]>> = seeds
-                .iter()
-                .map(|seed| seed.means(quantity).into_iter().map(|(s, v)| [s as f64, v]).collect())
-                .collect();
+            let seeds = self.far_enough(numbers);
+            let lines: Vec<Vec<[f64; 2]>> = seeds.iter().map(|seed| line(seed, quantity)).collect();
             let points = match seeds.as_slice() {
                 [seed] => {
                     let points = seed.over_episodes(quantity).into_iter();
@@ -135,8 +156,12 @@ impl Report {
                 }
                 _ => over_seeds(&lines),
             };
-            let thin = if with_seeds && seeds.len() > 1 { lines } else { Vec::new() };
-            Curve { label: label.clone(), seeds: seeds.len(), points, thin }
+            let thin = if with_seeds && numbers.len() > 1 {
+                self.lines(numbers, quantity)
+            } else {
+                Vec::new()
+            };
+            Curve::new(label, seeds.len(), points, thin)
         };
         labels.map(curve).collect()
     }
@@ -179,11 +204,15 @@ impl Report {
         let curve = |(label, numbers): (&String, &Vec<usize>)| {
             let lines: Vec<_> =
                 numbers.iter().filter_map(|&number| trace(&self.runs[number])).collect();
-            let points = over_seeds(&lines);
-            Curve { label: label.clone(), seeds: lines.len(), points, thin: Vec::new() }
+            Curve::new(label, lines.len(), over_seeds(&lines), Vec::new())
         };
         labels.map(curve).collect()
     }
+}
+
+/// Steps and values of one run.
+fn line(seed: &Evaluated, quantity: &Quantity) -> Vec<[f64; 2]> {
+    seed.means(quantity).into_iter().map(|(step, value)| [step as f64, value]).collect()
 }
 
 /// What a column of `metrics.csv` is in.

@@ -17,7 +17,7 @@ const MOMENTS: [(&str, f64); 3] = [("early", 0.05), ("half-way", 0.5), ("last", 
 impl Report {
     /// The ellipses of the two most important objectives of each task and method whose runs report
     /// how their critics disagree: a name for a file, and the picture.
-    pub fn ellipses(&self) -> Result<Vec<(String, Plane)>> {
+    pub fn ellipses(&self) -> Vec<(String, Plane)> {
         let mut all = Vec::new();
         for world in &self.groups.worlds {
             for (label, numbers) in self.groups.labels.iter().zip(&world.runs) {
@@ -26,11 +26,14 @@ impl Report {
                     && let Some(pair) = run.pair(world)
                 {
                     let name = format!("{}-{}-ellipses", file_name(&world.name), file_name(label));
-                    all.push((name, pair.plane(&format!("{label}: {}", world.task))?));
+                    // Numbers that no picture can be made of are in metrics.csv all the same.
+                    all.extend(
+                        pair.plane(&format!("{label}: {}", world.short)).ok().map(|p| (name, p)),
+                    );
                 }
             }
         }
-        Ok(all)
+        all
     }
 }
 
@@ -85,9 +88,12 @@ impl Pair<'_> {
 
     /// The critics' disagreement when a share of the training is over.
     fn at(&self, share: f64) -> Result<Disagreement> {
+        // Never empty, by `Stored::pair`.
+        let step = share * self.correlation.last().map_or(0.0, |point| point[0]);
         let value = |points: &[[f64; 2]]| {
-            let index = (share * (points.len() - 1) as f64).round() as usize;
-            points[index][1]
+            let nearest =
+                points.iter().min_by(|a, b| (a[0] - step).abs().total_cmp(&(b[0] - step).abs()));
+            nearest.map_or(0.0, |point| point[1])
         };
         let [first, second] = self.std.map(value);
         let correlation = value(self.correlation).clamp(-1.0, 1.0);

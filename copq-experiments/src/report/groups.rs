@@ -21,7 +21,10 @@ pub(crate) struct Groups {
 /// A task on its engine, with the runs of each method.
 #[derive(Clone, Debug)]
 pub(crate) struct World {
+    /// Task, engine and preset, and the limits where these alone tell two apart.
     pub name: String,
+    /// The task, or the whole name where another is of the same task.
+    pub short: String,
     /// The task alone.
     pub task: String,
     /// The limits of its costs.
@@ -33,7 +36,8 @@ pub(crate) struct World {
 }
 
 impl Groups {
-    pub(crate) fn of(runs: &[Stored]) -> Self {
+    /// Sorts the runs. Of several runs of one seed the longest counts, and the others say so.
+    pub(crate) fn of(runs: &mut [Stored]) -> Self {
         let mut groups = Self::default();
         for (number, label) in labels(runs).into_iter().enumerate() {
             let run = &runs[number];
@@ -45,6 +49,7 @@ impl Groups {
                 |world| world.name == name && world.limits == run.run.limits,
                 || World {
                     name: name.clone(),
+                    short: String::new(),
                     task: run.plan().map_or_else(|| name.clone(), |plan| plan.task.clone()),
                     limits: run.run.limits.clone(),
                     weights: run.run.weights.clone(),
@@ -57,9 +62,48 @@ impl Groups {
         }
         for world in &mut groups.worlds {
             world.runs.resize_with(groups.labels.len(), Vec::new);
+            world.runs.iter_mut().for_each(|numbers| keep_one_a_seed(numbers, runs));
         }
+        groups.name_worlds();
         groups
     }
+
+    /// Names that tell all tasks apart.
+    fn name_worlds(&mut self) {
+        let count = |names: &[String], name: &String| names.iter().filter(|n| *n == name).count();
+        let names: Vec<String> = self.worlds.iter().map(|world| world.name.clone()).collect();
+        let tasks: Vec<String> = self.worlds.iter().map(|world| world.task.clone()).collect();
+        for world in &mut self.worlds {
+            if count(&names, &world.name) > 1 {
+                for (cost, limit) in &world.limits {
+                    world.name += &format!(", {cost} <= {limit}");
+                }
+            }
+            let is_alone = count(&tasks, &world.task) == 1;
+            world.short.clone_from(if is_alone { &world.task } else { &world.name });
+        }
+    }
+}
+
+/// Leaves the longest run of each seed, for a seed is one replicate.
+fn keep_one_a_seed(numbers: &mut Vec<usize>, runs: &mut [Stored]) {
+    let mut longest: BTreeMap<u64, usize> = BTreeMap::new();
+    for &number in numbers.iter() {
+        let Some(plan) = runs[number].plan() else { continue };
+        let kept = longest.entry(plan.run.seed).or_insert(number);
+        if runs[number].end() > runs[*kept].end() {
+            *kept = number;
+        }
+    }
+    numbers.retain(|&number| {
+        let seed = runs[number].plan().map(|plan| plan.run.seed);
+        let Some(&kept) = seed.and_then(|seed| longest.get(&seed)) else { return true };
+        if kept != number {
+            let other = runs[kept].run.folder.display().to_string();
+            runs[number].problems.push(format!("not counted: {other} is the same seed"));
+        }
+        kept == number
+    });
 }
 
 fn position_or_push<T>(
@@ -83,7 +127,8 @@ fn labels(runs: &[Stored]) -> Vec<String> {
     let named = runs.iter().map(base).collect();
     let stems: Vec<String> = runs.iter().map(stem).collect();
     let of = |traits: fn(&Stored) -> Traits| runs.iter().map(traits).collect::<Vec<_>>();
-    let planned = refined(named, &of(of_plan), &stems);
+    let by_method = refined(named, &of(method), &stems);
+    let planned = refined(by_method, &of(of_plan), &stems);
     let with_critics = refined(planned, &of(critics), &stems);
     refined(with_critics, &of(settings), &stems)
 }
@@ -131,9 +176,11 @@ fn refined(names: Vec<String>, traits: &[Traits], stems: &[String]) -> Vec<Strin
         refined.push(if apart.len() > NAMED {
             // Two variants of one name are told apart by a number.
             let namesakes = known[..number].iter().filter(|(_, stem)| *stem == known[number].1);
+            let stem = known[number].1;
+            let own = if stem.starts_with(name) { stem.clone() } else { format!("{name} {stem}") };
             match namesakes.count() {
-                0 => known[number].1.clone(),
-                count => format!("{} #{}", known[number].1, count + 1),
+                0 => own,
+                count => format!("{own} #{}", count + 1),
             }
         } else {
             [&[name.clone()][..], &parts].concat().join(" ")
@@ -150,13 +197,17 @@ fn base(run: &Stored) -> String {
 /// A trait as a part of a name: the bound and the order speak for themselves.
 fn shown(name: &str, value: &str) -> String {
     match name {
-        "bound" | "order" => value.to_owned(),
+        "method" | "bound" | "order" => value.to_owned(),
         _ => format!("{name}={value}"),
     }
 }
 
 /// What can set a method apart, by name.
 type Traits = BTreeMap<String, String>;
+
+fn method(run: &Stored) -> Traits {
+    run.plan().map(|plan| ("method".to_owned(), plan.method.clone())).into_iter().collect()
+}
 
 fn of_plan(run: &Stored) -> Traits {
     let Some(plan) = run.plan() else { return Traits::new() };

@@ -14,7 +14,7 @@ use std::time::Duration;
 use copq::{Result, files};
 use copq_render::Figure;
 
-use crate::numbers::grouped;
+use crate::numbers::{duration, grouped};
 use groups::Groups;
 pub use stored::ReportRun;
 use stored::Stored;
@@ -54,8 +54,8 @@ pub struct Report {
 impl Report {
     /// Reads the runs; those that are not there yet are told as such.
     pub fn read(title: impl Into<String>, runs: &[ReportRun]) -> Self {
-        let runs: Vec<Stored> = runs.iter().map(Stored::read).collect();
-        let groups = Groups::of(&runs);
+        let mut runs: Vec<Stored> = runs.iter().map(Stored::read).collect();
+        let groups = Groups::of(&mut runs);
         Self { title: title.into(), runs, groups, references: Vec::new() }
     }
 
@@ -80,13 +80,9 @@ impl Report {
             .map(|word| format!("{} {word}", count(word)))
             .collect();
         let steps: u64 = self.runs.iter().map(|run| run.steps).sum();
-        let hours = self.runs.iter().map(|run| run.seconds).sum::<f64>() / 3_600.0;
-        format!(
-            "{} runs: {}; {} steps in {hours:.1} hours of training",
-            self.runs.len(),
-            states.join(", "),
-            grouped(steps)
-        )
+        let time = duration(self.runs.iter().map(|run| run.seconds).sum());
+        let (runs, states, steps) = (self.runs.len(), states.join(", "), grouped(steps));
+        format!("{runs} runs: {states}; {steps} steps in {time} of training")
     }
 
     /// The curves of each task, as they are on the page: a name for its file, and the figure.
@@ -124,7 +120,7 @@ impl Report {
             write("tex", table.latex())?;
             write("csv", table.csv()?)?;
         }
-        for (name, plane) in self.planes().into_iter().chain(self.ellipses()?) {
+        for (name, plane) in self.planes().into_iter().chain(self.ellipses()) {
             plane.write(folder.join(format!("{name}.svg")))?;
         }
         for (name, figure) in self.figures() {
@@ -140,4 +136,144 @@ impl Report {
 fn file_name(name: &str) -> String {
     let parts = name.split(|c: char| !c.is_ascii_alphanumeric() && c != '.');
     parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::config::{MadeWith, RunConfig};
+    use crate::plan::Plan;
+
+    /// A run's folder with a plan, and evaluations at steps 0, 10 and so on.
+    fn stored(folder: &Path, name: &str, change: impl Fn(&mut Plan), totals: &[f64]) -> ReportRun {
+        let path = folder.join(name);
+        std::fs::create_dir(&path).unwrap();
+        let method = copq::Method::cop_td3();
+        let mut plan = Plan::new(&method);
+        change(&mut plan);
+        let config = RunConfig { plan, settings: method.config, made_with: MadeWith::here() };
+        crate::config::write(&path.join("config.toml"), &config).unwrap();
+        let rows = totals.iter().enumerate().map(|(i, total)| format!("{},{total}\n", 10 * i));
+        let text = "step,weighted_total/mean\n".to_owned() + &rows.collect::<String>();
+        std::fs::write(path.join("evaluations.csv"), text).unwrap();
+        ReportRun::new(path)
+    }
+
+    fn seed(seed: u64) -> impl Fn(&mut Plan) {
+        move |plan| plan.run.seed = seed
+    }
+
+    fn cell(report: &Report, table: usize, row: usize) -> String {
+        report.tables()[table].rows[row].1[0].plain()
+    }
+
+    #[test]
+    fn a_seed_counts_once_and_one_that_failed_early_is_left_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let of =
+            |name: &str, number, totals: &[f64]| stored(folder.path(), name, seed(number), totals);
+        let runs = [
+            of("a", 0, &[9.0, 1.0, 2.0, 3.0]),
+            of("b", 1, &[9.0, 1.0, 2.0, 5.0]),
+            of("b-short", 1, &[9.0, 100.0]),
+            of("c", 2, &[9.0]),
+        ];
+        let report = Report::read("x", &runs);
+        // The last; the best once it trains; the best of the mean; the area.
+        for (table, wanted) in
+            ["4.00 ± 1.00", "4.00 ± 1.00", "4.00", "3.17 ± 0.17"].iter().enumerate()
+        {
+            assert_eq!(cell(&report, table, 0), format!("{wanted} (2 of 3)"));
+        }
+        let page = report.page(None).unwrap();
+        assert!(page.contains("b-short: not counted: ") && page.contains("is the same seed"));
+        // As the paper's tables mean it: each seed's best, against the best of the mean.
+        let swinging = [of("d", 3, &[0.0, 8.0, 0.0]), of("e", 4, &[0.0, 0.0, 8.0])];
+        let report = Report::read("x", &swinging);
+        assert_eq!([1, 2].map(|table| cell(&report, table, 0)), ["8.00 ± 0.00 (2)", "4.00 (2)"]);
+    }
+
+    #[test]
+    fn a_seed_that_diverged_is_not_hidden() {
+        let folder = tempfile::tempdir().unwrap();
+        let runs = [0, 1, 2].map(|number| {
+            let last = if number == 1 { f64::NAN } else { 2.0 };
+            stored(folder.path(), &number.to_string(), seed(number), &[0.0, 1.0, last])
+        });
+        let report = Report::read("x", &runs);
+        assert_eq!(cell(&report, 0, 0), "NaN (3)");
+        // The curve ends where it does, and the page's numbers are numbers.
+        let page = report.page(None).unwrap();
+        assert!(page.contains("[10.0,1.0,1.0,1.0]") && !page.contains("null]"));
+    }
+
+    #[test]
+    fn tasks_and_methods_are_told_apart() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |name: &str, change: &dyn Fn(&mut Plan)| {
+            stored(folder.path(), name, change, &[0.0, 1.0])
+        };
+        let engine = |plan: &mut Plan| plan.engine = "mujoco".to_owned();
+        let order = |plan: &mut Plan| plan.order = Some("vsc".to_owned());
+        let mut old = of("x-s0", &seed(0));
+        old.label = Some("old".to_owned());
+        let runs = [of("a", &seed(0)), of("b", &engine), of("c", &order), old];
+        let report = Report::read("x", &runs);
+        let table = &report.tables()[0];
+        assert_eq!(
+            table.columns,
+            ["a/hopper, rapier, gym-v5 at 10", "a/hopper, mujoco, gym-v5 at 10"]
+        );
+        let labels: Vec<&str> = table.rows.iter().map(|(label, _)| label.as_str()).collect();
+        assert_eq!(labels, ["cop-td3", "cop-td3 vsc", "old"]);
+        // A file for each task.
+        let names: Vec<String> = report.figures().into_iter().map(|(name, _)| name).collect();
+        assert_eq!(names, ["all-tasks", "a-hopper-rapier-gym-v5", "a-hopper-mujoco-gym-v5"]);
+    }
+
+    #[test]
+    fn tasks_together_are_of_methods_that_ran_on_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |name: &str, label: &str, task: &str, end| {
+            let change = |plan: &mut Plan| plan.task = task.to_owned();
+            let label = Some(label.to_owned());
+            ReportRun { label, ..stored(folder.path(), name, change, &[0.0, end]) }
+        };
+        let runs = [
+            of("1", "both", "a/hopper", 50.0),
+            of("2", "both", "a/ant", 150.0),
+            of("3", "one", "a/hopper", 500.0),
+        ];
+        let scores = [("a/hopper", 100.0), ("a/ant", 100.0)].map(|(t, s)| (t.to_owned(), s));
+        let report = Report::read("x", &runs).references(scores.to_vec());
+        let tables = report.tables();
+        let together = tables.iter().find(|table| table.name == "all-tasks").unwrap();
+        let shown: Vec<String> = together.rows.iter().map(|(_, cells)| cells[1].plain()).collect();
+        assert_eq!(shown, ["1.00 (2)", ""]);
+        assert!(!together.markdown().contains("Mean ± standard deviation"));
+    }
+
+    /// Seeds that have come differently far share their bins.
+    #[test]
+    fn traces_of_seeds_of_any_length_meet() {
+        let folder = tempfile::tempdir().unwrap();
+        let runs = [(0, 300), (1, 200)].map(|(number, rows)| {
+            let change = |plan: &mut Plan| {
+                plan.run.seed = number;
+                plan.run.steps = 300_000;
+            };
+            let run = stored(folder.path(), &number.to_string(), change, &[0.0, 1.0]);
+            let rows = (1..=rows).map(|i| format!("{},{}\n", 1_000 * i, 0.5));
+            let text = "step,clip_rate\n".to_owned() + &rows.collect::<String>();
+            std::fs::write(run.folder.join("metrics.csv"), text).unwrap();
+            run
+        });
+        let report = Report::read("x", &runs);
+        let curves = report.diagnostics();
+        let points = &curves[0].panels[0].curves[0].points;
+        assert!(points.len() > 120 && points.iter().all(|point| point[1] == 0.5), "{points:?}");
+        assert!(points.iter().all(|point| point[0] < 201_000.0));
+    }
 }

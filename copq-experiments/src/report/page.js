@@ -21,23 +21,23 @@ for (const figure of document.querySelectorAll("figure.curves")) {
     const panel = panels.find((p) => at.x >= p.left && at.x <= p.right && at.y >= p.top && at.y <= p.bottom);
     if (!panel) return hide();
     const step = (at.x - panel.left) / (panel.right - panel.left) * panel.last;
-    const rows = [];
-    let nearest = step;
-    panel.data.curves.forEach((curve, series) => {
-      if (!curve.points.length || !isShown(series)) return;
-      const point = curve.points.reduce((best, p) => Math.abs(p[0] - step) < Math.abs(best[0] - step) ? p : best);
-      nearest = point[0];
-      rows.push([curve.label, point, curve.seeds]);
-    });
+    const nearest = (curve) => curve.points.reduce((best, p) => Math.abs(p[0] - step) < Math.abs(best[0] - step) ? p : best);
+    const rows = panel.data.curves
+      .map((curve, series) => ({ curve, series }))
+      .filter(({ curve, series }) => curve.points.length && isShown(series))
+      .map(({ curve }) => ({ label: curve.label, seeds: curve.seeds, point: nearest(curve) }))
+      // A curve that ended long before says nothing here.
+      .filter(({ point }) => Math.abs(point[0] - step) <= panel.last / 20);
     if (!rows.length) return hide();
+    const head = rows.reduce((best, row) => Math.abs(row.point[0] - step) < Math.abs(best.point[0] - step) ? row : best).point[0];
     tip.replaceChildren();
-    const head = tip.appendChild(document.createElement("b"));
-    head.textContent = panel.data.title + " at step " + Math.round(nearest).toLocaleString("en");
-    for (const [label, [, middle, low, high], seeds] of rows) {
+    tip.appendChild(document.createElement("b")).textContent = `${panel.data.title} at step ${whole(head)}`;
+    for (const { label, point: [at, middle, low, high], seeds } of rows) {
+      const own = at === head ? "" : ` at ${whole(at)}`;
       const row = tip.appendChild(document.createElement("div"));
-      row.textContent = `${label}: ${shown(middle)} (${shown(low)} to ${shown(high)}; ${seeds} ${seeds === 1 ? "seed" : "seeds"})`;
+      row.textContent = `${label}: ${shown(middle)} (${shown(low)} to ${shown(high)}; ${seeds} ${seeds === 1 ? "seed" : "seeds"})${own}`;
     }
-    const x = panel.left + nearest / panel.last * (panel.right - panel.left);
+    const x = panel.left + head / panel.last * (panel.right - panel.left);
     for (const [name, value] of [["x1", x], ["x2", x], ["y1", panel.top], ["y2", panel.bottom]]) line.setAttribute(name, value);
     svg.append(line);
     tip.style.display = "block";
@@ -45,6 +45,10 @@ for (const figure of document.querySelectorAll("figure.curves")) {
     tip.style.left = Math.min(event.clientX - box.left + 14, box.width - tip.offsetWidth - 4) + "px";
     tip.style.top = event.clientY - box.top + 14 + "px";
   });
+}
+
+function whole(step) {
+  return Math.round(step).toLocaleString("en");
 }
 
 function shown(value) {

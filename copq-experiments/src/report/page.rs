@@ -6,7 +6,7 @@ use std::time::Duration;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use copq::{Error, Result};
-use copq_render::label_colour;
+use copq_render::label_sample;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::Report;
@@ -15,14 +15,14 @@ use super::groups::{World, flatten};
 use super::stored::Stored;
 use super::tables::{READING, Table};
 use crate::config::MadeWith;
-use crate::numbers::grouped;
+use crate::numbers::{duration, grouped};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 /// What the ellipses are.
 const ELLIPSES: &str = "One standard deviation of the critics' values of replayed actions, early, half-way and last \
      in training (from q_std and correlation in metrics.csv, around 0), and where each projection would \
-     put the lower bound at the end. One seed a method.";
+     put the lower bound at the end, by the task's weights. One seed a method.";
 /// Most runs whose seeds are drawn one by one; a page of more is too large for a phone.
 const SEEDS: usize = 1_000;
 /// Most runs in the list; the failed ones come first.
@@ -33,14 +33,17 @@ pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String>
     let with_seeds = report.runs.len() <= SEEDS;
     let curves: Vec<Markup> = worlds
         .iter()
-        .map(|world| figure(&report.curves(world, with_seeds)))
+        .map(|world| match report.curves(world, with_seeds) {
+            curves if curves.is_empty() => Ok(html! { p { (world.name) ": no evaluation yet" } }),
+            curves => figure(&curves),
+        })
         .collect::<Result<_>>()?;
     let diagnostics: Vec<Markup> =
         report.diagnostics().iter().map(figure).collect::<Result<_>>()?;
     let planes: Vec<String> =
         report.planes().iter().map(|(_, plane)| plane.svg()).collect::<Result<_>>()?;
     let ellipses: Vec<String> =
-        report.ellipses()?.iter().map(|(_, plane)| plane.svg()).collect::<Result<_>>()?;
+        report.ellipses().iter().map(|(_, plane)| plane.svg()).collect::<Result<_>>()?;
     let films: Vec<Markup> = worlds.iter().flat_map(|world| films(report, world)).collect();
     let page = html! {
         (DOCTYPE)
@@ -108,7 +111,7 @@ fn keys(report: &Report, with_seeds: bool) -> Markup {
                 label {
                     input type="checkbox" id=(format!("m{i}")) checked;
                     " "
-                    span.swatch style=(format!("background: {}", label_colour(i))) {}
+                    (PreEscaped(label_sample(i)))
                     (label)
                 }
             }
@@ -161,7 +164,8 @@ fn films(report: &Report, world: &World) -> Vec<Markup> {
         let found = runs.filter_map(|run| Some((run, run.film()?))).next();
         let (run, bytes) = found?;
         let source = format!("data:image/gif;base64,{}", BASE64_STANDARD.encode(bytes));
-        let words = format!("{label} on {}, {}", world.task, run.name());
+        let seed = run.plan().map_or(String::new(), |plan| format!(", seed {}", plan.run.seed));
+        let words = format!("{label} on {}{seed}", world.short);
         Some(html! {
             figure {
                 img src=(source) alt=(words) loading="lazy";
@@ -230,6 +234,7 @@ fn settings(report: &Report) -> Markup {
                 details {
                     summary { "All settings of " (label) }
                     pre {
+                        @if let Some(run) = run { "# " (command(run)) "\n\n" }
                         (toml::to_string(plan).unwrap_or_default()) "\n" (settings.to_string())
                     }
                 }
@@ -274,14 +279,14 @@ fn builds(report: &Report) -> Markup {
             table {
                 thead { tr {
                     th { "program" } th { "compiler" } th { "system" } th { "processor" }
-                    th { "runs" } th { "hours" } th { "steps/s (median)" }
+                    th { "runs" } th { "time" } th { "steps/s (median)" }
                 } }
                 tbody {
                     @for (made, count, seconds, rates) in builds {
                         tr {
                             td { (made.version()) } td { (made.rustc) } td { (made.system) }
                             td { (made.processor) } td { (count) }
-                            td { (format!("{:.1}", seconds / 3_600.0)) } td { (rate(&rates)) }
+                            td { (duration(seconds)) } td { (rate(&rates)) }
                         }
                     }
                 }
@@ -306,8 +311,8 @@ fn runs(report: &Report) -> Markup {
         div.wide {
             table id="list" {
                 thead { tr {
-                    th { "run" } th { "state" } th { "steps" } th { "of" } th { "hours" }
-                    th { "steps/s" } th { "command" }
+                    th { "run" } th { "state" } th { "steps" } th { "of" } th { "time" }
+                    th { "steps/s" }
                 } }
                 tbody {
                     @for run in runs.iter().take(LISTED) {
@@ -315,8 +320,7 @@ fn runs(report: &Report) -> Markup {
                             td { (run.name()) } td { (run.standing.word()) }
                             td { (grouped(run.steps)) }
                             td { (run.plan().map_or(String::new(), |plan| grouped(plan.run.steps))) }
-                            td { (format!("{:.2}", run.seconds / 3_600.0)) } td { (rate(&[run.rate])) }
-                            td.text { (command(run)) }
+                            td { (duration(run.seconds)) } td { (rate(&[run.rate])) }
                         }
                     }
                 }

@@ -28,7 +28,7 @@ impl Report {
 
     fn plane(&self, world: &World, cost: &str, limit: f64) -> Plane {
         let axes = [cost, "weighted total"];
-        let title = format!("{}: {cost} and total", world.task);
+        let title = format!("{}: {cost} and total", world.short);
         let labels = self.groups.labels.iter().enumerate();
         labels.fold(Plane::new(title, axes).limit(limit), |plane, (i, label)| {
             let quantities = [Quantity::Return(cost.to_owned()), Quantity::WeightedTotal];

@@ -7,14 +7,14 @@ use copq::Result;
 
 use crate::config::RunConfig;
 use crate::figure::Evaluated;
-use crate::folder::read_config;
+use crate::folder::{read_config, read_done};
 use crate::plan::Plan;
 use crate::sheet::Sheet;
 use crate::standing::Standing;
 use crate::statistics::median;
 
 /// Most points of a curve of training's own numbers; more cannot be told apart.
-const POINTS: usize = 200;
+const POINTS: u64 = 200;
 /// The beginnings of the columns of `metrics.csv` that the page draws.
 const TRACES: [&str; 6] =
     ["clip_rate", "pessimism/", "correlation/", "multiplier/", "explained_variance/", "q_std/"];
@@ -40,13 +40,21 @@ pub struct ReportRun {
     pub weights: BTreeMap<String, f64>,
     /// What it shall be, for one that has not begun: its plan and settings.
     pub planned: Option<(Plan, toml::Table)>,
+    /// The [`fingerprint`](crate::fingerprint()) that it must have, if it is known.
+    pub fingerprint: Option<String>,
 }
 
 impl ReportRun {
     /// Of a folder.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
-        let [limits, weights] = [BTreeMap::new(), BTreeMap::new()];
-        Self { folder: folder.into(), label: None, limits, weights, planned: None }
+        Self {
+            folder: folder.into(),
+            label: None,
+            limits: BTreeMap::new(),
+            weights: BTreeMap::new(),
+            planned: None,
+            fingerprint: None,
+        }
     }
 }
 
@@ -80,19 +88,24 @@ impl Stored {
         let config = is_there("config.toml")
             .then(|| read_config::<toml::Table>(folder).map_err(&mut or_problem).ok())
             .flatten();
-        let has_rows = is_there("evaluations.csv");
-        let evaluated =
-            has_rows.then(|| Evaluated::read(folder).map_err(&mut or_problem).ok()).flatten();
+        let evaluated = Evaluated::read_if_any(folder).map_err(&mut or_problem).ok().flatten();
         let times = is_there("timings.csv")
             .then(|| read_times(folder).map_err(&mut or_problem).ok())
             .flatten();
         let [steps, seconds, rate] = times.unwrap_or([0.0, 0.0, f64::NAN]);
+        let planned = run.planned.as_ref().map(|(plan, _)| plan.run.steps);
+        let wanted = config.as_ref().map(|config| config.plan.run.steps);
+        // Bins of the same width for all seeds, however far each has come.
+        let bin = (wanted.or(planned).unwrap_or(steps as u64) / POINTS).max(1);
         let traces = is_there("metrics.csv")
-            .then(|| read_traces(folder).map_err(&mut or_problem).ok())
+            .then(|| read_traces(folder, bin).map_err(&mut or_problem).ok())
             .flatten();
         let made = config.as_ref().map(|config| (config.plan.clone(), config.settings.clone()));
         let mut standing = Standing::of(folder);
-        let wanted = config.as_ref().map(|config| config.plan.run.steps);
+        let done = read_done(folder);
+        if done.is_some() && run.fingerprint.is_some() && done != run.fingerprint {
+            problems.push("done by other settings than the sweep's file has now".to_owned());
+        }
         // A run from before there was a file that says so.
         if standing == Standing::Stopped && wanted.is_some_and(|wanted| steps >= wanted as f64) {
             standing = Standing::Done;
@@ -116,6 +129,11 @@ impl Stored {
         self.run.folder.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
+    /// The step of its last evaluation.
+    pub(crate) fn end(&self) -> Option<u64> {
+        self.evaluated.as_ref().map(Evaluated::last_step)
+    }
+
     /// Its plan.
     pub(crate) fn plan(&self) -> Option<&Plan> {
         self.what.as_ref().map(|(plan, _)| plan)
@@ -131,23 +149,26 @@ fn read_times(folder: &Path) -> Result<[f64; 3]> {
     Ok([steps as f64, seconds.iter().sum(), median(&rates)])
 }
 
-/// The columns that the page draws, with no more points than can be seen.
-fn read_traces(folder: &Path) -> Result<Vec<(String, Vec<[f64; 2]>)>> {
+/// The columns that the page draws, as means over bins of steps, each at its bin's middle.
+fn read_traces(folder: &Path, bin: u64) -> Result<Vec<(String, Vec<[f64; 2]>)>> {
     let sheet = Sheet::read(&folder.join("metrics.csv"))?;
     let steps = sheet.steps();
-    let share = steps.len().div_ceil(POINTS).max(1);
     let names = sheet.columns().iter();
     let names = names.filter(|name| TRACES.iter().any(|trace| name.starts_with(trace)));
     let trace = |name: &String| {
-        let column = sheet.column(name)?;
-        let points = steps.iter().zip(column).filter(|(_, value)| value.is_finite());
-        let points: Vec<[f64; 2]> = points.map(|(&step, value)| [step as f64, value]).collect();
-        Some((name.clone(), points.chunks(share).map(middle).collect()))
+        let mut bins: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
+        for (&step, value) in steps.iter().zip(sheet.column(name)?) {
+            if value.is_finite() {
+                // A row is of the steps before it.
+                let (sum, count) = bins.entry(step.saturating_sub(1) / bin).or_default();
+                *sum += value;
+                *count += 1.0;
+            }
+        }
+        let middle = |(index, (sum, count)): (u64, (f64, f64))| {
+            [(index as f64 + 0.5) * bin as f64, sum / count]
+        };
+        Some((name.clone(), bins.into_iter().map(middle).collect()))
     };
     Ok(names.filter_map(trace).collect())
-}
-
-/// The mean of some points.
-fn middle(points: &[[f64; 2]]) -> [f64; 2] {
-    [0, 1].map(|i| points.iter().map(|point| point[i]).sum::<f64>() / points.len() as f64)
 }

@@ -3,10 +3,12 @@
 use copq::{Error, Result};
 
 use super::Report;
+use super::curves::over_seeds;
 use super::groups::World;
 use crate::figure::{Evaluated, Quantity};
 use crate::numbers::grouped;
 use crate::sheet::encode;
+use crate::standing::Standing;
 use crate::statistics::{
     Bootstrap, FEWEST, area_under, iqm, max, mean, probability_of_improvement, std,
 };
@@ -32,8 +34,8 @@ const LAST: usize = 5;
 /// };
 /// let report = Report::read("Three seeds", &["s0", "s1", "s2"].map(run));
 /// let last = &report.tables()[0];
-/// assert!(last.markdown().contains("| cholesky | 20 ± 8 [10, 30] (3) |"));
-/// assert!(last.latex().contains(r"cholesky & $20 \pm 8$ $[10, 30]$ (3) \\"));
+/// assert!(last.markdown().contains("| cholesky | 20.0 ± 8.2 [10.0, 30.0] (3) |"));
+/// assert!(last.latex().contains(r"cholesky & $20.0 \pm 8.2$ $[10.0, 30.0]$ (3) \\"));
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -44,6 +46,8 @@ pub struct Table {
     pub title: String,
     /// How its numbers are made.
     pub note: String,
+    /// Whether its cells are means over seeds.
+    pub is_of_seeds: bool,
     /// The tasks, or what else is across.
     pub columns: Vec<String>,
     /// The methods, and their cells.
@@ -61,19 +65,22 @@ pub struct Cell {
     pub interval: Option<[f64; 2]>,
     /// The seeds.
     pub seeds: usize,
+    /// Runs that have begun; more than the seeds if some have not come far enough to be counted.
+    pub begun: usize,
     /// Whether a limit is exceeded.
     pub is_violated: bool,
 }
 
 impl Cell {
     /// Of each seed's number.
-    fn of(values: &[f64]) -> Self {
+    fn of(values: &[f64], begun: usize) -> Self {
         let interval = Bootstrap::default().interval(&[values], mean);
         Self {
             mean: Some(mean(values)).filter(|mean| mean.is_finite()),
             std: (values.len() > 1).then(|| std(values)).filter(|std| std.is_finite()),
             interval: interval.filter(|ends| ends.iter().all(|end| end.is_finite())),
             seeds: values.len(),
+            begun,
             is_violated: false,
         }
     }
@@ -85,7 +92,14 @@ impl Cell {
 
     /// With signs of a form: between mean and deviation, around an interval.
     fn text(&self, plus_minus: &str, [open, close]: [&str; 2]) -> String {
-        let Some(mean) = self.mean else { return String::new() };
+        let count = if self.begun > self.seeds {
+            format!(" ({} of {})", self.seeds, self.begun)
+        } else {
+            format!(" ({})", self.seeds)
+        };
+        let Some(mean) = self.mean else {
+            return if self.seeds > 0 { format!("NaN{count}") } else { String::new() };
+        };
         let size = self.interval.map_or(mean.abs(), |[low, high]| low.abs().max(high.abs()));
         let mark = if self.is_violated { "*" } else { "" };
         let mut text = format!("{open}{}{mark}", number(mean, size));
@@ -96,14 +110,15 @@ impl Cell {
         if let Some([low, high]) = self.interval {
             text += &format!(" {open}[{}, {}]{close}", number(low, size), number(high, size));
         }
-        text + &format!(" ({})", self.seeds)
+        text + &count
     }
 }
 
 /// As many digits as the size of the numbers beside it is worth.
 fn number(value: f64, size: f64) -> String {
     let digits = match size {
-        size if size >= 10.0 => 0,
+        size if size >= 100.0 => 0,
+        size if size >= 10.0 => 1,
         size if size >= 1.0 => 2,
         _ => 3,
     };
@@ -112,6 +127,11 @@ fn number(value: f64, size: f64) -> String {
 }
 
 impl Table {
+    /// The note, with what stands in its cells.
+    fn remark(&self) -> String {
+        if self.is_of_seeds { format!("{} {READING}", self.note) } else { self.note.clone() }
+    }
+
     /// As Markdown.
     pub fn markdown(&self) -> String {
         let row = |cells: Vec<String>| {
@@ -119,7 +139,7 @@ impl Table {
             format!("| {} |\n", cells.join(" | "))
         };
         let head = std::iter::once("method".to_owned()).chain(self.columns.iter().cloned());
-        let mut text = format!("**{}.** {} {READING}\n\n", self.title, self.note);
+        let mut text = format!("**{}.** {}\n\n", self.title, self.remark());
         text += &row(head.collect());
         text += &format!("|---|{}\n", "--:|".repeat(self.columns.len()));
         for (label, cells) in &self.rows {
@@ -133,7 +153,7 @@ impl Table {
     pub fn latex(&self) -> String {
         let head = std::iter::once("method").chain(self.columns.iter().map(String::as_str));
         let head: Vec<String> = head.map(escaped).collect();
-        let mut text = format!("% {}. {} {READING}\n", self.title, self.note);
+        let mut text = format!("% {}. {}\n", self.title, self.remark());
         text += &format!("\\begin{{tabular}}{{l{}}}\n\\toprule\n", "r".repeat(self.columns.len()));
         text += &format!("{} \\\\\n\\midrule\n", head.join(" & "));
         for (label, cells) in &self.rows {
@@ -144,9 +164,10 @@ impl Table {
         text + "\\bottomrule\n\\end{tabular}\n"
     }
 
-    /// As CSV, every number in a column of its own and with all its digits.
+    /// As CSV, every number in a column of its own and with all its digits; the last says 1 where a
+    /// limit is exceeded.
     pub fn csv(&self) -> Result<String> {
-        let parts = ["", " std", " low", " high", " seeds"];
+        let parts = ["", " std", " low", " high", " seeds", " exceeded"];
         let columns = self.columns.iter();
         let head = columns.flat_map(|column| parts.map(|part| format!("{column}{part}")));
         let mut lines = vec![std::iter::once("method".to_owned()).chain(head).collect::<Vec<_>>()];
@@ -154,7 +175,9 @@ impl Table {
             let numbers = cells.iter().flat_map(|cell| {
                 let shown = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
                 let [low, high] = [0, 1].map(|i| shown(cell.interval.map(|ends| ends[i])));
-                [shown(cell.mean), shown(cell.std), low, high, cell.seeds.to_string()]
+                let [seeds, exceeded] = [cell.seeds, usize::from(cell.is_violated)];
+                let counts = [seeds.to_string(), exceeded.to_string()];
+                [shown(cell.mean), shown(cell.std), low, high].into_iter().chain(counts)
             });
             lines.push(std::iter::once(label.clone()).chain(numbers).collect());
         }
@@ -183,6 +206,8 @@ pub(super) struct Seeds<'a> {
     seeds: Vec<&'a Evaluated>,
     /// The last step that all have reached.
     end: u64,
+    /// Runs that have begun.
+    begun: usize,
 }
 
 impl Seeds<'_> {
@@ -193,6 +218,11 @@ impl Seeds<'_> {
             means.filter(|(step, _)| *step <= self.end).collect()
         };
         self.seeds.iter().map(until).collect()
+    }
+
+    /// Of each seed's number.
+    fn cell(&self, values: &[f64]) -> Cell {
+        Cell::of(values, self.begun)
     }
 
     /// A number a seed, of its weighted totals up to the end.
@@ -226,10 +256,11 @@ pub(super) fn last_few(values: &[f64]) -> f64 {
 
 impl Report {
     pub(super) fn seeds(&self, world: &World, label: usize) -> Seeds<'_> {
-        let runs = world.runs[label].iter();
-        let seeds: Vec<_> = runs.filter_map(|&n| self.runs[n].evaluated.as_ref()).collect();
+        let numbers = &world.runs[label];
+        let begun = numbers.iter().filter(|&&n| self.runs[n].standing != Standing::Waiting);
+        let seeds = self.far_enough(numbers);
         let end = seeds.iter().map(|seed| seed.last_step()).min().unwrap_or(0);
-        Seeds { seeds, end }
+        Seeds { seeds, end, begun: begun.count() }
     }
 
     /// A column a task, each headed by its name and how far the seeds have come.
@@ -247,6 +278,7 @@ impl Report {
             name,
             title: title.to_owned(),
             note: note.to_owned(),
+            is_of_seeds: true,
             columns: worlds.iter().map(|world| self.headed(world)).collect(),
             rows: labels.map(|(i, label)| (label.clone(), cells(i))).collect(),
         }
@@ -262,14 +294,15 @@ impl Report {
             (Some(first), Some(last)) => format!(" at {} to {}", grouped(*first), grouped(*last)),
             _ => String::new(),
         };
-        format!("{}{steps}", world.task)
+        format!("{}{steps}", world.short)
     }
 }
 
 /// What stands in a cell.
 pub(super) const READING: &str = "Mean ± standard deviation over seeds [bootstrap interval at 95 %, \
-     from three seeds on; of so few it holds the truth three times in four] (seeds), up to the last \
-     step that all of a method's seeds have reached.";
+     from three seeds on] (seeds), up to the last step that all of a method's seeds have reached. (4 \
+     of 5): one has not come half as far as the others, and is left out. An interval of three seeds \
+     goes from the lowest to the highest, and holds the true mean only three times in four.";
 
 pub(super) fn all(report: &Report) -> Vec<Table> {
     let mut tables = vec![
@@ -277,26 +310,26 @@ pub(super) fn all(report: &Report) -> Vec<Table> {
             "final",
             "Total return of the final policy",
             "The last evaluation's weighted total (the paper's Table 2).",
-            |seeds| Cell::of(&seeds.totals(last)),
+            |seeds| seeds.cell(&seeds.totals(last)),
         ),
         report.by_task(
             "best",
             "Best total return in each training",
-            "The best evaluation of each seed (Table E.1); it favours curves that swing.",
-            |seeds| Cell::of(&seeds.totals(max)),
+            "The best evaluation of each seed once it trains (Table E.1); it favours curves that swing.",
+            |seeds| seeds.cell(&seeds.totals(|values| max(values.get(1..).unwrap_or_default()))),
         ),
         report.by_task(
             "best-of-mean",
             "Best of the mean curve",
-            "The highest point of the seeds' mean curve (Table E.2); the interval is of seeds drawn \
-             anew.",
+            "The highest point of the seeds' mean curve once they train (Table E.2); the interval is of \
+             seeds drawn anew.",
             best_of_mean,
         ),
         report.by_task(
-            "mean-of-run",
-            "Mean of the whole run",
-            "The area under the weighted total's curve over its length.",
-            |seeds| Cell::of(&seeds.areas(seeds.end)),
+            "area",
+            "Area under the curve",
+            "The area under the weighted total's curve over its length: the mean of the whole run.",
+            |seeds| seeds.cell(&seeds.areas(seeds.end)),
         ),
     ];
     tables.extend(improvement(report));
@@ -307,27 +340,24 @@ pub(super) fn all(report: &Report) -> Vec<Table> {
 
 /// The maximum of the mean curve, which is no seed's own number.
 fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
-    let values: Vec<Vec<f64>> = seeds
+    let lines: Vec<Vec<[f64; 2]>> = seeds
         .values(&Quantity::WeightedTotal)
         .into_iter()
-        .map(|seed| seed.into_iter().map(|(_, value)| value).collect())
+        .map(|seed| seed.into_iter().skip(1).map(|(step, value)| [step as f64, value]).collect())
         .collect();
-    let Some(count) = values.iter().map(Vec::len).min().filter(|&count| count > 0) else {
-        return Cell::default();
-    };
     // Of seeds by their numbers, as the bootstrap draws them.
     let best = |drawn: &[f64]| {
-        let at = |i: usize| mean(&drawn.iter().map(|&s| values[s as usize][i]).collect::<Vec<_>>());
-        max(&(0..count).map(at).collect::<Vec<_>>())
+        let drawn: Vec<Vec<[f64; 2]>> = drawn.iter().map(|&s| lines[s as usize].clone()).collect();
+        max(&over_seeds(&drawn).into_iter().map(|[_, mean, ..]| mean).collect::<Vec<_>>())
     };
-    let numbers: Vec<f64> = (0..values.len()).map(|i| i as f64).collect();
+    let numbers: Vec<f64> = (0..lines.len()).map(|i| i as f64).collect();
     let bootstrap = Bootstrap { draws: 2_000, ..Bootstrap::default() };
     Cell {
         mean: Some(best(&numbers)).filter(|best| best.is_finite()),
-        std: None,
         interval: bootstrap.interval(&[&numbers[..]], best),
-        seeds: values.len(),
-        is_violated: false,
+        seeds: lines.len(),
+        begun: seeds.begun,
+        ..Cell::default()
     }
 }
 
@@ -343,6 +373,7 @@ fn improvement(report: &Report) -> Option<Table> {
         "How likely a seed's mean of the whole run is larger than one of {first}'s, as far as both \
          have come; from three seeds of each on. 0.5 is no difference."
     );
+    table.is_of_seeds = false;
     for (label, (_, cells)) in table.rows.iter_mut().enumerate().skip(1) {
         for (cell, world) in cells.iter_mut().zip(&report.groups.worlds) {
             let [ours, theirs] = [label, 0].map(|label| report.seeds(world, label));
@@ -381,7 +412,7 @@ fn reward_and_cost(report: &Report) -> Option<Table> {
         let ends = report.ends(world, label, quantity);
         let limit = world.limits.get(&quantity.title());
         let is_violated = limit.is_some_and(|&limit| mean(&ends) > limit);
-        Cell { is_violated, ..Cell::of(&ends) }
+        Cell { is_violated, ..report.seeds(world, label).cell(&ends) }
     };
     let row = |(label, name): (usize, &String)| {
         let cells = columns.iter().map(|(world, quantity, _)| cell(label, world, quantity));
@@ -394,6 +425,7 @@ fn reward_and_cost(report: &Report) -> Option<Table> {
             "Returns of the last {LAST} evaluations (Table E.3); * means that the mean cost exceeds \
              its limit."
         ),
+        is_of_seeds: true,
         columns: columns
             .iter()
             .map(|(world, _, title)| format!("{}: {title}", report.headed(world)))
@@ -418,14 +450,15 @@ fn over_tasks(report: &Report) -> Option<Table> {
             let finals = report.seeds(world, label).totals(last);
             finals.into_iter().map(|value| value / score).collect::<Vec<f64>>()
         });
-        let scores: Vec<Vec<f64>> = scores.filter(|seeds| !seeds.is_empty()).collect();
+        let scores: Vec<Vec<f64>> = scores.collect();
         let all: Vec<f64> = scores.concat();
+        // A method without one of the tasks is not comparable.
+        let is_complete = scores.iter().all(|seeds| !seeds.is_empty());
         let of = |statistic: fn(&[f64]) -> f64| Cell {
-            mean: Some(statistic(&all)).filter(|value| value.is_finite()),
-            std: None,
-            interval: Bootstrap::default().interval(&scores, statistic),
-            seeds: all.len(),
-            is_violated: false,
+            mean: Some(statistic(&all)).filter(|value| value.is_finite() && is_complete),
+            interval: Bootstrap::default().interval(&scores, statistic).filter(|_| is_complete),
+            seeds: if is_complete { all.len() } else { 0 },
+            ..Cell::default()
         };
         (name.clone(), vec![of(iqm), of(mean)])
     };
@@ -433,8 +466,10 @@ fn over_tasks(report: &Report) -> Option<Table> {
         name: "all-tasks",
         title: format!("{} tasks together", worlds.len()),
         note: "Final totals over the tasks' reference scores: interquartile mean and mean [stratified \
-               bootstrap interval at 95 %] (runs). A task weighs as much as it has runs."
+               bootstrap interval at 95 %] (runs); of methods that have run on all. A task weighs as \
+               much as it has runs."
             .to_owned(),
+        is_of_seeds: false,
         columns: ["interquartile mean", "mean"].map(str::to_owned).to_vec(),
         rows: report.groups.labels.iter().enumerate().map(row).collect(),
     })
