@@ -23,6 +23,7 @@ PROBE = """
 <script>
 const seen = { tips: [], errors: window.seenErrors };
 for (const figure of document.querySelectorAll("figure.curves")) {
+  if (getComputedStyle(figure).display === "none") continue;
   const svg = figure.querySelector("svg");
   for (const group of svg.querySelectorAll("g.panel")) {
     const [left, right, top, bottom] = group.dataset.frame.split(" ").map(Number);

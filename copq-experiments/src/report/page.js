@@ -1,7 +1,8 @@
 // Values under the pointer. All else on the page works without this script.
 "use strict";
 for (const figure of document.querySelectorAll("figure.curves")) {
-  const data = JSON.parse(figure.querySelector("script").textContent);
+  // A phone's figure has the numbers of the wide one before it.
+  const data = JSON.parse((figure.querySelector("script") ?? figure.previousElementSibling.querySelector("script")).textContent);
   const svg = figure.querySelector("svg");
   const tip = figure.appendChild(document.createElement("div"));
   tip.className = "tip";

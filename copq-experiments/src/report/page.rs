@@ -126,11 +126,13 @@ fn keys(report: &Report, with_seeds: bool) -> Markup {
 fn figure(curves: &Curves) -> Result<Markup> {
     let numbers = serde_json::to_string(curves).map_err(|e| Error::other("writing curves", e))?;
     Ok(html! {
-        figure.curves.by-method {
+        figure.curves.by-method.wide {
             (PreEscaped(curves.figure().svg()?))
             // A text in it must not end the element.
             script type="application/json" { (PreEscaped(numbers.replace('<', "\\u003c"))) }
         }
+        // One panel above the other, for a phone.
+        figure.curves.by-method.narrow { (PreEscaped(curves.figure().columns(1).svg()?)) }
     })
 }
 
