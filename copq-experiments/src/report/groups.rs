@@ -124,13 +124,12 @@ fn world_name(plan: &Plan) -> String {
 /// What each run's method is called: its own label or method, and what sets it apart from others of
 /// that name. The plan comes first, for bounds bring critics and settings with them.
 fn labels(runs: &[Stored]) -> Vec<String> {
-    let named = runs.iter().map(base).collect();
-    let stems: Vec<String> = runs.iter().map(stem).collect();
-    let of = |traits: fn(&Stored) -> Traits| runs.iter().map(traits).collect::<Vec<_>>();
-    let by_method = refined(named, &of(method), &stems);
-    let planned = refined(by_method, &of(of_plan), &stems);
-    let with_critics = refined(planned, &of(critics), &stems);
-    refined(with_critics, &of(settings), &stems)
+    let mut names: Vec<String> = runs.iter().map(base).collect();
+    for traits in [method, of_plan, critics] {
+        names = refined(names, runs, traits, |_| String::new());
+    }
+    // Settings that follow the task, as the steps over which a step size falls, make no other method.
+    refined(names, runs, settings, |run| run.plan().map_or_else(String::new, world_name))
 }
 
 /// The folder's name without the seed.
@@ -140,43 +139,30 @@ fn stem(run: &Stored) -> String {
     name.rsplit_once("-s").filter(seed).map_or(name.clone(), |(stem, _)| stem.to_owned())
 }
 
-/// Names with the traits in which runs of the same name differ; where these are too many, the first
-/// such run's folder names it.
-fn refined(names: Vec<String>, traits: &[Traits], stems: &[String]) -> Vec<String> {
-    let mut values: BTreeMap<&str, BTreeMap<&str, BTreeSet<&str>>> = BTreeMap::new();
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    for (name, traits) in names.iter().zip(traits) {
-        *counts.entry(name).or_default() += 1;
-        let of_name = values.entry(name).or_default();
-        for (trait_, value) in traits {
-            of_name.entry(trait_).or_default().insert(value);
-        }
-    }
-    let has = |name: &str, trait_: &str| {
-        let runs = names.iter().zip(traits);
-        runs.filter(|(other, traits)| *other == name && traits.contains_key(trait_)).count()
-    };
-    // A trait that some runs do not have sets them apart, too.
-    let mut apart: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    for (&name, of_name) in &values {
-        let differing = of_name
-            .iter()
-            .filter(|(trait_, values)| values.len() > 1 || has(name, trait_) < counts[name]);
-        apart.insert(name, differing.map(|(&trait_, _)| trait_).collect());
-    }
-    let mut variants: BTreeMap<&str, Vec<(Vec<String>, &String)>> = BTreeMap::new();
+/// Names with the traits in which runs of the same name differ within a scope; where these are too
+/// many, the first such run's folder names it.
+fn refined(
+    names: Vec<String>,
+    runs: &[Stored],
+    traits: fn(&Stored) -> Traits,
+    scope: fn(&Stored) -> String,
+) -> Vec<String> {
+    let traits: Vec<Traits> = runs.iter().map(traits).collect();
+    let scopes: Vec<String> = runs.iter().map(scope).collect();
+    let apart = apart(&names, &scopes, &traits);
+    let mut variants: BTreeMap<&str, Vec<(Vec<String>, String)>> = BTreeMap::new();
     let mut refined = Vec::new();
-    for ((name, traits), stem) in names.iter().zip(traits).zip(stems) {
+    for ((name, traits), run) in names.iter().zip(&traits).zip(runs) {
         let apart = &apart[name.as_str()];
         let parts = apart.iter().filter_map(|&trait_| Some(shown(trait_, traits.get(trait_)?)));
         let parts: Vec<String> = parts.collect();
         let known = variants.entry(name).or_default();
-        let is_it = |(variant, _): &(Vec<String>, &String)| *variant == parts;
-        let number = position_or_push(known, is_it, || (parts.clone(), stem));
+        let is_it = |(variant, _): &(Vec<String>, String)| *variant == parts;
+        let number = position_or_push(known, is_it, || (parts.clone(), stem(run)));
         refined.push(if apart.len() > NAMED {
             // Two variants of one name are told apart by a number.
-            let namesakes = known[..number].iter().filter(|(_, stem)| *stem == known[number].1);
-            let stem = known[number].1;
+            let stem = &known[number].1;
+            let namesakes = known[..number].iter().filter(|(_, other)| other == stem);
             let own = if stem.starts_with(name) { stem.clone() } else { format!("{name} {stem}") };
             match namesakes.count() {
                 0 => own,
@@ -187,6 +173,31 @@ fn refined(names: Vec<String>, traits: &[Traits], stems: &[String]) -> Vec<Strin
         });
     }
     refined
+}
+
+/// The traits of each name in which two runs of it differ within a scope; not to have one is to
+/// differ, too.
+fn apart<'a>(
+    names: &'a [String],
+    scopes: &'a [String],
+    traits: &'a [Traits],
+) -> BTreeMap<&'a str, BTreeSet<&'a str>> {
+    let mut all: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for (name, traits) in names.iter().zip(traits) {
+        all.entry(name).or_default().extend(traits.keys().map(String::as_str));
+    }
+    let mut first: BTreeMap<(&str, &str, &str), Option<&String>> = BTreeMap::new();
+    let mut apart: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for ((name, scope), traits) in names.iter().zip(scopes).zip(traits) {
+        let of_name = apart.entry(name).or_default();
+        for &trait_ in &all[name.as_str()] {
+            let value = traits.get(trait_);
+            if *first.entry((name, scope, trait_)).or_insert(value) != value {
+                of_name.insert(trait_);
+            }
+        }
+    }
+    apart
 }
 
 fn base(run: &Stored) -> String {

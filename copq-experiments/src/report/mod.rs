@@ -233,6 +233,24 @@ mod tests {
         assert_eq!(names, ["all-tasks", "a-hopper-rapier-gym-v5", "a-hopper-mujoco-gym-v5"]);
     }
 
+    /// A setting sets methods apart where they meet, on one task.
+    #[test]
+    fn what_follows_the_task_makes_no_other_method() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |name: &str, task: &str, tau: f64| {
+            let run = stored(folder.path(), name, |plan| plan.task = task.to_owned(), &[0.0, 1.0]);
+            let file = run.folder.join("config.toml");
+            let text = std::fs::read_to_string(&file).unwrap();
+            std::fs::write(file, text.replace("tau = 0.005", &format!("tau = {tau}"))).unwrap();
+            run
+        };
+        let labels = |runs: &[ReportRun]| Report::read("x", runs).groups.labels;
+        let runs = [of("a", "a/hopper", 0.01), of("b", "a/ant", 0.02)];
+        assert_eq!(labels(&runs), ["cop-td3"]);
+        let runs = [&runs[..], &[of("c", "a/ant", 0.03)]].concat();
+        assert_eq!(labels(&runs), ["cop-td3 tau=0.01", "cop-td3 tau=0.02", "cop-td3 tau=0.03"]);
+    }
+
     #[test]
     fn tasks_together_are_of_methods_that_ran_on_all() {
         let folder = tempfile::tempdir().unwrap();
