@@ -64,7 +64,8 @@ pub struct Sweep {
 
 #[derive(Subcommand)]
 enum Action {
-    /// Lists the runs of a file, each with its number, its folder and its command.
+    /// Lists the runs of a file, each with its number, its folder, the fingerprint of all that can
+    /// change its numbers, and its command.
     Plan(Named),
     Run(pool::Run),
     /// Says which runs are done, which go on, which failed and why.
@@ -98,7 +99,8 @@ fn plan(file: &Path) -> anyhow::Result<()> {
     sweep.try_out(file)?;
     let mut text = String::new();
     for (i, task) in sweep.tasks.iter().enumerate() {
-        text += &format!("{i:>4}  {}  {}\n", task.folder.display(), task.command());
+        let folder = task.folder.display();
+        text += &format!("{i:>4}  {folder}  {}  {}\n", task.fingerprint, task.command());
     }
     Ok(say(&text)?)
 }
