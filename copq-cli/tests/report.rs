@@ -80,7 +80,8 @@ fn a_page_its_tables_and_its_figures() {
     let mean: f64 = row.split(',').nth(1).unwrap().parse().unwrap();
     assert!((mean - 0.5 * (ends[0] + ends[1])).abs() < 1e-9, "{row} {ends:?}");
     assert!(read(folder.join("parts/reward-and-cost.tex")).contains("\\begin{tabular}"));
-    let files = ["a-hopper-rapier-gym-v5.svg", "a-hopper-rapier-gym-v5.png", "all-tasks.png"];
+    let files =
+        ["a-hopper-rapier-gym-v5.svg", "a-hopper-rapier-gym-v5.png", "all-tasks-column.svg"];
     assert!(files.iter().all(|name| folder.join("parts").join(name).is_file()));
 
     let none = copq(folder, "report parts").output().unwrap();

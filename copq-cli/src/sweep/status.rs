@@ -25,7 +25,9 @@ pub fn print(sweep: &SweepFile) -> anyhow::Result<()> {
 fn standing(task: &Task) -> [String; 2] {
     match Standing::of(&task.folder) {
         Standing::Done if !task.is_done() => {
-            ["changed", "done by other settings than the file has now"].map(str::to_owned)
+            let remark = "done by other settings than the file has now; sweep run goes on where only \
+                 steps have risen, and says what else differs";
+            ["changed", remark].map(str::to_owned)
         }
         standing => {
             let remark = standing.remark().unwrap_or_default().to_owned();

@@ -109,7 +109,8 @@ impl Report {
         page::render(self, every)
     }
 
-    /// Writes the tables as Markdown, LaTeX and CSV, and the figures as SVG and PNG, into a folder.
+    /// Writes the tables as Markdown, LaTeX and CSV, and the figures as SVG and PNG, into a folder; for
+    /// a paper's column, panels also stand one above the other (`NAME-column.svg`).
     pub fn write_parts(&self, folder: &Path) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
         for table in self.tables() {
@@ -127,6 +128,7 @@ impl Report {
             for ending in ["svg", "png"] {
                 figure.write(folder.join(format!("{name}.{ending}")))?;
             }
+            figure.columns(1).write(folder.join(format!("{name}-column.svg")))?;
         }
         Ok(())
     }
