@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use copq_render::{Figure, Panel, Point, Series};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::Report;
 use super::groups::World;
@@ -42,10 +42,18 @@ pub(crate) struct Curve {
     /// How many seeds it is of.
     pub seeds: usize,
     /// Step, middle, low, high.
+    #[serde(serialize_with = "short")]
     pub points: Vec<[f64; 4]>,
     /// Each seed's steps and values, where they are asked for.
     #[serde(skip)]
     pub thin: Vec<Vec<[f64; 2]>>,
+}
+
+/// Points with as many digits as an f32 has, but for the steps: more nobody reads under a pointer.
+fn short<S: Serializer>(points: &[[f64; 4]], serializer: S) -> Result<S::Ok, S::Error> {
+    let short =
+        |&[step, middle, low, high]: &[f64; 4]| (step, middle as f32, low as f32, high as f32);
+    serializer.collect_seq(points.iter().map(short))
 }
 
 impl Curves {

@@ -23,7 +23,8 @@ const SCRIPT: &str = include_str!("page.js");
 const ELLIPSES: &str = "One standard deviation of the critics' values of replayed actions, early, half-way and last \
      in training (from q_std and correlation in metrics.csv, around 0), and where each projection would \
      put the lower bound at the end, by the task's weights. One seed a method.";
-/// Most runs whose seeds are drawn one by one; a page of more is too large for a phone.
+/// Most runs whose seeds are drawn one by one, and whose figures are drawn for a phone, too: a page of
+/// more is too large for one.
 const SEEDS: usize = 1_000;
 /// Most runs in the list; the failed ones come first.
 const LISTED: usize = 2_000;
@@ -35,11 +36,14 @@ pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String>
         .iter()
         .map(|world| match report.curves(world, with_seeds) {
             curves if curves.is_empty() => Ok(html! { p { (world.name) ": no evaluation yet" } }),
-            curves => figure(&curves),
+            curves => figure(&curves, with_seeds),
         })
         .collect::<Result<_>>()?;
-    let diagnostics: Vec<Markup> =
-        report.diagnostics().iter().map(figure).collect::<Result<_>>()?;
+    let diagnostics: Vec<Markup> = report
+        .diagnostics()
+        .iter()
+        .map(|curves| figure(curves, with_seeds))
+        .collect::<Result<_>>()?;
     let planes: Vec<String> =
         report.planes().iter().map(|(_, plane)| plane.svg()).collect::<Result<_>>()?;
     let ellipses: Vec<String> =
@@ -122,8 +126,8 @@ fn keys(report: &Report, with_seeds: bool) -> Markup {
     }
 }
 
-/// Curves as a picture, with their numbers for the script.
-fn figure(curves: &Curves) -> Result<Markup> {
+/// Curves as a picture, with their numbers for the script, and as another one for a phone.
+fn figure(curves: &Curves, for_phone: bool) -> Result<Markup> {
     let numbers = serde_json::to_string(curves).map_err(|e| Error::other("writing curves", e))?;
     Ok(html! {
         figure.curves.by-method.wide {
@@ -131,8 +135,9 @@ fn figure(curves: &Curves) -> Result<Markup> {
             // A text in it must not end the element.
             script type="application/json" { (PreEscaped(numbers.replace('<', "\\u003c"))) }
         }
-        // One panel above the other, for a phone.
-        figure.curves.by-method.narrow { (PreEscaped(curves.figure().columns(1).svg()?)) }
+        @if for_phone {
+            figure.curves.by-method.narrow { (PreEscaped(curves.figure().columns(1).svg()?)) }
+        }
     })
 }
 

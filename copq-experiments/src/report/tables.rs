@@ -345,10 +345,18 @@ fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
         .into_iter()
         .map(|seed| seed.into_iter().skip(1).map(|(step, value)| [step as f64, value]).collect())
         .collect();
+    // At the steps that all seeds have, a list of them a seed.
+    let shared: Vec<f64> = over_seeds(&lines).into_iter().map(|[step, ..]| step).collect();
+    let is_shared = |step: &f64| shared.binary_search_by(|s| s.total_cmp(step)).is_ok();
+    let values: Vec<Vec<f64>> = lines
+        .iter()
+        .map(|line| line.iter().filter(|at| is_shared(&at[0])).map(|at| at[1]).collect())
+        .collect();
     // Of seeds by their numbers, as the bootstrap draws them.
     let best = |drawn: &[f64]| {
-        let drawn: Vec<Vec<[f64; 2]>> = drawn.iter().map(|&s| lines[s as usize].clone()).collect();
-        max(&over_seeds(&drawn).into_iter().map(|[_, mean, ..]| mean).collect::<Vec<_>>())
+        let mean =
+            |i| drawn.iter().map(|&s| values[s as usize][i]).sum::<f64>() / drawn.len() as f64;
+        (0..shared.len()).map(mean).fold(f64::NAN, f64::max)
     };
     let numbers: Vec<f64> = (0..lines.len()).map(|i| i as f64).collect();
     let bootstrap = Bootstrap { draws: 2_000, ..Bootstrap::default() };
