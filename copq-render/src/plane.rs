@@ -7,7 +7,7 @@ use copq::{Error, Result, files};
 use crate::animation::gif;
 use crate::canvas;
 use crate::layout::{colour, series_attributes};
-use crate::pen::{Anchor, At, GRID, INK, Pen};
+use crate::pen::{Anchor, At, Colour, GRID, INK, Pen};
 use crate::ticks::{label, ticks};
 
 const WIDTH: u32 = 480;
@@ -144,51 +144,18 @@ impl Plane {
     }
 
     fn draw(&self, pen: &mut Pen, legend: &[(f64, usize)]) {
-        let axes = [0, 1].map(|axis| self.range(axis));
-        let [left, right, top, bottom] = ROOM;
-        let right = f64::from(WIDTH) - right;
-        let bottom = f64::from(HEIGHT) - bottom;
-        let share = |value: f64, [low, high]: [f64; 2]| (value - low) / (high - low);
-        let at = |[x, y]: [f64; 2]| -> At {
-            (left + (right - left) * share(x, axes[0]), bottom - (bottom - top) * share(y, axes[1]))
-        };
+        let axes = Axes::new([0, 1].map(|axis| self.range(axis)));
         pen.word(&self.title, (f64::from(WIDTH) / 2.0, 12.0), 16.0, Anchor::Top);
-        for x in ticks(axes[0][0], axes[0][1], 5) {
-            let (across, _) = at([x, axes[1][0]]);
-            pen.line(&[(across, top), (across, bottom)], 0.75, GRID);
-            pen.word(&label(x, x), (across, bottom + 6.0), SMALL, Anchor::Top);
-        }
-        for y in ticks(axes[1][0], axes[1][1], 6) {
-            let (_, up) = at([axes[0][0], y]);
-            pen.line(&[(left, up), (right, up)], 0.75, GRID);
-            pen.word(&label(y, y), (left - 7.0, up), SMALL, Anchor::Right);
-        }
-        pen.line(&[(left, top), (left, bottom), (right, bottom)], 1.0, INK);
-        pen.word(&self.axes[0], (0.5 * (left + right), bottom + 24.0), SMALL, Anchor::Top);
-        pen.word(&self.axes[1], (14.0, 0.5 * (top + bottom)), SMALL, Anchor::Turned);
+        axes.draw(pen, &self.axes);
         if let Some(limit) = self.limit {
-            let (across, _) = at([limit, axes[1][0]]);
+            let (across, _) = axes.at([limit, axes.ranges[1][0]]);
+            let [_, _, top, bottom] = axes.frame;
             pen.dashes([(across, top), (across, bottom)], 1.5, INK);
         }
-        pen.begin_clipped([left, right, top, bottom]);
+        pen.begin_clipped(axes.frame);
         for (n, (_, mark)) in self.marks.iter().enumerate() {
             pen.begin(series_attributes(n));
-            match mark {
-                Mark::Points(points) => {
-                    points.iter().for_each(|&point| pen.dot(at(point), 3.0, colour(n)))
-                }
-                Mark::Closed(points) => {
-                    let edge: Vec<At> =
-                        points.iter().chain(points.first()).map(|&point| at(point)).collect();
-                    pen.fill(&edge, colour(n), 0.1);
-                    pen.line(&edge, 1.5, colour(n));
-                }
-                Mark::Arrow([from, to]) => {
-                    pen.line(&[at(*from), at(*to)], 2.0, colour(n));
-                    pen.dot(at(*to), 4.0, colour(n));
-                }
-                Mark::Line(from_to) => pen.dashes(from_to.map(at), 1.5, colour(n)),
-            }
+            mark.draw(pen, &axes, colour(n));
             pen.end();
         }
         pen.end();
@@ -231,5 +198,66 @@ impl Plane {
             Mark::Points(points) | Mark::Closed(points) => points.clone(),
             Mark::Arrow(from_to) | Mark::Line(from_to) => from_to.to_vec(),
         })
+    }
+}
+
+impl Mark {
+    fn draw(&self, pen: &mut Pen, axes: &Axes, colour: Colour) {
+        match self {
+            Self::Points(points) => {
+                points.iter().for_each(|&point| pen.dot(axes.at(point), 3.0, colour))
+            }
+            Self::Closed(points) => {
+                let edge = points.iter().chain(points.first());
+                let edge: Vec<At> = edge.map(|&point| axes.at(point)).collect();
+                pen.fill(&edge, colour, 0.1);
+                pen.line(&edge, 1.5, colour);
+            }
+            Self::Arrow([from, to]) => {
+                pen.line(&[axes.at(*from), axes.at(*to)], 2.0, colour);
+                pen.dot(axes.at(*to), 4.0, colour);
+            }
+            Self::Line(from_to) => pen.dashes(from_to.map(|end| axes.at(end)), 1.5, colour),
+        }
+    }
+}
+
+/// Where the axes are (left, right, top, bottom), and what they span.
+struct Axes {
+    frame: [f64; 4],
+    ranges: [[f64; 2]; 2],
+}
+
+impl Axes {
+    fn new(ranges: [[f64; 2]; 2]) -> Self {
+        let [left, right, top, bottom] = ROOM;
+        let frame = [left, f64::from(WIDTH) - right, top, f64::from(HEIGHT) - bottom];
+        Self { frame, ranges }
+    }
+
+    fn at(&self, [x, y]: [f64; 2]) -> At {
+        let [left, right, top, bottom] = self.frame;
+        let share = |value: f64, [low, high]: [f64; 2]| (value - low) / (high - low);
+        let [across, up] = self.ranges;
+        (left + (right - left) * share(x, across), bottom - (bottom - top) * share(y, up))
+    }
+
+    /// Draws a grid, and the axes with their names.
+    fn draw(&self, pen: &mut Pen, names: &[String; 2]) {
+        let [left, right, top, bottom] = self.frame;
+        let [[first, last], [low, high]] = self.ranges;
+        for x in ticks(first, last, 5) {
+            let (across, _) = self.at([x, low]);
+            pen.line(&[(across, top), (across, bottom)], 0.75, GRID);
+            pen.word(&label(x, x), (across, bottom + 6.0), SMALL, Anchor::Top);
+        }
+        for y in ticks(low, high, 6) {
+            let (_, up) = self.at([first, y]);
+            pen.line(&[(left, up), (right, up)], 0.75, GRID);
+            pen.word(&label(y, y), (left - 7.0, up), SMALL, Anchor::Right);
+        }
+        pen.line(&[(left, top), (left, bottom), (right, bottom)], 1.0, INK);
+        pen.word(&names[0], (0.5 * (left + right), bottom + 24.0), SMALL, Anchor::Top);
+        pen.word(&names[1], (14.0, 0.5 * (top + bottom)), SMALL, Anchor::Turned);
     }
 }

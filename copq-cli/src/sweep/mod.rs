@@ -3,6 +3,8 @@
 mod cores;
 mod file;
 mod pool;
+mod process;
+mod raw;
 mod report;
 mod status;
 mod submit;
@@ -95,8 +97,7 @@ impl Sweep {
 }
 
 fn plan(file: &Path) -> anyhow::Result<()> {
-    let sweep = SweepFile::read(file)?;
-    sweep.try_out(file)?;
+    let sweep = SweepFile::read_to_begin(file)?;
     let mut text = String::new();
     for (i, task) in sweep.tasks.iter().enumerate() {
         let folder = task.folder.display();

@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, ExitStatus, Stdio};
 use std::thread::{available_parallelism, sleep};
 use std::time::{Duration, Instant};
 
@@ -11,11 +11,9 @@ use anyhow::{Context, bail};
 use copq::files;
 use copq_experiments::{Stop, complaint_file, failure, steps_done};
 
-#[cfg(unix)]
-use rustix::process::Signal;
-
 use super::cores::cores;
 use super::file::SweepFile;
+use super::process::{terminate, this_program, was_told_to_end};
 use super::task::{HELD, STOPPED};
 use crate::options::{count, note, say};
 
@@ -73,8 +71,7 @@ struct Pool<'a> {
 
 impl Run {
     pub fn run(self) -> anyhow::Result<()> {
-        let sweep = SweepFile::read(&self.named.file)?;
-        sweep.try_out(&self.named.file)?;
+        let sweep = SweepFile::read_to_begin(&self.named.file)?;
         let mut free = cores();
         let all = available_parallelism().map_or(1, usize::from);
         let places = if free.is_empty() { all } else { free.len() };
@@ -84,8 +81,7 @@ impl Run {
         if self.no_pin || threads > 1 || jobs != free.len() {
             free.clear();
         }
-        let mut waiting: Vec<_> =
-            (0..sweep.tasks.len()).filter(|&number| !sweep.tasks[number].is_done()).collect();
+        let mut waiting = sweep.undone();
         waiting.reverse();
         let now = Instant::now();
         let mut pool = Pool {
@@ -111,12 +107,6 @@ impl Run {
 fn words(folder: &Path) -> PathBuf {
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     folder.with_file_name(format!(".{name}.{}.err", std::process::id()))
-}
-
-/// This program: the file that runs, even if another has taken its name since.
-fn this_program() -> std::io::Result<PathBuf> {
-    let link = Path::new("/proc/self/exe");
-    if link.exists() { Ok(link.to_owned()) } else { std::env::current_exe() }
 }
 
 impl Pool<'_> {
@@ -180,10 +170,7 @@ impl Pool<'_> {
         let words = File::create(&words).map_err(files::failed("making", &words))?;
         let core = self.free.pop();
         let on_core = core.map(|core| ["--core".to_owned(), core.to_string()]);
-        let mut command = Command::new(this_program()?);
-        #[cfg(unix)]
-        std::os::unix::process::CommandExt::arg0(&mut command, "copq");
-        let child = command
+        let child = this_program()?
             .args(["sweep", "task"])
             .arg(self.file)
             .args(["--task", &number.to_string(), "--expect", &task.fingerprint])
@@ -324,32 +311,6 @@ impl Pool<'_> {
             self.failed
         )
     }
-}
-
-/// Whether a process was ended by what people and schedulers send, before it listened.
-#[cfg(unix)]
-fn was_told_to_end(status: ExitStatus) -> bool {
-    use std::os::unix::process::ExitStatusExt;
-    let signals = [Signal::INT, Signal::TERM, Signal::HUP, Signal::USR1];
-    signals.iter().any(|signal| status.signal() == Some(signal.as_raw()))
-}
-
-#[cfg(not(unix))]
-fn was_told_to_end(_: ExitStatus) -> bool {
-    false
-}
-
-/// Asks a process to save and end.
-#[cfg(unix)]
-fn terminate(child: &Child) -> std::io::Result<()> {
-    use rustix::process::{Pid, kill_process};
-    Ok(kill_process(Pid::from_child(child), Signal::TERM)?)
-}
-
-/// Asks a process to save and end: on this system a console's Ctrl-C has done it.
-#[cfg(not(unix))]
-fn terminate(_: &Child) -> std::io::Result<()> {
-    Ok(())
 }
 
 /// What makes room for a line on a terminal.

@@ -86,10 +86,8 @@ struct Place {
 
 impl Submit {
     pub fn run(self) -> anyhow::Result<()> {
-        let sweep = SweepFile::read(&self.named.file)?;
-        sweep.try_out(&self.named.file)?;
-        let numbers: Vec<usize> =
-            (0..sweep.tasks.len()).filter(|&number| !sweep.tasks[number].is_done()).collect();
+        let sweep = SweepFile::read_to_begin(&self.named.file)?;
+        let numbers = sweep.undone();
         let total = sweep.tasks.len();
         if numbers.is_empty() {
             return Ok(say(&format!("all {total} runs are done; nothing is left to submit\n"))?);

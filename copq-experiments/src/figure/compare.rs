@@ -12,9 +12,7 @@ use crate::config::{RunConfig, complete, difference};
 use crate::folder::read_config;
 use crate::numbers::grouped;
 use crate::plan::Plan;
-use crate::statistics::{
-    Bootstrap, FEWEST, area_under, max, mean, median, min, probability_of_improvement,
-};
+use crate::statistics::{Bootstrap, FEWEST, max, mean, median, min, probability_of_improvement};
 
 /// A run and what it is called in the legend; runs of one label are seeds of one method.
 ///
@@ -262,14 +260,7 @@ impl Group {
 
     /// The area under each seed's weighted total up to a step.
     fn areas(&self, end: u64) -> Vec<f64> {
-        let area = |seed: &Evaluated| {
-            let means = seed.means(&Quantity::WeightedTotal).into_iter();
-            let until = means.filter(|(step, _)| *step <= end);
-            let (steps, values): (Vec<f64>, Vec<f64>) =
-                until.map(|(step, value)| (step as f64, value)).unzip();
-            area_under(&steps, &values)
-        };
-        self.seeds.iter().map(area).collect()
+        self.seeds.iter().map(|seed| seed.area(end)).collect()
     }
 
     /// The end of the runs as a cell of the table.

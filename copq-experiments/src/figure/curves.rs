@@ -7,6 +7,7 @@ use copq::{Error, Result};
 use copq_render::Point;
 
 use crate::sheet::Sheet;
+use crate::statistics::area_under;
 
 /// A run's evaluations: the file's numbers, read once.
 #[derive(Clone, Debug)]
@@ -88,6 +89,15 @@ impl Evaluated {
     /// Step and mean return of each evaluation.
     pub(crate) fn means(&self, quantity: &Quantity) -> Vec<(u64, f64)> {
         self.steps.iter().copied().zip(self.statistic(quantity, "mean")).collect()
+    }
+
+    /// The area under the weighted total's curve up to a step, over its length.
+    pub(crate) fn area(&self, end: u64) -> f64 {
+        let until = self.means(&Quantity::WeightedTotal).into_iter();
+        let until = until.filter(|(step, _)| *step <= end);
+        let (steps, values): (Vec<f64>, Vec<f64>) =
+            until.map(|(step, value)| (step as f64, value)).unzip();
+        area_under(&steps, &values)
     }
 
     /// One number an evaluation, NaN where there is none.

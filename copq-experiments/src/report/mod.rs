@@ -5,7 +5,9 @@ mod ellipses;
 mod groups;
 mod page;
 mod plane;
+mod provenance;
 mod stored;
+mod table;
 mod tables;
 
 use std::path::Path;
@@ -18,7 +20,7 @@ use crate::numbers::{duration, grouped};
 use groups::Groups;
 pub use stored::ReportRun;
 use stored::Stored;
-pub use tables::{Cell, Table};
+pub use table::{Cell, Table};
 
 /// Many runs, read once: their tables, figures, and a page with all of it.
 ///

@@ -1,205 +1,16 @@
-//! The tables that papers have, with intervals.
-
-use copq::{Error, Result};
+//! The tables that papers have: which seeds, and which number of each.
 
 use super::Report;
 use super::curves::over_seeds;
 use super::groups::World;
+use super::table::{Cell, Table};
 use crate::figure::{Evaluated, Quantity};
 use crate::numbers::grouped;
-use crate::sheet::encode;
 use crate::standing::Standing;
-use crate::statistics::{
-    Bootstrap, FEWEST, area_under, iqm, max, mean, probability_of_improvement, std,
-};
+use crate::statistics::{Bootstrap, FEWEST, iqm, max, mean, probability_of_improvement};
 
 /// Evaluations that a reward and its cost are the mean of.
 const LAST: usize = 5;
-
-/// A table of methods by tasks.
-///
-/// ```
-/// # let folder = tempfile::tempdir().expect("a temporary folder");
-/// # for (seed, total) in [("s0", 10), ("s1", 30), ("s2", 20)] {
-/// #     let text = format!("step,weighted_total/mean\n5000,{total}\n");
-/// #     let path = folder.path().join(seed);
-/// #     std::fs::create_dir(&path).expect("a new folder");
-/// #     copq::files::replace(&path.join("evaluations.csv"), text.as_bytes())?;
-/// # }
-/// use copq_experiments::{Report, ReportRun};
-///
-/// let run = |seed: &str| {
-///     let label = Some("cholesky".to_owned());
-///     ReportRun { label, ..ReportRun::new(folder.path().join(seed)) }
-/// };
-/// let report = Report::read("Three seeds", &["s0", "s1", "s2"].map(run));
-/// let last = &report.tables()[0];
-/// assert!(last.markdown().contains("| cholesky | 20.0 ± 8.2 [10.0, 30.0] (3) |"));
-/// assert!(last.latex().contains(r"cholesky & $20.0 \pm 8.2$ $[10.0, 30.0]$ (3) \\"));
-/// # Ok::<(), copq::Error>(())
-/// ```
-#[derive(Clone, Debug)]
-pub struct Table {
-    /// For a file.
-    pub name: &'static str,
-    /// What it is.
-    pub title: String,
-    /// How its numbers are made.
-    pub note: String,
-    /// Whether its cells are means over seeds.
-    pub is_of_seeds: bool,
-    /// The tasks, or what else is across.
-    pub columns: Vec<String>,
-    /// The methods, and their cells.
-    pub rows: Vec<(String, Vec<Cell>)>,
-}
-
-/// A number over seeds.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Cell {
-    /// The mean; nothing if there is no seed.
-    pub mean: Option<f64>,
-    /// The standard deviation (divided by n, as papers have it), for two seeds and more.
-    pub std: Option<f64>,
-    /// The bootstrap interval at 95 %, for three seeds and more.
-    pub interval: Option<[f64; 2]>,
-    /// The seeds.
-    pub seeds: usize,
-    /// Runs that have begun; more than the seeds if some have not come far enough to be counted.
-    pub begun: usize,
-    /// Whether a limit is exceeded.
-    pub is_violated: bool,
-}
-
-impl Cell {
-    /// Of each seed's number.
-    fn of(values: &[f64], begun: usize) -> Self {
-        let interval = Bootstrap::default().interval(&[values], mean);
-        Self {
-            mean: Some(mean(values)).filter(|mean| mean.is_finite()),
-            std: (values.len() > 1).then(|| std(values)).filter(|std| std.is_finite()),
-            interval: interval.filter(|ends| ends.iter().all(|end| end.is_finite())),
-            seeds: values.len(),
-            begun,
-            is_violated: false,
-        }
-    }
-
-    /// In plain letters.
-    pub(super) fn plain(&self) -> String {
-        self.text(" ± ", ["", ""])
-    }
-
-    /// With signs of a form: between mean and deviation, around an interval.
-    fn text(&self, plus_minus: &str, [open, close]: [&str; 2]) -> String {
-        let count = if self.begun > self.seeds {
-            format!(" ({} of {})", self.seeds, self.begun)
-        } else {
-            format!(" ({})", self.seeds)
-        };
-        let Some(mean) = self.mean else {
-            return if self.seeds > 0 { format!("NaN{count}") } else { String::new() };
-        };
-        let size = self.interval.map_or(mean.abs(), |[low, high]| low.abs().max(high.abs()));
-        let mark = if self.is_violated { "*" } else { "" };
-        let mut text = format!("{open}{}{mark}", number(mean, size));
-        if let Some(std) = self.std {
-            text += &format!("{plus_minus}{}", number(std, size));
-        }
-        text += close;
-        if let Some([low, high]) = self.interval {
-            text += &format!(" {open}[{}, {}]{close}", number(low, size), number(high, size));
-        }
-        text + &count
-    }
-}
-
-/// As many digits as the size of the numbers beside it is worth.
-fn number(value: f64, size: f64) -> String {
-    let digits = match size {
-        size if size >= 100.0 => 0,
-        size if size >= 10.0 => 1,
-        size if size >= 1.0 => 2,
-        _ => 3,
-    };
-    let text = format!("{value:.digits$}");
-    if text.trim_start_matches(['-', '0', '.']).is_empty() { text.replace('-', "") } else { text }
-}
-
-impl Table {
-    /// The note, with what stands in its cells.
-    fn remark(&self) -> String {
-        if self.is_of_seeds { format!("{} {READING}", self.note) } else { self.note.clone() }
-    }
-
-    /// As Markdown.
-    pub fn markdown(&self) -> String {
-        let row = |cells: Vec<String>| {
-            let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
-            format!("| {} |\n", cells.join(" | "))
-        };
-        let head = std::iter::once("method".to_owned()).chain(self.columns.iter().cloned());
-        let mut text = format!("**{}.** {}\n\n", self.title, self.remark());
-        text += &row(head.collect());
-        text += &format!("|---|{}\n", "--:|".repeat(self.columns.len()));
-        for (label, cells) in &self.rows {
-            let cells = cells.iter().map(Cell::plain);
-            text += &row(std::iter::once(label.clone()).chain(cells).collect());
-        }
-        text
-    }
-
-    /// As LaTeX, a `tabular` for a paper's own `table`; with booktabs' rules.
-    pub fn latex(&self) -> String {
-        let head = std::iter::once("method").chain(self.columns.iter().map(String::as_str));
-        let head: Vec<String> = head.map(escaped).collect();
-        let mut text = format!("% {}. {}\n", self.title, self.remark());
-        text += &format!("\\begin{{tabular}}{{l{}}}\n\\toprule\n", "r".repeat(self.columns.len()));
-        text += &format!("{} \\\\\n\\midrule\n", head.join(" & "));
-        for (label, cells) in &self.rows {
-            let cells = cells.iter().map(|cell| cell.text(" \\pm ", ["$", "$"]));
-            let row: Vec<String> = std::iter::once(escaped(label)).chain(cells).collect();
-            text += &format!("{} \\\\\n", row.join(" & "));
-        }
-        text + "\\bottomrule\n\\end{tabular}\n"
-    }
-
-    /// As CSV, every number in a column of its own and with all its digits; the last says 1 where a
-    /// limit is exceeded.
-    pub fn csv(&self) -> Result<String> {
-        let parts = ["", " std", " low", " high", " seeds", " exceeded"];
-        let columns = self.columns.iter();
-        let head = columns.flat_map(|column| parts.map(|part| format!("{column}{part}")));
-        let mut lines = vec![std::iter::once("method".to_owned()).chain(head).collect::<Vec<_>>()];
-        for (label, cells) in &self.rows {
-            let numbers = cells.iter().flat_map(|cell| {
-                let shown = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
-                let [low, high] = [0, 1].map(|i| shown(cell.interval.map(|ends| ends[i])));
-                let [seeds, exceeded] = [cell.seeds, usize::from(cell.is_violated)];
-                let counts = [seeds.to_string(), exceeded.to_string()];
-                [shown(cell.mean), shown(cell.std), low, high].into_iter().chain(counts)
-            });
-            lines.push(std::iter::once(label.clone()).chain(numbers).collect());
-        }
-        let bytes = lines.iter().map(|line| encode(line)).collect::<Result<Vec<_>>>()?.concat();
-        String::from_utf8(bytes).map_err(|e| Error::other("encoding a table", e))
-    }
-}
-
-/// A text without what LaTeX takes for its own.
-fn escaped(text: &str) -> String {
-    let mut escaped = String::new();
-    for c in text.chars() {
-        match c {
-            '&' | '%' | '$' | '#' | '_' | '{' | '}' => escaped.extend(['\\', c]),
-            '\\' => escaped += "\\textbackslash{}",
-            '~' => escaped += "\\textasciitilde{}",
-            '^' => escaped += "\\textasciicircum{}",
-            c => escaped.push(c),
-        }
-    }
-    escaped
-}
 
 /// The seeds of a method on a task.
 pub(super) struct Seeds<'a> {
@@ -232,15 +43,9 @@ impl Seeds<'_> {
         values.map(|seed: Vec<f64>| of(&seed)).collect()
     }
 
-    /// The area under each seed's weighted totals, over the steps.
+    /// The area under each seed's weighted totals up to a step.
     fn areas(&self, end: u64) -> Vec<f64> {
-        let values = self.values(&Quantity::WeightedTotal).into_iter();
-        let area = |seed: Vec<(u64, f64)>| {
-            let seed = seed.into_iter().filter(|(step, _)| *step <= end);
-            let (steps, values): (Vec<f64>, Vec<f64>) = seed.map(|(s, v)| (s as f64, v)).unzip();
-            area_under(&steps, &values)
-        };
-        values.map(area).collect()
+        self.seeds.iter().map(|seed| seed.area(end)).collect()
     }
 }
 
@@ -297,12 +102,6 @@ impl Report {
         format!("{}{steps}", world.short)
     }
 }
-
-/// What stands in a cell.
-pub(super) const READING: &str = "Mean ± standard deviation over seeds [bootstrap interval at 95 %, \
-     from three seeds on] (seeds), up to the last step that all of a method's seeds have reached. (4 \
-     of 5): one has not come half as far as the others, and is left out. An interval of three seeds \
-     goes from the lowest to the highest, and holds the true mean only three times in four.";
 
 pub(super) fn all(report: &Report) -> Vec<Table> {
     let mut tables = vec![
