@@ -262,7 +262,8 @@ fn queued(name: &str) -> anyhow::Result<usize> {
 fn slurm_time(text: &str) -> Result<String, String> {
     let wanted = "wanted a time as Slurm has it, such as 30, 2:00:00 or 1-00:00:00";
     let (days, rest) = text.split_once('-').map_or((None, text), |(days, rest)| (Some(days), rest));
-    let number = |text: &str| text.parse::<u64>().map_err(|_| wanted.to_owned());
+    // Of 32 bits, so that no sum is too large.
+    let number = |text: &str| text.parse::<u32>().map(u64::from).map_err(|_| wanted.to_owned());
     let parts = rest.split(':').map(number).collect::<Result<Vec<_>, _>>()?;
     let seconds = match (days, parts.as_slice()) {
         (None, [minutes]) => 60 * minutes,
@@ -336,7 +337,7 @@ mod tests {
         for text in ["10", "90:00", "2:00:00", "1-0", "1-12:30", "3-00:00:00"] {
             assert_eq!(slurm_time(text).as_deref(), Ok(text));
         }
-        for text in ["", "5", "9:59", "x", "1:2:3:4", "0-0:5"] {
+        for text in ["", "5", "9:59", "x", "1:2:3:4", "0-0:5", "18446744073709551615-0"] {
             assert!(slurm_time(text).is_err(), "{text}");
         }
     }
