@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 use std::fmt;
 
-use super::epoch::{Epoch, Taken};
+use super::episodes::{Fresh, World};
+use super::epoch::Epoch;
 use super::multiplier::Multiplier;
 use super::normal::{Deviations, mean_entropy};
 use super::saute::{costs, shows_budgets};
@@ -68,17 +69,6 @@ pub struct Learner {
     pub(super) noise: Vec<f32>,
     deviations: Deviations,
     signals: Vec<f32>,
-}
-
-/// One world's episode as the learner has seen it.
-#[derive(Clone, Debug)]
-pub(super) struct World {
-    /// The step that was last chosen.
-    pub taken: Taken,
-    /// What came last, as the world showed it.
-    pub obs: Vec<f32>,
-    /// The episode's costs so far.
-    pub costs: Vec<f64>,
 }
 
 impl fmt::Debug for Learner {
@@ -361,41 +351,6 @@ impl Learner {
                 put(&format!("cost_{kind}/{name}"), *cost);
             }
         }
-    }
-}
-
-/// Finished episodes and the sums of their costs.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Fresh {
-    pub episodes: u64,
-    pub costs: Vec<f64>,
-}
-
-impl Fresh {
-    fn new(costs: usize) -> Self {
-        Self { episodes: 0, costs: vec![0.0; costs] }
-    }
-
-    pub fn add(&mut self, costs: &[f64]) {
-        self.episodes += 1;
-        self.costs.iter_mut().zip(costs).for_each(|(sum, cost)| *sum += cost);
-    }
-
-    fn mean(&self) -> Option<Vec<f64>> {
-        let count = self.episodes as f64;
-        (self.episodes > 0).then(|| self.costs.iter().map(|sum| sum / count).collect())
-    }
-}
-
-impl World {
-    pub(super) fn new(spec: &EnvSpec, costs: usize, signals: usize) -> Self {
-        let taken = Taken {
-            obs: vec![0.0; spec.obs_len],
-            action: vec![0.0; spec.action_len()],
-            log_prob: 0.0,
-            values: vec![0.0; signals],
-        };
-        Self { taken, obs: vec![0.0; spec.obs_len], costs: vec![0.0; costs] }
     }
 }
 

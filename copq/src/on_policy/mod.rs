@@ -21,6 +21,7 @@ mod advantage;
 mod agent;
 mod clipped;
 mod config;
+mod episodes;
 mod epoch;
 mod learner;
 mod method;
