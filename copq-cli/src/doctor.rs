@@ -1,19 +1,26 @@
-//! `copq doctor`: which engines this build has, and whether they work.
+//! `copq doctor`: which engines this build has, whether they work, and what Python has.
 
 use copq_envs_mujoco::doctor;
 
-use crate::options::say;
+use copq_envs_python::{PACKAGES, interpreter, look};
 
-/// Says which MuJoCo this build has, whether it fits, and the one thing to do next. Fails if there
-/// is something to do.
+use crate::options::say;
+use crate::python::Interpreter;
+
+/// Says which MuJoCo this build has, whether it fits, and the one thing to do next; and which
+/// environments your Python has. Fails if there is something to do.
 #[derive(clap::Args)]
-pub struct Doctor {}
+pub struct Doctor {
+    #[command(flatten)]
+    interpreter: Interpreter,
+}
 
 impl Doctor {
     pub fn run(self) -> anyhow::Result<()> {
         let report = doctor();
         let mut lines = vec!["engine rapier: built in".to_owned()];
         lines.extend(report.lines);
+        lines.extend(self.python_lines());
         let built = cfg!(any(feature = "mujoco", feature = "system"));
         let next = report.next.filter(|_| built);
         match (&next, built) {
@@ -30,5 +37,26 @@ impl Doctor {
             None => Ok(()),
             Some(next) => anyhow::bail!("next: {next}"),
         }
+    }
+
+    /// What the interpreter has, and what it could have.
+    fn python_lines(&self) -> Vec<String> {
+        let found = look(&interpreter(self.interpreter.path()));
+        let python = found.python.display();
+        let version = match found.version {
+            Ok(version) => version,
+            Err(error) => return vec![format!("python {python}: {error}; no environments of its")],
+        };
+        let mut lines = vec![format!("python {python}: {version}")];
+        for (name, version) in found.packages {
+            lines.push(match version {
+                Some(version) => format!("python {name}: {version}"),
+                None if PACKAGES.contains(&name.as_str()) => {
+                    format!("python {name}: none (pip install {name})")
+                }
+                None => continue,
+            });
+        }
+        lines
     }
 }

@@ -7,6 +7,7 @@ use copq_experiments::statistics;
 use serde::Serialize;
 
 use crate::options::{count, say, whole};
+use crate::python::Interpreter;
 use crate::saved::Learned;
 
 /// Plays episodes of a run's policy without exploration and says what they returned.
@@ -35,6 +36,9 @@ pub struct Evaluate {
     /// Print JSON instead of a table.
     #[arg(long)]
     json: bool,
+
+    #[command(flatten)]
+    interpreter: Interpreter,
 }
 
 /// What is printed.
@@ -72,7 +76,8 @@ impl Quantity {
 
 impl Evaluate {
     pub fn run(self) -> anyhow::Result<()> {
-        let learned = Learned::read(&self.run)?;
+        let mut learned = Learned::read(&self.run)?;
+        self.interpreter.over(&mut learned.plan);
         let env = learned.env()?;
         let spec = env.spec().clone();
         let mut policy = learned.policy(&self.run, &spec)?;

@@ -8,6 +8,7 @@ mod keeping;
 mod lists;
 mod options;
 mod plot;
+mod python;
 mod recipe;
 mod report;
 mod resume;

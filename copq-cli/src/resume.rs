@@ -2,8 +2,11 @@
 
 use std::path::PathBuf;
 
+use copq_experiments::OnResume;
+
 use crate::keeping::Keeping;
 use crate::options::{note, positive};
+use crate::python::Interpreter;
 use crate::recipe::Recipe;
 use crate::saved;
 use crate::train::train;
@@ -28,6 +31,9 @@ pub struct Resume {
 
     #[command(flatten)]
     keeping: Keeping,
+
+    #[command(flatten)]
+    interpreter: Interpreter,
 }
 
 impl Resume {
@@ -41,6 +47,10 @@ impl Resume {
             note(&format!("after step {steps} the policy's step size is the last, a small one"));
         }
         self.keeping.over(&mut plan);
+        self.interpreter.over(&mut plan);
+        if plan.run.on_resume == OnResume::NewEpisode {
+            note("its world cannot be saved: it goes on with a new episode, all else as it was");
+        }
         let init = saved::init(&self.run, &plan)?;
         train(recipe, plan, init, |recipe, plan| {
             saved::note_other_build(&self.run);

@@ -1,16 +1,19 @@
 //! `copq rollout`: what a policy does, as an animated picture that needs no window and no graphics
 //! card.
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 use copq::on_policy::Saute;
-use copq::{Env, LimitedEnv, Outcome, Policy, Rng, Stream};
-use copq_render::animation::{Animation, Scene};
+use copq::{AdjustedEnv, Env, Outcome, Policy, Result, Rng, Stream};
+use copq_envs_python::{Picture, PythonEnv, is_task};
+use copq_render::animation::{Album, Animation, Draw, Scene};
 
 use crate::options::{count, say, whole};
+use crate::python::{Interpreter, make_python};
 use crate::saved::Learned;
 use crate::view::{VIEWS, make_view};
-use crate::world::{World, make_world};
+use crate::world::{World, adjusted, make_world};
 
 /// Plays episodes of a trained policy without exploration; writes a GIF in real time, with the
 /// returns so far.
@@ -47,7 +50,7 @@ pub struct Rollout {
     steps: usize,
 
     /// How to draw: `side` needs nothing, `mujoco` is MuJoCo's own picture, of whichever engine's
-    /// run.
+    /// run. Environments of Python's draw themselves.
     #[arg(long, value_parser = VIEWS, default_value = "side")]
     view: String,
 
@@ -58,99 +61,141 @@ pub struct Rollout {
     /// Folder for the frames as PNG files, if you want them too.
     #[arg(long, value_name = "DIR")]
     png: Option<PathBuf>,
+
+    #[command(flatten)]
+    interpreter: Interpreter,
 }
 
 /// Films a few seconds of a run's policy, as rollout.gif in its folder.
 pub fn film(folder: &Path) -> anyhow::Result<()> {
     let run = folder.to_owned();
     let view = "side".to_owned();
-    Rollout { run, episodes: 1, seed: None, steps: 300, view, out: None, png: None }.run()
+    let interpreter = Interpreter::default();
+    Rollout { run, episodes: 1, seed: None, steps: 300, view, out: None, png: None, interpreter }
+        .run()
 }
 
 impl Rollout {
     pub fn run(self) -> anyhow::Result<()> {
         // The run's task on its engine, and the policy that it has learned.
-        let learned = Learned::read(&self.run)?;
-        let world = make_world(&learned.plan)?;
+        let mut learned = Learned::read(&self.run)?;
+        self.interpreter.over(&mut learned.plan);
+        if is_task(&learned.plan.task) {
+            return self.film_python(&learned);
+        }
+        let world = adjusted(make_world(&learned.plan)?, &learned.plan)?;
+        let robot = &world.env().task().robot;
+        // Before anything is played, for it may have something to complain of.
+        let mut draw = make_view(&self.view, robot)?;
+        let dt = robot.dt();
         match learned.saute() {
-            None => self.film(&learned, world, |world| world),
+            None => {
+                let mut look = |env: &mut AdjustedEnv<World>| Ok(env.env().qpos().to_vec());
+                self.film(&learned, Stage::new(world, dt, &mut look)?, &mut *draw)
+            }
             Some(saute) => {
-                let limits =
-                    learned.plan.limits.iter().map(|(cost, &limit)| (cost.as_str(), limit));
-                let limited = LimitedEnv::new(world, limits)?;
-                self.film(&learned, Saute::new(limited, saute)?, |saute| saute.env().env())
+                let world = Saute::new(world, saute)?;
+                let mut look =
+                    |env: &mut Saute<AdjustedEnv<World>>| Ok(env.env().env().qpos().to_vec());
+                self.film(&learned, Stage::new(world, dt, &mut look)?, &mut *draw)
             }
         }
     }
 
-    /// Plays in a world, and films the robot in it.
+    /// An environment of Python's draws itself, when it is looked at.
+    fn film_python(self, learned: &Learned) -> anyhow::Result<()> {
+        let world = adjusted(make_python(&learned.plan, true)?, &learned.plan)?;
+        let dt = 1.0 / world.env().frames_per_second();
+        let album = RefCell::new(Album::default());
+        let picture = |env: &mut PythonEnv| {
+            let Picture { width, height, rgb } = env.picture()?;
+            album.borrow_mut().add([width, height], &rgb)
+        };
+        let mut draw = |position: &[f64]| album.borrow().draw(position);
+        match learned.saute() {
+            None => {
+                let mut look = |env: &mut AdjustedEnv<PythonEnv>| picture(env.env_mut());
+                self.film(learned, Stage::new(world, dt, &mut look)?, &mut draw)
+            }
+            Some(saute) => {
+                let world = Saute::new(world, saute)?;
+                let mut look =
+                    |env: &mut Saute<AdjustedEnv<PythonEnv>>| picture(env.env_mut().env_mut());
+                self.film(learned, Stage::new(world, dt, &mut look)?, &mut draw)
+            }
+        }
+    }
+
+    /// Plays on a stage, and films it.
     fn film<E: Env>(
         self,
         learned: &Learned,
-        world: E,
-        robot: fn(&E) -> &World,
+        mut stage: Stage<'_, E>,
+        draw: &mut Draw<'_>,
     ) -> anyhow::Result<()> {
-        let mut policy = learned.policy(&self.run, world.spec())?;
-
-        // Before anything is played, for it may have something to complain of.
-        let mut draw = make_view(&self.view, &robot(&world).task().robot)?;
+        let mut policy = learned.policy(&self.run, stage.rollout.env().spec())?;
         let mut seeds = Rng::new(self.seed.unwrap_or(learned.plan.run.seed), Stream::Evaluation);
         let mut film = Animation::default();
-        let mut rollout = copq::Rollout::new(world)?;
         for episode in 1..=self.episodes {
-            let stage = Stage { rollout: &mut rollout, robot };
             let end = stage.play(&mut policy, seeds.next_u64(), self.steps, &mut film)?;
             let readings: Vec<_> =
                 end.readings.iter().map(|(name, value)| format!("{name} {value}")).collect();
             say(&format!("episode {episode}: {}\n", readings.join(", ")))?;
         }
         let out = self.out.unwrap_or_else(|| self.run.join("rollout.gif"));
-        film.write_gif(&out, &mut *draw)?;
+        film.write_gif(&out, draw)?;
         say(&format!("{} frames in {}\n", film.frames(), out.display()))?;
         if let Some(folder) = self.png {
-            film.write_png(&folder, &mut *draw)?;
+            film.write_png(&folder, draw)?;
         }
         Ok(())
     }
 }
 
-/// A world with an episode in it, and how to see its robot.
+/// A world with an episode in it, and how to see it.
 struct Stage<'a, E> {
-    rollout: &'a mut copq::Rollout<E>,
-    robot: fn(&E) -> &World,
+    rollout: copq::Rollout<E>,
+    /// Seconds that a step takes.
+    dt: f64,
+    /// Where all is now, as it is drawn.
+    look: &'a mut dyn FnMut(&mut E) -> Result<Vec<f64>>,
 }
 
-impl<E: Env> Stage<'_, E> {
+impl<'a, E: Env> Stage<'a, E> {
+    fn new(world: E, dt: f64, look: &'a mut dyn FnMut(&mut E) -> Result<Vec<f64>>) -> Result<Self> {
+        Ok(Self { rollout: copq::Rollout::new(world)?, dt, look })
+    }
+
     /// Plays an episode into the film, its end for a second; returns the end.
     fn play(
-        self,
+        &mut self,
         policy: &mut Policy,
         seed: u64,
         steps: usize,
         film: &mut Animation,
-    ) -> copq::Result<Scene> {
-        let dt = (self.robot)(self.rollout.env()).task().robot.dt();
+    ) -> Result<Scene> {
         let mut action = vec![0.0; policy.action_len()];
         self.rollout.reset(seed)?;
         for _ in 0..steps {
-            film.push(self.look(), dt);
+            film.push(self.scene()?, self.dt);
             policy.act(self.rollout.obs(), &mut action)?;
             if self.rollout.step(&action)? != Outcome::Running {
                 break;
             }
         }
-        film.push(self.look(), 1.0);
-        Ok(self.look())
+        let end = self.scene()?;
+        film.push(end.clone(), 1.0);
+        Ok(end)
     }
 
-    /// Where the robot is now, with the steps and returns so far.
-    fn look(&self) -> Scene {
-        let world = self.rollout.env();
+    /// What there is to see now, with the steps and returns so far.
+    fn scene(&mut self) -> Result<Scene> {
+        let position = (self.look)(self.rollout.env_mut())?;
         let episode = self.rollout.episode();
         let mut readings = vec![("steps".to_owned(), episode.length.to_string())];
-        for (name, sum) in world.spec().names().into_iter().zip(&episode.returns) {
+        for (name, sum) in self.rollout.env().spec().names().into_iter().zip(&episode.returns) {
             readings.push((name.to_owned(), format!("{sum:.1}")));
         }
-        Scene { position: (self.robot)(world).qpos().to_vec(), readings }
+        Ok(Scene { position, readings })
     }
 }

@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use anyhow::{bail, ensure};
 use copq::{Ensemble, EnvSpec, Method, files, projection};
+use copq_envs_python::is_task;
 use copq_experiments::{Ending, Plan, Run, RunFolder, RunSettings};
 
 use crate::keeping::Keeping;
 use crate::options::{count, note, number_of, positive, say, whole};
+use crate::python::PythonWorld;
 use crate::recipe::Recipe;
 use crate::saved;
 use crate::world::make_env;
@@ -32,8 +34,9 @@ pub struct Train {
     #[arg(long, value_name = "DIR")]
     init_from: Option<PathBuf>,
 
-    /// Robot and task: what moves, and which rewards it gets, by priority; copq tasks lists them.
-    /// [default: a/hopper; b/hopper under a limit, gym/hopper for td3]
+    /// Robot and task: what moves, and which rewards it gets, by priority; copq tasks lists them. Or
+    /// an environment of Python's as PACKAGE:ID, such as mo-gymnasium:mo-hopper-v5. [default:
+    /// a/hopper; b/hopper under a limit, gym/hopper for td3]
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
 
@@ -55,9 +58,14 @@ pub struct Train {
     envs: Option<usize>,
 
     /// Another limit of a cost than the task's own, such as cost=25: what an episode may cost; may be
-    /// given several times.
+    /// given several times. In a task of Python's any objective with a limit is a cost.
     #[arg(long, value_name = "COST=LIMIT", value_parser = number_of)]
     limit: Vec<(String, f64)>,
+
+    /// Other weights of the objectives than the task's own: by name (control=0.5), or all of them in
+    /// the task's order (1,1,0.5).
+    #[arg(long, value_name = "WEIGHTS", allow_hyphen_values = true)]
+    weights: Option<String>,
 
     /// Physics engine: rapier (pure Rust, nothing to install), mujoco or system (your libmujoco).
     ///
@@ -121,6 +129,9 @@ pub struct Train {
     #[command(flatten)]
     keeping: Keeping,
 
+    #[command(flatten)]
+    python: PythonWorld,
+
     /// Another value for one of the settings that config.toml lists, such as batch=512; may be
     /// given several times.
     ///
@@ -151,7 +162,7 @@ impl Train {
     pub fn prepare(&self) -> anyhow::Result<Prepared> {
         let (base, recipe) = self.base()?;
         let usual_steps = base.run.steps;
-        let plan = self.plan(base);
+        let plan = self.plan(base)?;
         let recipe = self.recipe(recipe.stretched(usual_steps, plan.run.steps))?;
         let plan = match &recipe {
             Recipe::OffPolicy(Method { bound, critics, .. }) => {
@@ -186,7 +197,7 @@ impl Train {
     }
 
     /// The plan with the options over it.
-    fn plan(&self, base: Plan) -> Plan {
+    fn plan(&self, base: Plan) -> anyhow::Result<Plan> {
         let run = RunSettings {
             steps: self.steps.unwrap_or(base.run.steps),
             seed: self.seed.unwrap_or(base.run.seed),
@@ -202,6 +213,7 @@ impl Train {
             task: self.task.clone().or(of_robot).unwrap_or(base.task),
             order: self.order.clone().or(base.order),
             limits: base.limits.into_iter().chain(self.limit.iter().cloned()).collect(),
+            weights: self.weights.clone().or(base.weights),
             engine: self.engine.clone().unwrap_or(base.engine),
             preset: self.preset.clone().unwrap_or(base.preset),
             envs: self.envs.unwrap_or(base.envs),
@@ -210,7 +222,14 @@ impl Train {
             ..base
         };
         self.keeping.over(&mut plan);
-        plan
+        self.python.over(&mut plan)?;
+        let is_free = self.engine.is_none() && self.preset.is_none();
+        let task = &plan.task;
+        ensure!(
+            is_free || !is_task(task),
+            "--engine, --preset: wanted none, for {task} brings its own world"
+        );
+        Ok(plan)
     }
 
     /// The usual name, with the settings that are not the method's own.
@@ -243,13 +262,14 @@ fn with_bound(method: Method, bound: &str) -> anyhow::Result<Method> {
 /// to fit. A run that begins with the policy in a file keeps a copy of it.
 pub fn train(
     recipe: Recipe,
-    plan: Plan,
+    mut plan: Plan,
     init: Option<PathBuf>,
     open: impl FnOnce(&Recipe, &Plan) -> anyhow::Result<RunFolder>,
 ) -> anyhow::Result<Ending> {
     // The worlds to learn in, and below another one to be evaluated in.
     let env = make_env(&plan, recipe.saute())?;
     check_task(&recipe, env.spec())?;
+    note_versions(&mut plan, env.spec());
     let mut agent = recipe.clone().agent(env.spec(), &plan, init.as_deref())?;
     // Before so many worlds are made.
     agent.prepare(plan.envs)?;
@@ -269,6 +289,16 @@ pub fn train(
     // The run is done and says so in its log, too; that nobody reads it here is no failure.
     say(&format!("{ending}\n")).unwrap_or_default();
     Ok(ending)
+}
+
+/// Writes down the versions of the world, and says so if a run has begun with others.
+fn note_versions(plan: &mut Plan, spec: &EnvSpec) {
+    let before = std::mem::replace(&mut plan.versions, spec.versions.clone());
+    if let (Some(before), Some(now)) = (before, &plan.versions)
+        && before != *now
+    {
+        note(&format!("the run was begun with {before}, and goes on with {now}"));
+    }
 }
 
 /// Makes a run's world and agent, and lets them go again: an error for what could not begin.

@@ -1,9 +1,12 @@
-//! A world by the names of its task, engine and preset.
+//! A world by the names of its task, engine and preset, or one of Python's.
 
 use copq::on_policy::{Saute, SauteConfig};
-use copq::{Env, Error, LimitedEnv, OrderedEnv, Result};
+use copq::{AdjustedEnv, Env, Error, OrderedEnv, Result};
 use copq_envs::{Locomotion, Options, Physics, RobotSpec};
+use copq_envs_python::is_task;
 use copq_experiments::Plan;
+
+use crate::python::make_python;
 
 /// The engines that [`make_env`] knows.
 pub const ENGINES: [&str; 3] = ["rapier", "mujoco", "system"];
@@ -14,8 +17,7 @@ pub type World = Locomotion<Box<dyn Physics>>;
 /// A plan's task on its engine, its objectives in the plan's order, its budgets in sight if there
 /// are settings for that.
 pub fn make_env(plan: &Plan, saute: Option<&SauteConfig>) -> Result<Box<dyn Env>> {
-    let limits = plan.limits.iter().map(|(cost, &limit)| (cost.as_str(), limit));
-    let world = LimitedEnv::new(make_world(plan)?, limits)?;
+    let world = adjusted(make_any(plan)?, plan)?;
     let ordered: Box<dyn Env> = match &plan.order {
         Some(order) => Box::new(OrderedEnv::parse(world, order)?),
         None => Box::new(world),
@@ -24,6 +26,23 @@ pub fn make_env(plan: &Plan, saute: Option<&SauteConfig>) -> Result<Box<dyn Env>
         Some(saute) => Box::new(Saute::new(ordered, saute)?),
         None => ordered,
     })
+}
+
+/// A world under the plan's limits and weights.
+pub fn adjusted<E: Env>(world: E, plan: &Plan) -> Result<AdjustedEnv<E>> {
+    let limits = plan.limits.iter().map(|(cost, &limit)| (cost.as_str(), limit));
+    let world = AdjustedEnv::new(world).limits(limits)?;
+    match &plan.weights {
+        Some(weights) => world.weights(weights),
+        None => Ok(world),
+    }
+}
+
+fn make_any(plan: &Plan) -> Result<Box<dyn Env>> {
+    match is_task(&plan.task) {
+        true => Ok(Box::new(make_python(plan, false)?)),
+        false => Ok(Box::new(make_world(plan)?)),
+    }
 }
 
 /// A plan's task on its engine, whose robot can be looked at.

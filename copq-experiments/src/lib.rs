@@ -59,7 +59,7 @@ pub use fingerprint::fingerprint;
 pub use folder::{RunFolder, held_by, read_checkpoint, read_config, read_done, read_plan};
 pub use metrics::Metrics;
 pub use numbers::Numbers;
-pub use plan::{OnEnvError, Plan, RunSettings, SavedReplay};
+pub use plan::{OnEnvError, OnResume, Plan, RunSettings, SavedReplay};
 pub use report::{Cell, Report, ReportRun, Table};
 pub use run::Run;
 pub use sheet::Sheet;

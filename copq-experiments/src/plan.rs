@@ -55,6 +55,20 @@ pub struct Plan {
     /// The critics that it is of.
     #[serde(default)]
     pub critics: Option<Ensemble>,
+    /// Other weights of the objectives than the task's own, such as `control=0.5` or `1,1,0.5`, if
+    /// any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weights: Option<String>,
+    /// What its world is made with, where the task's name does not say it all; the caller's.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub world: toml::Table,
+    /// The interpreter of a world that is another program's; it may be another one when the run goes
+    /// on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub python: Option<PathBuf>,
+    /// Versions that the world's numbers depend on, as it told them when the run began.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub versions: Option<String>,
     /// The run's folder or policy's file that its policy begins with, if it does not begin anew.
     #[serde(default)]
     pub init_from: Option<PathBuf>,
@@ -100,6 +114,22 @@ pub struct RunSettings {
     pub replay: SavedReplay,
     /// What to do when the environment fails.
     pub on_env_error: OnEnvError,
+    /// What becomes of the episode that runs when the run stops.
+    #[serde(skip_serializing_if = "is_exact")]
+    pub on_resume: OnResume,
+}
+
+/// Where a run goes on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OnResume {
+    /// In the middle of the episode: a run that stopped is, bit for bit, one that did not.
+    #[default]
+    SameEpisode,
+    /// With a new episode, for environments that cannot be saved; networks, replay, random numbers
+    /// and all else go on where they were. A run that stopped is then as good as one that did not,
+    /// but not the same.
+    NewEpisode,
 }
 
 /// Which checkpoints hold the replay.
@@ -136,6 +166,12 @@ fn one() -> usize {
 
 // As serde calls it.
 #[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_exact(on_resume: &OnResume) -> bool {
+    *on_resume == OnResume::SameEpisode
+}
+
+// As serde calls it.
+#[allow(clippy::trivially_copy_pass_by_ref)]
 fn is_one(count: &usize) -> bool {
     *count == 1
 }
@@ -153,6 +189,7 @@ impl Default for RunSettings {
             keep: 2,
             replay: SavedReplay::All,
             on_env_error: OnEnvError::Stop,
+            on_resume: OnResume::SameEpisode,
         }
     }
 }
@@ -197,6 +234,10 @@ impl Plan {
             preset: PRESET.to_owned(),
             bound: None,
             critics: None,
+            weights: None,
+            world: toml::Table::new(),
+            python: None,
+            versions: None,
             init_from: None,
             envs: 1,
             threads: 1,
@@ -215,32 +256,37 @@ impl Plan {
         self.run.check()
     }
 
-    /// The same with everything as usual that changes no number of a run: how it is kept, and on how
-    /// many threads it works.
+    /// The same with everything as usual that changes no number of a run, or is not known before it
+    /// begins: how it is kept, on how many threads it works, whose interpreter it has.
     pub(crate) fn without_keeping(&self) -> Self {
         let RunSettings { keep, replay, on_env_error, checkpoint_every, .. } =
             RunSettings::default();
         let run = RunSettings { keep, replay, on_env_error, checkpoint_every, ..self.run };
-        Self { threads: 1, run, ..self.clone() }
+        Self { threads: 1, run, python: None, versions: None, ..self.clone() }
     }
 
     /// Whether two runs differ in nothing but seed, length and cadence.
     pub(crate) fn is_seed_of(&self, other: &Self) -> bool {
-        let plain = |plan: &Self| Self { threads: 1, run: RunSettings::default(), ..plan.clone() };
+        let plain = |plan: &Self| Self { run: RunSettings::default(), ..plan.without_keeping() };
         plain(self) == plain(other)
     }
 
     /// A folder's name that tells runs apart: `cop-td3-a-hopper-cholesky-s0`, or
     /// `cop-td3-a-hopper-mujoco-paper-cholesky-s0` if engine and preset are not the usual ones.
     pub fn folder_name(&self) -> String {
-        let mut name = format!("{}-{}", self.method, self.task.replace(['/', '\\'], "-"));
+        let mut name = format!("{}-{}", self.method, self.task.replace(['/', '\\', ':'], "-"));
         if let Some(order) = &self.order {
             name += &format!("-{}", order.replace([',', ' '], "-"));
         }
         for (cost, limit) in &self.limits {
             name += &format!("-{cost}{limit}");
         }
-        for (part, usual) in [(&self.engine, ENGINE), (&self.preset, PRESET)] {
+        if let Some(weights) = &self.weights {
+            name += &format!("-weights-{}", weights.replace([',', ' ', '='], "-"));
+        }
+        // A task with a colon says itself whose it is.
+        let engine = if self.task.contains(':') { ENGINE } else { self.engine.as_str() };
+        for (part, usual) in [(engine, ENGINE), (self.preset.as_str(), PRESET)] {
             if part != usual {
                 name += &format!("-{part}");
             }

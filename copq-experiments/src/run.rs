@@ -11,7 +11,7 @@ use crate::evaluations;
 use crate::figure;
 use crate::folder::RunFolder;
 use crate::numbers::grouped;
-use crate::plan::{OnEnvError, RunSettings, SavedReplay};
+use crate::plan::{OnEnvError, OnResume, RunSettings, SavedReplay};
 use crate::progress::Progress;
 use crate::records::Records;
 use crate::stop::Stop;
@@ -90,8 +90,10 @@ impl Run {
         if let Some(eval_env) = &eval_env {
             trainer.spec().check_same("environment for evaluation", eval_env.spec())?;
         }
-        // A checkpoint holds the world in mid-episode: better now than after the first steps.
-        trainer.env().save(&mut State::default())?;
+        if settings.on_resume == OnResume::SameEpisode {
+            // A checkpoint holds the world in mid-episode: better now than after the first steps.
+            trainer.env().save(&mut State::default())?;
+        }
         check_same_seed(&trainer, &settings)?;
         let saved = folder.load()?;
         if let Some(saved) = &saved {
@@ -303,7 +305,11 @@ impl Run {
 
     fn checkpoint(&mut self) -> Result<()> {
         let mut state = State::default();
-        self.trainer.save(state.child_mut("trainer"))?;
+        let trainer = state.child_mut("trainer");
+        match self.settings.on_resume {
+            OnResume::SameEpisode => self.trainer.save(trainer)?,
+            OnResume::NewEpisode => self.trainer.save_without_episodes(trainer)?,
+        }
         self.records.save(&mut state)?;
         state.put("env_errors", [self.env_errors]);
         if self.settings.replay == SavedReplay::None {

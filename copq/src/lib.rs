@@ -54,7 +54,7 @@
 //! [`Optimism::projection`] names whose. [`Learner::explore`] takes a rule of your own.
 //!
 //! **Change the priorities**: [`OrderedEnv`] is the same world with its objectives in another
-//! order; [`LimitedEnv`] has other limits of its costs.
+//! order; [`AdjustedEnv`] has other limits of its costs, and other weights.
 //!
 //! **Train, save, resume**: [`Trainer::step`] is one environment step with its learning,
 //! [`Trainer::save`] holds everything; a loaded trainer goes on bit for bit, and refuses what is of
@@ -83,6 +83,7 @@
 
 mod actor;
 mod adam;
+mod adjusted;
 mod agent;
 mod backend;
 mod batch;
@@ -96,7 +97,6 @@ mod explore;
 mod famo;
 pub mod files;
 mod learner;
-mod limited;
 mod loss;
 mod memory;
 mod method;
@@ -117,6 +117,7 @@ mod temperature;
 mod trainer;
 
 pub use actor::{ActionGrad, Actor, Sample, SampleGrad};
+pub use adjusted::AdjustedEnv;
 pub use agent::{Agent, Mode, Transition};
 pub use backend::{ActorKind, Backend};
 pub use batch::Batch;
@@ -128,7 +129,6 @@ pub use evaluation::{Evaluation, evaluate, evaluate_while};
 pub use explore::{Context, Explore, GaussianNoise, Optimistic, PolicySamples, UniformActions};
 pub use famo::{Famo, FamoConfig, FamoDecay};
 pub use learner::Learner;
-pub use limited::LimitedEnv;
 pub use method::{
     Activation, Config, Ensemble, Init, Method, Networks, Optimism, Smoothing, WarmUp,
 };

@@ -83,6 +83,8 @@ pub struct EnvSpec {
     pub entropy: Option<String>,
     /// Steps after which an episode is truncated at the latest; it is an error to run on.
     pub horizon: usize,
+    /// Versions that its numbers depend on, such as `mujoco 3.17.0`, if it says so.
+    pub versions: Option<String>,
 }
 
 impl EnvSpec {
@@ -97,6 +99,7 @@ impl EnvSpec {
             objectives: Vec::new(),
             entropy: None,
             horizon: 1_000,
+            versions: None,
         }
     }
 
@@ -129,6 +132,11 @@ impl EnvSpec {
     /// Another length of the longest episode.
     pub fn horizon(self, horizon: usize) -> Self {
         Self { horizon, ..self }
+    }
+
+    /// Versions that its numbers depend on, for whoever wants the same again.
+    pub fn versions(self, versions: impl Into<String>) -> Self {
+        Self { versions: Some(versions.into()), ..self }
     }
 
     /// Length of an action.
@@ -190,7 +198,7 @@ impl EnvSpec {
     }
 
     /// An error that names the first thing in which another description differs; `what` says whose
-    /// that is.
+    /// that is. Versions may differ.
     pub fn check_same(&self, what: &str, other: &Self) -> Result<()> {
         let bounds = |spec: &Self| format!("{:?} to {:?}", spec.action_low, spec.action_high);
         let objectives = |spec: &Self| {

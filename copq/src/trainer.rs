@@ -333,6 +333,17 @@ impl<A: Agent> Trainer<A> {
         self.agent.save(state.child_mut("agent"))
     }
 
+    /// Writes the same but for the episodes that run, for worlds that cannot be saved: whoever goes
+    /// on from it begins new ones, and all else is exact.
+    pub fn save_without_episodes(&self, state: &mut State) -> Result<()> {
+        state.put("steps", [self.steps]);
+        self.episode_seeds.save("episode_seeds", state);
+        for i in 1..self.worlds.len() {
+            state.child_mut(&format!("world.{i}"));
+        }
+        self.agent.save(state.child_mut("agent"))
+    }
+
     /// Goes back to what [`Trainer::save`] wrote; the next step is then the same, bit for bit.
     pub fn load(&mut self, state: &State) -> Result<()> {
         // The agent first: it knows what the state is of.

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use serde::Deserialize;
 
-/// Options of copq train by their long names; `method` is the method, `set` and `limit` are lists.
+/// Options of copq train by their long names; `method` is the method, `set`, `limit` and `import` are lists.
 pub type Options = BTreeMap<String, toml::Value>;
 
 /// Options that may be given several times, and add up.
-const REPEATED: [&str; 2] = ["set", "limit"];
+const REPEATED: [&str; 3] = ["set", "limit", "import"];
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

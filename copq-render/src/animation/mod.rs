@@ -5,6 +5,7 @@
 //! nothing for it. Pictures are drawn while a file is written: a long episode costs little memory,
 //! and what no viewer would show is never drawn.
 
+mod album;
 mod camera;
 mod caption;
 pub(crate) mod gif;
@@ -17,6 +18,7 @@ use copq::{Error, Result};
 use tiny_skia::Pixmap;
 
 use crate::{colour, encode_png};
+pub use album::Album;
 use caption::Caption;
 use copq::files;
 pub use side::SideView;

@@ -96,6 +96,11 @@ impl<E: Env> Saute<E> {
         &self.env
     }
 
+    /// The same, which must not be reset or stepped behind this one's back.
+    pub fn env_mut(&mut self) -> &mut E {
+        &mut self.env
+    }
+
     fn show(&self, obs: &mut [f32]) {
         obs.iter_mut().zip(&self.left).for_each(|(obs, &left)| *obs = left as f32);
     }

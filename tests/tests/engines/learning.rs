@@ -4,7 +4,7 @@
 #![cfg(feature = "mujoco-rs")]
 
 use copq::on_policy::{Learner, Method, Saute};
-use copq::{Env, LimitedEnv, Observer, Trainer};
+use copq::{AdjustedEnv, Env, Observer, Trainer};
 use copq_candle::Candle;
 use copq_envs_mujoco::mujoco_rs::make;
 
@@ -23,7 +23,7 @@ fn learn(name: &str, seed: u64, epochs: usize) -> Vec<Epoch> {
     let mut method = Method::by_name(name).unwrap();
     method.config.anneal_steps = Some(20 * 2_048);
     method.config.window = 100;
-    let world = LimitedEnv::new(make("b/hopper").unwrap(), [("cost", 20.0)]).unwrap();
+    let world = AdjustedEnv::new(make("b/hopper").unwrap()).limits([("cost", 20.0)]).unwrap();
     let env: Box<dyn Env> = match &method.config.saute {
         Some(saute) => Box::new(Saute::new(world, saute).unwrap()),
         None => Box::new(world),

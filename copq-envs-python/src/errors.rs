@@ -1,0 +1,87 @@
+//! What a worker writes to standard error.
+
+use std::collections::VecDeque;
+use std::io::{Read, Write};
+use std::process::ChildStderr;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Bytes that are kept.
+const KEPT: usize = 16 << 10;
+/// Lines that an error shows.
+const SHOWN: usize = 12;
+/// How long the rest of what was written may take.
+const GRACE: Duration = Duration::from_secs(1);
+
+/// The last of what a worker wrote; from [`Errors::show`] on everything goes to this program's
+/// standard error as well.
+#[derive(Debug)]
+pub(crate) struct Errors {
+    kept: Arc<Mutex<Kept>>,
+    reader: Option<JoinHandle<()>>,
+}
+
+#[derive(Debug, Default)]
+struct Kept {
+    bytes: VecDeque<u8>,
+    is_shown: bool,
+}
+
+impl Errors {
+    /// Reads on in a thread of its own, so that nobody who writes there ever waits.
+    pub fn read(from: Option<ChildStderr>) -> Self {
+        let kept = Arc::new(Mutex::new(Kept::default()));
+        let to = Arc::clone(&kept);
+        let reader = from.map(|from| std::thread::spawn(move || read_on(from, &to)));
+        Self { kept, reader }
+    }
+
+    /// Shows what comes from now on.
+    pub fn show(&self) {
+        lock(&self.kept).is_shown = true;
+    }
+
+    /// Keeps what comes from now on for an error's words alone.
+    pub fn hide(&self) {
+        lock(&self.kept).is_shown = false;
+    }
+
+    /// The last lines of a worker that has ended, to go behind a sentence.
+    pub fn last_lines(&self) -> String {
+        let deadline = Instant::now() + GRACE;
+        while self.reader.as_ref().is_some_and(|reader| !reader.is_finished())
+            && Instant::now() < deadline
+        {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        let bytes: Vec<u8> = lock(&self.kept).bytes.iter().copied().collect();
+        let text = String::from_utf8_lossy(&bytes);
+        let lines: Vec<_> = text.lines().filter(|line| !line.trim().is_empty()).collect();
+        if lines.is_empty() {
+            return String::new();
+        }
+        let last = &lines[lines.len().saturating_sub(SHOWN)..];
+        format!("; the last that it wrote:\n  {}", last.join("\n  "))
+    }
+}
+
+fn read_on(mut from: ChildStderr, to: &Mutex<Kept>) {
+    let mut bytes = [0; 4096];
+    while let Ok(count) = from.read(&mut bytes)
+        && count > 0
+    {
+        let mut kept = lock(to);
+        kept.bytes.extend(&bytes[..count]);
+        let surplus = kept.bytes.len().saturating_sub(KEPT);
+        kept.bytes.drain(..surplus);
+        if kept.is_shown {
+            std::io::stderr().write_all(&bytes[..count]).unwrap_or_default();
+        }
+    }
+}
+
+/// Bytes are whole even if somebody panicked meanwhile.
+fn lock(kept: &Mutex<Kept>) -> MutexGuard<'_, Kept> {
+    kept.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,68 @@
+//! What an environment's name does not say.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+/// How an environment is made and looked at. The default suits most: the environment's own
+/// arguments, its one reward called `reward`.
+///
+/// ```no_run
+/// use copq_envs_python::{Options, make_with};
+///
+/// let options = Options {
+///     python: Some(".venv/bin/python".into()),
+///     objectives: ["forward", "jump", "control"].map(str::to_owned).to_vec(),
+///     kwargs: r#"{"forward_reward_weight": 2.0}"#.to_owned(),
+///     ..Options::default()
+/// };
+/// let env = make_with("mo-gymnasium:mo-hopper-v5", &options)?;
+/// # Ok::<(), copq::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Options {
+    /// The interpreter that has the environment's package; without one, what the variable
+    /// `COPQ_PYTHON` names, or else `python3`.
+    #[serde(skip)]
+    pub python: Option<PathBuf>,
+    /// Names of the rewards in the environment's order, in place of `reward` or `reward.0`,
+    /// `reward.1` and so on.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub objectives: Vec<String>,
+    /// Limits of an episode's costs by their names: these objectives are costs, told as positive
+    /// numbers. Safety-Gymnasium's `cost` has the limit 25 without one (its benchmark's).
+    #[serde(skip)]
+    pub limits: BTreeMap<String, f64>,
+    /// Arguments that the environment is made with, as JSON.
+    #[serde(skip_serializing_if = "is_empty")]
+    pub kwargs: String,
+    /// Modules to import before, by name or as a file `PATH.py`, which register environments of the
+    /// user's.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub imports: Vec<String>,
+    /// Longest silence before a start, a reset or a step counts as failed, in seconds.
+    pub timeout: f64,
+    /// Whether it can be drawn ([`PythonEnv::picture`](crate::PythonEnv::picture)).
+    #[serde(skip)]
+    pub render: bool,
+}
+
+fn is_empty(kwargs: &str) -> bool {
+    kwargs == "{}"
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            python: None,
+            objectives: Vec::new(),
+            limits: BTreeMap::new(),
+            kwargs: "{}".to_owned(),
+            imports: Vec::new(),
+            timeout: 60.0,
+            render: false,
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! What goes wrong in Python is a clear error, soon, and leaves nothing behind.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use copq::{Env, Outcome, Result};
+use copq_envs_python::{Options, PythonEnv};
+
+use crate::support::{data, faulty, made, python};
+
+/// Plays until something ends or fails.
+fn play(env: &mut PythonEnv) -> Result<(usize, Outcome)> {
+    let mut obs = [0.0; 2];
+    let mut reward = [0.0];
+    env.reset(0, &mut obs)?;
+    for step in 1.. {
+        let outcome = env.step(&[0.5], &mut obs, &mut reward)?;
+        if outcome != Outcome::Running {
+            return Ok((step, outcome));
+        }
+    }
+    unreachable!("episodes end")
+}
+
+/// Processes whose command line has a text, as Linux lists them.
+fn running(text: &str) -> usize {
+    let Ok(processes) = std::fs::read_dir("/proc") else { return 0 };
+    let has_text = |folder: &Path| {
+        let line = std::fs::read(folder.join("cmdline")).unwrap_or_default();
+        String::from_utf8_lossy(&line).contains(text)
+    };
+    processes.flatten().filter(|process| has_text(&process.path())).count()
+}
+
+/// Waits until there is none any more.
+fn assert_gone(text: &str) {
+    let deadline = Instant::now() + Duration::from_secs(10);
+    while running(text) > 0 {
+        assert!(Instant::now() < deadline, "still running: {text}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn faults_of_a_step_are_told_and_leave_nothing() {
+    for (fault, words) in [
+        ("raise", "step raised ValueError: the gripper is stuck"),
+        ("exit", "step raised SystemExit: 3"),
+        ("hang", "step took more than 5 s, and was given up"),
+        ("hang for ever", "in misbehave"),
+        ("child", "step took more than 5 s, and was given up"),
+        ("segfault", "its Python ended in step (signal: 11"),
+        ("kill", "its Python ended in step (signal: 9"),
+        (
+            "nan",
+            "number 0 of its reward after step 5: wanted a finite number that fits f32, got NaN",
+        ),
+        ("infinite", "number 0 of its observation after step 5: wanted a finite number"),
+        ("length", "observation: wanted 2 numbers, got 3 (shape (3,))"),
+        ("huge", "observation: wanted 2 numbers, got 50000000"),
+        ("vector", "reward: wanted 1 numbers, got 2"),
+    ] {
+        let Some(env) = faulty(fault) else { return };
+        let mut env = env.unwrap();
+        let began = Instant::now();
+        let error = play(&mut env).unwrap_err().to_string();
+        assert!(error.contains(words), "{fault}: {error}");
+        assert!(error.starts_with("environment 'gymnasium:copq/Faulty-v0': "), "{error}");
+        assert!(began.elapsed() < Duration::from_secs(20), "{fault}");
+        drop(env);
+        assert_gone(&format!(r#""fault":"{fault}""#));
+    }
+    assert_gone("sleep\u{0}1000");
+}
+
+#[test]
+fn an_error_says_where_python_was() {
+    let Some(env) = faulty("raise") else { return };
+    let error = play(&mut env.unwrap()).unwrap_err().to_string();
+    assert!(error.contains("copq_faulty.py:") && error.contains("in misbehave"), "{error}");
+    assert!(!error.contains("<string>"), "{error}");
+    let error = play(&mut faulty("hang").unwrap().unwrap()).unwrap_err().to_string();
+    assert!(error.contains("copq_faulty.py") && error.contains("misbehave"), "{error}");
+}
+
+#[test]
+fn what_cannot_be_used_is_refused_at_the_start() {
+    for (fault, words) in [
+        ("discrete", "actions: wanted a Box of numbers, got Discrete(3)"),
+        ("unbounded", "actions: wanted finite bounds"),
+        ("dictionary", "gymnasium.wrappers.FlattenObservation can make it one"),
+        ("enormous", "observations: wanted at most 1048576 numbers, got (4096, 4096, 3)"),
+        ("start", "RuntimeError: no licence"),
+        ("slow start", "its start took more than 5 s, and was given up"),
+    ] {
+        let Some(env) = faulty(fault) else { return };
+        let error = env.unwrap_err().to_string();
+        assert!(error.contains(words), "{fault}: {error}");
+        assert_gone(&format!(r#""fault":"{fault}""#));
+    }
+    let error = made("gymnasium:copq/Endless-v0", "none").unwrap().unwrap_err().to_string();
+    assert!(error.contains("length of episodes: wanted a limit, got none"), "{error}");
+}
+
+#[test]
+fn what_is_not_there_is_said_with_what_would_help() {
+    let at = |python: &str, task: &str| {
+        let options = Options { python: Some(python.into()), ..Options::default() };
+        PythonEnv::new(task, &options).unwrap_err().to_string()
+    };
+    let error = at("/no/such/python", "gymnasium:Pendulum-v1");
+    assert!(error.contains("'/no/such/python'") && error.contains("--python PATH"), "{error}");
+    let error = at("/bin/true", "gymnasium:Pendulum-v1");
+    assert!(error.contains("its Python ended in its start"), "{error}");
+    let Some(python) = python("gymnasium:Pendulum-v1") else { return };
+    let python = python.to_string_lossy();
+    let error = at(&python, "safety-gymnasium:SafetyHopperVelocity-v1");
+    assert!(error.contains("pip install safety-gymnasium"), "{error}");
+    let error = at(&python, "gymnasium:Pendulun-v1");
+    assert!(error.contains("Pendulun") && error.contains("Did you mean"), "{error}");
+}
+
+#[test]
+fn the_next_episode_goes_on_after_an_error() {
+    // In the same process after an exception, in a new one after its end.
+    for fault in ["raise", "kill", "hang"] {
+        let Some(env) = made("gymnasium:copq/Once-v0", fault) else { return };
+        let mut env = env.unwrap();
+        assert!(play(&mut env).is_err(), "{fault}");
+        let error = env.step(&[0.0], &mut [0.0; 2], &mut [0.0]).err().map(|e| e.to_string());
+        if fault != "raise" {
+            assert!(error.unwrap().contains("wanted an episode that runs"), "{fault}");
+            assert!(play(&mut env).is_err(), "{fault}: the first episode of a new process");
+            continue;
+        }
+        assert_eq!(play(&mut env).unwrap(), (10, Outcome::Truncated), "{fault}");
+    }
+}
+
+#[test]
+fn printing_disturbs_nothing() {
+    let Some(env) = faulty("print") else { return };
+    assert_eq!(play(&mut env.unwrap()).unwrap(), (10, Outcome::Truncated));
+}
+
+#[test]
+fn terminated_and_truncated_at_once_is_terminated() {
+    let Some(env) = faulty("both") else { return };
+    assert_eq!(play(&mut env.unwrap()).unwrap(), (5, Outcome::Terminated));
+}
+
+#[test]
+fn a_picture_is_what_the_environment_draws() {
+    let task = "gymnasium:copq/Faulty-v0";
+    let options = Options {
+        python: python(task),
+        imports: vec![format!("{}/copq_faulty.py", data())],
+        render: true,
+        ..Options::default()
+    };
+    if options.python.is_none() {
+        return;
+    }
+    let mut env = PythonEnv::new(task, &options).unwrap();
+    assert_eq!(env.frames_per_second(), 20.0);
+    env.reset(0, &mut [0.0; 2]).unwrap();
+    env.step(&[0.0], &mut [0.0; 2], &mut [0.0]).unwrap();
+    let picture = env.picture().unwrap();
+    assert_eq!((picture.width, picture.height), (50, 30));
+    assert_eq!(picture.rgb, vec![1; 3 * 50 * 30]);
+}

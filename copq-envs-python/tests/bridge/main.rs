@@ -1,0 +1,6 @@
+//! Environments of Python's through the bridge, with the interpreters that scripts/python-worlds.sh
+//! makes.
+
+mod faults;
+mod support;
+mod witness;

@@ -1,0 +1,48 @@
+//! Interpreters to test with.
+
+use std::path::PathBuf;
+
+use copq_envs_python::{Options, PythonEnv};
+
+/// The interpreter with the packages that a task needs; none, and a word about it, if it is not
+/// there.
+pub fn python(task: &str) -> Option<PathBuf> {
+    let (variable, folder) = match task.starts_with("safety-") {
+        true => ("COPQ_TEST_SAFETY_PYTHON", "safety-gymnasium"),
+        false => ("COPQ_TEST_PYTHON", "gymnasium"),
+    };
+    let ours = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../third_party")
+        .join(folder)
+        .join("bin/python");
+    let python = std::env::var_os(variable).map_or(ours, PathBuf::from);
+    if !python.exists() {
+        eprintln!(
+            "SKIPPED: {task}, for there is no {} (scripts/python-worlds.sh)",
+            python.display()
+        );
+        return None;
+    }
+    Some(python)
+}
+
+/// An environment that misbehaves.
+pub fn faulty(fault: &str) -> Option<copq::Result<PythonEnv>> {
+    made("gymnasium:copq/Faulty-v0", fault)
+}
+
+pub fn made(task: &str, fault: &str) -> Option<copq::Result<PythonEnv>> {
+    let options = Options {
+        python: Some(python(task)?),
+        kwargs: format!(r#"{{"fault": "{fault}"}}"#),
+        imports: vec![format!("{}/copq_faulty.py", data())],
+        timeout: 5.0,
+        ..Options::default()
+    };
+    Some(PythonEnv::new(task, &options))
+}
+
+/// The folder of the tests' own modules.
+pub fn data() -> &'static str {
+    concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data")
+}

@@ -1,0 +1,99 @@
+"""Environments that misbehave in one way each, from step 5 on or from the start."""
+
+import ctypes
+import os
+import subprocess
+import sys
+import time
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box, Dict, Discrete
+
+NUMBER = Box(-np.inf, np.inf, (2,))
+
+
+class Faulty(gymnasium.Env):
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
+
+    def __init__(self, fault="none", render_mode=None):
+        self.render_mode = render_mode
+        self.fault = fault
+        self.steps = 0
+        self.action_space = Box(-1, 1, (1,))
+        self.observation_space = NUMBER
+        if fault == "discrete":
+            self.action_space = Discrete(3)
+        if fault == "unbounded":
+            self.action_space = Box(-np.inf, np.inf, (1,))
+        if fault == "dictionary":
+            self.observation_space = Dict({"a": NUMBER})
+        if fault == "enormous":
+            self.observation_space = Box(0, 255, (4096, 4096, 3), np.uint8)
+        if fault == "start":
+            raise RuntimeError("no licence")
+        if fault == "slow start":
+            time.sleep(1000)
+
+    def reset(self, seed=None, options=None):
+        super().reset(seed=seed)
+        self.steps = 0
+        return np.zeros(2), {}
+
+    def step(self, action):
+        self.steps += 1
+        obs, reward = np.array([self.steps, action[0]]), 1.0
+        if self.steps >= 5:
+            obs, reward = self.misbehave(obs, reward)
+        return obs, reward, self.fault == "both" and self.steps >= 5, self.steps >= 10, {}
+
+    def misbehave(self, obs, reward):
+        match self.fault:
+            case "raise":
+                raise ValueError("the gripper is stuck")
+            case "exit":
+                sys.exit(3)
+            case "print":
+                print("a line on standard output", flush=True)
+                os.write(1, b"and one past Python's own\n")
+                os.write(1, b"x" * 200_000)
+            case "hang":
+                time.sleep(1000)
+            case "hang for ever":
+                # Holds the interpreter's lock, as broken extensions do.
+                ctypes.PyDLL(None).sleep(1000)
+            case "child":
+                subprocess.Popen(["sleep", "1000"])
+                time.sleep(1000)
+            case "segfault":
+                ctypes.string_at(0)
+            case "kill":
+                os.kill(os.getpid(), 9)
+            case "nan":
+                reward = float("nan")
+            case "infinite":
+                obs = obs * 1e300
+            case "length":
+                obs = np.zeros(3)
+            case "huge":
+                obs = np.zeros(50_000_000)
+            case "vector":
+                reward = [1.0, 2.0]
+        return obs, reward
+
+    def render(self):
+        return np.full((30, 50, 3), self.steps, np.uint8)
+
+
+class Once(Faulty):
+    """Misbehaves in the first episode alone."""
+
+    def reset(self, seed=None, options=None):
+        if self.steps:
+            self.fault = "none"
+        return super().reset(seed=seed)
+
+
+gymnasium.register("copq/Faulty-v0", Faulty, max_episode_steps=10)
+gymnasium.register("copq/Once-v0", Once, max_episode_steps=10)
+gymnasium.register("copq/Endless-v0", Faulty)
