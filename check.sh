@@ -23,6 +23,7 @@ if test "${1:-}" = quick; then
 fi
 RUSTDOCFLAGS="-D warnings" run cargo doc --workspace --no-deps --locked
 run scripts/fetch-mujoco.sh
+run scripts/python-worlds.sh
 run cargo clippy --workspace --all-targets --features "$mujoco",copq-envs-mujoco/system --locked -- -D warnings
 run scripts/check-packages.sh
 run cargo test --workspace --features "$mujoco" --locked

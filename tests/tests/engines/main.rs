@@ -2,6 +2,8 @@
 //! features.
 
 mod engine;
+#[cfg(feature = "mujoco-rs")]
+mod gymnasium;
 mod learning;
 mod physics;
 mod worlds;

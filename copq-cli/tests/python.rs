@@ -1,0 +1,198 @@
+//! The program on environments of Python's, with the interpreter that scripts/python-worlds.sh makes.
+#![cfg(unix)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../copq-envs-python/tests/data");
+const TASK: &str = "gymnasium:copq/Faulty-v0";
+
+fn python() -> Option<PathBuf> {
+    let usual = concat!(env!("CARGO_MANIFEST_DIR"), "/../third_party/gymnasium/bin/python");
+    let python = std::env::var_os("COPQ_TEST_PYTHON").map_or(usual.into(), PathBuf::from);
+    if !python.exists() {
+        eprintln!("SKIPPED: there is no {} (scripts/python-worlds.sh)", python.display());
+        return None;
+    }
+    Some(python)
+}
+
+fn copq(words: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_copq"));
+    command.args(words).env("RUST_BACKTRACE", "0").stdin(Stdio::null());
+    command
+}
+
+/// A tiny run in a world with a fault, or with none.
+fn train(python: &Path, out: &Path, fault: &str, more: &[&str]) -> Command {
+    let mut command = copq(&["train", "td3", "--task", TASK, "--python"]);
+    command.arg(python).arg("--out").arg(out);
+    command.args(["--import", &format!("{DATA}/copq_faulty.py")]);
+    command.args(["--env-kwargs", &format!(r#"{{"fault": "{fault}"}}"#)]);
+    let evaluations = if fault == "none" { "100" } else { "0" };
+    command.args(["--eval-every", evaluations, "--eval-episodes", "1", "--log-every", "50"]);
+    command.args(["--set", "start_steps=50", "--set", "networks.hidden=[8]", "--set", "batch=8"]);
+    command.args(more);
+    command
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn well(command: &mut Command) -> Output {
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{command:?}: {}", words(&output));
+    output
+}
+
+fn read(folder: &Path, name: &str) -> Vec<u8> {
+    std::fs::read(folder.join(name)).unwrap()
+}
+
+/// Processes that have a text in their command line.
+fn running(text: &str) -> usize {
+    let Ok(processes) = std::fs::read_dir("/proc") else { return 0 };
+    let lines = processes.flatten().filter_map(|process| {
+        let line = std::fs::read(process.path().join("cmdline")).ok()?;
+        Some(String::from_utf8_lossy(&line).into_owned())
+    });
+    lines.filter(|line| line.contains(text)).count()
+}
+
+fn wait_until(what: &str, is_so: impl Fn() -> bool) {
+    let deadline = Instant::now() + Duration::from_secs(30);
+    while !is_so() {
+        assert!(Instant::now() < deadline, "{what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn a_run_goes_on_exactly_but_for_its_episode() {
+    let Some(python) = python() else { return };
+    let temporary = tempfile::tempdir().unwrap();
+    let [whole, halves] = ["whole", "halves"].map(|name| temporary.path().join(name));
+    well(&mut train(&python, &whole, "none", &["--steps", "300"]));
+    // Episodes take ten steps, so that none is cut here.
+    well(&mut train(&python, &halves, "none", &["--steps", "150"]));
+    let resumed = well(copq(&["resume"]).arg(&halves).args(["--steps", "300"]));
+    assert!(words(&resumed).contains("a new episode"), "{}", words(&resumed));
+    for name in ["evaluations.csv", "metrics.csv", "policy.safetensors"] {
+        assert!(read(&whole, name) == read(&halves, name), "{name}");
+    }
+    let config = String::from_utf8(read(&whole, "config.toml")).unwrap();
+    assert!(config.contains("on_resume = \"new_episode\""), "{config}");
+    assert!(config.contains("versions = \"Python 3"), "{config}");
+    // In mid-episode it goes on, too.
+    let cut = temporary.path().join("cut");
+    well(&mut train(&python, &cut, "none", &["--steps", "153"]));
+    well(copq(&["resume"]).arg(&cut).args(["--steps", "200"]));
+    let evaluated = String::from_utf8(read(&cut, "evaluations.csv")).unwrap();
+    let steps: Vec<_> = evaluated.lines().skip(1).filter_map(|row| row.split(',').next()).collect();
+    assert_eq!(steps, ["0", "100", "200"]);
+}
+
+#[test]
+fn what_has_been_learned_is_shown_and_evaluated() {
+    let Some(python) = python() else { return };
+    let temporary = tempfile::tempdir().unwrap();
+    let run = temporary.path().join("run");
+    well(&mut train(&python, &run, "none", &["--steps", "100", "--objectives", "score"]));
+    let evaluated = well(copq(&["evaluate", "--episodes", "2"]).arg(&run));
+    let table = String::from_utf8(evaluated.stdout).unwrap();
+    assert!(table.contains("| score | 10.0 |"), "{table}");
+    well(copq(&["rollout", "--steps", "7"]).arg(&run));
+    assert!(read(&run, "rollout.gif").starts_with(b"GIF89a"));
+}
+
+#[test]
+fn several_worlds_at_once_are_for_on_policy_methods() {
+    let Some(python) = python() else { return };
+    let temporary = tempfile::tempdir().unwrap();
+    let run = temporary.path().join("run");
+    let line = ["train", "ppo", "--task", TASK, "--envs", "2", "--threads", "2", "--python"];
+    let import = format!("{DATA}/copq_faulty.py");
+    let more = ["--eval-every", "0", "--set", "networks.hidden=[8]", "--steps", "2048", "--import"];
+    well(copq(&line).arg(&python).args(more).arg(import).arg("--out").arg(&run));
+    well(copq(&["resume", "--steps", "4096"]).arg(&run));
+    let metrics = String::from_utf8(read(&run, "metrics.csv")).unwrap();
+    assert_eq!(metrics.lines().count(), 3, "{metrics}");
+}
+
+#[test]
+fn a_fault_ends_a_run_that_can_go_on() {
+    let Some(python) = python() else { return };
+    for (fault, said) in [
+        ("raise", "step raised ValueError: the gripper is stuck"),
+        ("kill", "its Python ended in step (signal: 9"),
+        ("nan", "number 0 of its reward after step 5: wanted a finite number"),
+    ] {
+        let temporary = tempfile::tempdir().unwrap();
+        let run = temporary.path().join("run");
+        let failed = train(&python, &run, fault, &["--steps", "60"]).output().unwrap();
+        assert!(!failed.status.success(), "{fault}");
+        let words = words(&failed);
+        assert!(words.contains(said) && words.contains("after step 4"), "{fault}: {words}");
+        assert!(words.contains("copq resume"), "{fault}: {words}");
+        well(copq(&["resume", "--on-env-error", "reset"]).arg(&run));
+        let log = String::from_utf8(read(&run, "log.txt")).unwrap();
+        assert!(log.contains("the episode counts as truncated"), "{fault}: {log}");
+    }
+}
+
+#[test]
+fn what_it_cannot_begin_with_leaves_no_folder() {
+    let temporary = tempfile::tempdir().unwrap();
+    let run = temporary.path().join("run");
+    let complaint = |python: &Path, fault: &str, more: &[&str]| {
+        let failed = train(python, &run, fault, more).output().unwrap();
+        assert!(!failed.status.success() && !run.exists(), "{fault} {more:?}");
+        words(&failed)
+    };
+    let nowhere = Path::new("/no/such/python");
+    let said = complaint(nowhere, "none", &[]);
+    assert!(said.contains("'/no/such/python': wanted a program"), "{said}");
+    let said = complaint(nowhere, "none", &["--engine", "mujoco"]);
+    assert!(said.contains("--engine, --preset: wanted none"), "{said}");
+    let Some(python) = python() else { return };
+    let said = complaint(&python, "discrete", &[]);
+    assert!(said.contains("actions: wanted a Box of numbers, got Discrete(3)"), "{said}");
+    let said = complaint(&python, "none", &["--objectives", "a,b"]);
+    assert!(said.contains("wanted 1 names, for reward, got 2"), "{said}");
+    let said = complaint(&python, "none", &["--limit", "heat=3"]);
+    assert!(said.contains("unknown objective 'heat'; known: reward"), "{said}");
+    let said = complaint(&python, "none", &["--weights", "1,2"]);
+    assert!(said.contains("weights: wanted 1 numbers, for reward, got 1,2"), "{said}");
+    let failed = copq(&["train", "--task", "a/hopper", "--python", "python3"]).output().unwrap();
+    assert!(words(&failed).contains("wanted a task of Python's"), "{}", words(&failed));
+}
+
+#[test]
+fn python_ends_with_the_program_however_that_ends() {
+    let Some(python) = python() else { return };
+    for (fault, signal) in [("hang for ever", "KILL"), ("none", "KILL"), ("none", "INT")] {
+        let temporary = tempfile::tempdir().unwrap();
+        let run = temporary.path().join("run");
+        // A module of this test's, so that its processes are known by its name.
+        let module = temporary.path().join("nothing.py");
+        std::fs::write(&module, "").unwrap();
+        let mut command = train(&python, &run, fault, &["--steps", "1000000", "--import"]);
+        command.arg(&module).stderr(Stdio::null()).stdout(Stdio::null());
+        let mut program = command.spawn().unwrap();
+        let processes = || running(&module.to_string_lossy());
+        // The program, and of each world a worker and its guard.
+        let worlds = if fault == "none" { 2 } else { 1 };
+        let begun = || processes() == 1 + 2 * worlds && run.join("log.txt").exists();
+        wait_until("it begins", begun);
+        std::thread::sleep(Duration::from_millis(500));
+        let id = program.id().to_string();
+        Command::new("kill").args([&format!("-{signal}"), &id]).status().unwrap();
+        program.wait().unwrap();
+        wait_until("nothing is left", || processes() == 0);
+        if signal == "INT" {
+            assert!(run.join("checkpoint.safetensors").exists());
+        }
+    }
+}
