@@ -173,8 +173,8 @@ class World:
 
 
 def last_lines(error):
-    """What was raised, and where: the frames of others than this program, which is given to python as a text."""
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename != "<string>"]
+    """What was raised, and where: the frames of others than this program, which python is given as a text."""
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename not in ("<copq>", "<string>")]
     said = traceback.format_exception_only(type(error), error)[-1].strip()
     return said + "".join(f"\n  {frame.filename}:{frame.lineno} in {frame.name}: {frame.line}" for frame in frames[-5:])
 

@@ -16,6 +16,14 @@ use crate::errors::Errors;
 use crate::hello::Hello;
 
 const PROGRAM: &str = include_str!("worker.py");
+/// What an interpreter is started with: it reads the program from the socket, so that lists of
+/// processes stay readable.
+const START: &str = "\
+import os
+length = int.from_bytes(os.read(0, 4), 'little')
+text = b''
+while len(text) < length: text += os.read(0, length - len(text)) or exit(1)
+exec(compile(text, '<copq>', 'exec'))";
 /// The status that a text follows.
 const FAILED: u8 = 255;
 /// Longest first line, and longest text of an error.
@@ -60,9 +68,15 @@ impl Worker {
             command(python, settings, theirs).spawn().map_err(|e| not_started(python, &e))?;
         let errors = Errors::read(child.stderr.take());
         let mut worker = Self { child, socket: BufReader::new(ours), errors, timeout };
-        let hello = worker.hello()?;
+        let hello = worker.send_program().and_then(|()| worker.hello())?;
         worker.errors.show();
         Ok((worker, hello))
+    }
+
+    fn send_program(&mut self) -> Result<(), String> {
+        let length = (PROGRAM.len() as u32).to_le_bytes();
+        let sent = self.socket.get_mut().write_all(&[&length, PROGRAM.as_bytes()].concat());
+        sent.map_err(|e| self.lost("its start", &e))
     }
 
     fn hello(&mut self) -> Result<Hello, String> {
@@ -157,7 +171,7 @@ fn pair(timeout: Duration) -> io::Result<(UnixStream, UnixStream)> {
 
 fn command(python: &Path, settings: &str, socket: UnixStream) -> Command {
     let mut command = Command::new(python);
-    command.args(["-u", "-c", PROGRAM, settings]);
+    command.args(["-u", "-c", START, settings]);
     command.stdin(OwnedFd::from(socket)).stdout(Stdio::null()).stderr(Stdio::piped());
     // Ctrl-C is this program's, which saves first.
     command.process_group(0);

@@ -78,7 +78,7 @@ fn an_error_says_where_python_was() {
     let Some(env) = faulty("raise") else { return };
     let error = play(&mut env.unwrap()).unwrap_err().to_string();
     assert!(error.contains("copq_faulty.py:") && error.contains("in misbehave"), "{error}");
-    assert!(!error.contains("<string>"), "{error}");
+    assert!(!error.contains("<copq>"), "{error}");
     let error = play(&mut faulty("hang").unwrap().unwrap()).unwrap_err().to_string();
     assert!(error.contains("copq_faulty.py") && error.contains("misbehave"), "{error}");
 }

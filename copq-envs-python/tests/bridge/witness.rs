@@ -81,8 +81,12 @@ fn a_thousand_steps_are_pythons_own() {
 #[test]
 fn each_keeps_the_contract_of_environments() {
     for task in TASKS {
-        let Some(mut env) = make(task) else { continue };
+        let Some(python) = python(task) else { continue };
+        let kwargs = r#"{"max_episode_steps": 100}"#.to_owned();
+        let options = Options { python: Some(python), kwargs, ..Options::default() };
+        let mut env = PythonEnv::new(task, &options).unwrap();
         let report = check_env(&mut env).unwrap();
+        assert!(report.lengths.iter().all(|&length| length <= 100), "{task}: {report}");
         assert!(!report.saves, "{task}");
     }
 }
