@@ -5,14 +5,14 @@ use copq_envs_mujoco::doctor;
 use copq_envs_python::{PACKAGES, interpreter, look};
 
 use crate::options::say;
-use crate::python::Interpreter;
+use crate::python::PythonProcess;
 
 /// Says which MuJoCo this build has, whether it fits, and the one thing to do next; and which
 /// environments your Python has. Fails if there is something to do.
 #[derive(clap::Args)]
 pub struct Doctor {
     #[command(flatten)]
-    interpreter: Interpreter,
+    process: PythonProcess,
 }
 
 impl Doctor {
@@ -41,7 +41,7 @@ impl Doctor {
 
     /// What the interpreter has, and what it could have.
     fn python_lines(&self) -> Vec<String> {
-        let found = look(&interpreter(self.interpreter.path()));
+        let found = look(&interpreter(self.process.python()));
         let python = found.python.display();
         let version = match found.version {
             Ok(version) => version,

@@ -7,7 +7,7 @@ use copq_experiments::statistics;
 use serde::Serialize;
 
 use crate::options::{count, say, whole};
-use crate::python::Interpreter;
+use crate::python::PythonProcess;
 use crate::saved::Learned;
 
 /// Plays episodes of a run's policy without exploration and says what they returned.
@@ -38,7 +38,7 @@ pub struct Evaluate {
     json: bool,
 
     #[command(flatten)]
-    interpreter: Interpreter,
+    process: PythonProcess,
 }
 
 /// What is printed.
@@ -77,7 +77,7 @@ impl Quantity {
 impl Evaluate {
     pub fn run(self) -> anyhow::Result<()> {
         let mut learned = Learned::read(&self.run)?;
-        self.interpreter.over(&mut learned.plan);
+        self.process.over(&mut learned.plan)?;
         let env = learned.env()?;
         let spec = env.spec().clone();
         let mut policy = learned.policy(&self.run, &spec)?;

@@ -12,6 +12,11 @@ N is the number of objectives; critics value all of them, unless some are for co
 |---|---|---|---|---|---|
 ";
 
+const PYTHONS: &str = "\
+PACKAGE:ID      any environment of Python's with boxes of numbers, such as gymnasium:Pendulum-v1, \
+mo-gymnasium:mo-hopper-v5 or safety-gymnasium:SafetyHopperVelocity-v1 (copq doctor says what there is)
+";
+
 /// Lists the tasks: what each sees and moves, its objectives by priority with their weights, its
 /// costs with their limits.
 #[derive(clap::Args)]
@@ -23,7 +28,8 @@ pub struct Tasks {
 
 impl Tasks {
     pub fn run(self) -> anyhow::Result<()> {
-        Ok(say(&list_tasks(&Options { preset: self.preset.parse()?, ..Options::default() })?)?)
+        let tasks = list_tasks(&Options { preset: self.preset.parse()?, ..Options::default() })?;
+        Ok(say(&format!("{tasks}{PYTHONS}"))?)
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use copq::{Error, Result};
-use copq_envs_python::{Options, PythonEnv, is_task};
+use copq_envs_python::{Options, PACKAGES, PythonEnv, USUAL_LIMIT, is_task};
 use copq_experiments::{OnResume, Plan};
 
 /// The engine of these environments, as a plan names it.
@@ -14,7 +14,7 @@ pub const ENGINE: &str = "python";
 #[command(next_help_heading = "Environments of Python's (--task PACKAGE:ID)")]
 pub struct PythonWorld {
     #[command(flatten)]
-    interpreter: Interpreter,
+    process: PythonProcess,
 
     /// Names of its rewards between commas, in the environment's order. [default: reward, or
     /// reward.0,reward.1,...]
@@ -31,36 +31,54 @@ pub struct PythonWorld {
     /// PATH.py; may be given several times.
     #[arg(long, value_name = "MODULE")]
     import: Vec<String>,
+}
 
-    /// Longest silence before its start, a reset or a step counts as failed. [default: 60]
+/// The process that an environment of Python's lives in; it changes no number of a run.
+#[derive(clap::Args, Default)]
+#[command(next_help_heading = "Environments of Python's (--task PACKAGE:ID)")]
+pub struct PythonProcess {
+    /// The interpreter that has the environment's package, such as .venv/bin/python. [default: what
+    /// COPQ_PYTHON names, or python3; of a run that is there its own]
+    #[arg(long, value_name = "PATH")]
+    python: Option<PathBuf>,
+
+    /// Longest silence before a reset or a step counts as failed; a start may take five times as
+    /// long. [default: 60]
     #[arg(long, value_name = "SECONDS")]
     env_timeout: Option<f64>,
 }
 
-/// Which Python.
-#[derive(clap::Args, Default)]
-pub struct Interpreter {
-    /// The interpreter that has the environment's package, such as .venv/bin/python. [default: what
-    /// COPQ_PYTHON names, or python3]
-    #[arg(long, value_name = "PATH")]
-    python: Option<PathBuf>,
-}
-
-impl Interpreter {
-    pub fn path(&self) -> Option<&Path> {
+impl PythonProcess {
+    pub fn python(&self) -> Option<&Path> {
         self.python.as_deref()
     }
 
-    /// The plan with this interpreter, if there is one.
-    pub fn over(&self, plan: &mut Plan) {
+    /// The plan with these over it; an error if it has no use for them.
+    pub fn over(&self, plan: &mut Plan) -> anyhow::Result<()> {
+        let is_used = self.python.is_some() || self.env_timeout.is_some();
+        anyhow::ensure!(!is_used || is_task(&plan.task), of_python(&plan.task));
         plan.python = self.python.clone().or(plan.python.take());
+        plan.env_timeout = self.env_timeout.or(plan.env_timeout);
+        Ok(())
     }
 }
 
 impl PythonWorld {
-    /// The plan with these over it; of a task of Python's also what follows from that.
+    /// The plan with these over it, and what follows from its task.
     pub fn over(&self, plan: &mut Plan) -> anyhow::Result<()> {
-        self.interpreter.over(plan);
+        if !is_task(&plan.task) {
+            let is_plain =
+                self.objectives.is_empty() && self.env_kwargs.is_none() && self.import.is_empty();
+            anyhow::ensure!(is_plain, of_python(&plan.task));
+            forget_python(plan);
+            return self.process.over(plan);
+        }
+        ENGINE.clone_into(&mut plan.engine);
+        plan.run.on_resume = OnResume::NewEpisode;
+        self.process.over(plan)?;
+        // Whoever goes on with the run has perhaps another one.
+        plan.python =
+            plan.python.take().or_else(|| std::env::var_os("COPQ_PYTHON").map(Into::into));
         for (key, value) in [("objectives", &self.objectives), ("imports", &self.import)] {
             if !value.is_empty() {
                 plan.world.insert(key.to_owned(), value.clone().into());
@@ -69,40 +87,83 @@ impl PythonWorld {
         if let Some(kwargs) = &self.env_kwargs {
             plan.world.insert("kwargs".to_owned(), kwargs.clone().into());
         }
-        if let Some(seconds) = self.env_timeout {
-            plan.world.insert("timeout".to_owned(), seconds.into());
-        }
-        if is_task(&plan.task) {
-            ENGINE.clone_into(&mut plan.engine);
-            plan.run.on_resume = OnResume::NewEpisode;
-            return Ok(());
-        }
-        let is_plain = plan.world.is_empty() && plan.python.is_none();
-        let task = &plan.task;
-        anyhow::ensure!(
-            is_plain,
-            "--python, --objectives, --env-kwargs, --import, --env-timeout: wanted a task of \
-             Python's, such as --task gymnasium:Pendulum-v1, got {task}"
-        );
+        set_usual_limit(plan);
         Ok(())
+    }
+
+    /// What tells its folder from others of the same environment.
+    pub fn arguments(&self) -> Option<&String> {
+        self.env_kwargs.as_ref()
     }
 }
 
-/// A plan's environment of Python's.
-pub fn make_python(plan: &Plan, render: bool) -> Result<PythonEnv> {
+/// What a run like one in Python's world, but in another, does without.
+fn forget_python(plan: &mut Plan) {
+    if plan.engine == ENGINE {
+        let usual = Plan::on_policy("any");
+        plan.engine = usual.engine;
+        plan.run.on_resume = OnResume::SameEpisode;
+        plan.world.clear();
+        (plan.python, plan.env_timeout, plan.versions) = (None, None, None);
+    }
+}
+
+fn of_python(task: &str) -> String {
+    format!(
+        "--python, --objectives, --env-kwargs, --import, --env-timeout: wanted an environment of \
+         Python's (--task PACKAGE:ID, of {}), got {task}",
+        PACKAGES.join(", ")
+    )
+}
+
+/// Writes down the limit that Safety-Gymnasium's cost has without another.
+fn set_usual_limit(plan: &mut Plan) {
+    if plan.task.starts_with("safety-gymnasium:") {
+        let objectives = plan.world.get("objectives").and_then(|names| names.get(0)?.as_str());
+        let cost = objectives.unwrap_or("cost").to_owned();
+        plan.limits.entry(cost).or_insert(USUAL_LIMIT);
+    }
+}
+
+/// A plan's environment of Python's; relative paths are looked for in the current folder, and in
+/// those above its run's folder if there is one.
+pub fn make_python(plan: &Plan, run: Option<&Path>, render: bool) -> Result<PythonEnv> {
     let options: Options = plan
         .world
         .clone()
         .try_into()
         .map_err(|e| Error::other(format!("what {} is made with", plan.task), e))?;
-    let python = plan.python.clone();
-    let limits = plan.limits.clone();
-    PythonEnv::new(&plan.task, &Options { python, limits, render, ..options })
+    let python = plan.python.as_ref().map(|python| found(python, run));
+    let import = |import: &String| match import.ends_with(".py") {
+        true => found(Path::new(import), run).to_string_lossy().into_owned(),
+        false => import.clone(),
+    };
+    let options = Options {
+        python,
+        imports: options.imports.iter().map(import).collect(),
+        limits: plan.limits.clone(),
+        timeout: plan.env_timeout.unwrap_or(options.timeout),
+        render,
+        ..options
+    };
+    PythonEnv::new(&plan.task, &options)
 }
 
+/// Where a relative path of a run leads to.
+fn found(path: &Path, run: Option<&Path>) -> PathBuf {
+    let is_name = path.components().count() == 1 && path.extension().is_none();
+    if path.exists() || path.is_absolute() || is_name {
+        return path.to_owned();
+    }
+    let run = run.and_then(|run| std::path::absolute(run).ok()).unwrap_or_default();
+    let found = run.ancestors().map(|folder| folder.join(path)).find(|path| path.exists());
+    found.unwrap_or_else(|| path.to_owned())
+}
+
+/// An object as JSON, in the one way of writing it.
 fn json(text: &str) -> Result<String, String> {
     match serde_json::from_str::<serde_json::Map<String, serde_json::Value>>(text) {
-        Ok(_) => Ok(text.to_owned()),
+        Ok(object) => Ok(serde_json::Value::Object(object).to_string()),
         Err(error) => Err(format!("wanted an object as JSON ({error})")),
     }
 }

@@ -149,6 +149,10 @@ pub fn of_task(mut run: ReportRun, plan: &Plan) -> ReportRun {
         }
     }
     run.limits.extend(plan.limits.clone());
+    for cost in plan.limits.keys() {
+        // A multiplier weighs it.
+        run.weights.entry(cost.clone()).or_insert(0.0);
+    }
     run
 }
 

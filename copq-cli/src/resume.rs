@@ -6,7 +6,7 @@ use copq_experiments::OnResume;
 
 use crate::keeping::Keeping;
 use crate::options::{note, positive};
-use crate::python::Interpreter;
+use crate::python::PythonProcess;
 use crate::recipe::Recipe;
 use crate::saved;
 use crate::train::train;
@@ -33,7 +33,7 @@ pub struct Resume {
     keeping: Keeping,
 
     #[command(flatten)]
-    interpreter: Interpreter,
+    process: PythonProcess,
 }
 
 impl Resume {
@@ -47,12 +47,12 @@ impl Resume {
             note(&format!("after step {steps} the policy's step size is the last, a small one"));
         }
         self.keeping.over(&mut plan);
-        self.interpreter.over(&mut plan);
+        self.process.over(&mut plan)?;
         if plan.run.on_resume == OnResume::NewEpisode {
             note("its world cannot be saved: it goes on with a new episode, all else as it was");
         }
         let init = saved::init(&self.run, &plan)?;
-        train(recipe, plan, init, |recipe, plan| {
+        train(recipe, plan, init, Some(&self.run), |recipe, plan| {
             saved::note_other_build(&self.run);
             let folder = recipe.resume(&self.run, plan)?;
             if self.previous {

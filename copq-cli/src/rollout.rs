@@ -10,8 +10,8 @@ use copq_envs_python::{Picture, PythonEnv, is_task};
 use copq_render::animation::{Album, Animation, Draw, Scene};
 
 use crate::options::{count, say, whole};
-use crate::python::{Interpreter, make_python};
-use crate::saved::Learned;
+use crate::python::{PythonProcess, make_python};
+use crate::saved::{Learned, note_other_versions};
 use crate::view::{VIEWS, make_view};
 use crate::world::{World, adjusted, make_world};
 
@@ -63,23 +63,22 @@ pub struct Rollout {
     png: Option<PathBuf>,
 
     #[command(flatten)]
-    interpreter: Interpreter,
+    process: PythonProcess,
 }
 
 /// Films a few seconds of a run's policy, as rollout.gif in its folder.
 pub fn film(folder: &Path) -> anyhow::Result<()> {
     let run = folder.to_owned();
     let view = "side".to_owned();
-    let interpreter = Interpreter::default();
-    Rollout { run, episodes: 1, seed: None, steps: 300, view, out: None, png: None, interpreter }
-        .run()
+    let process = PythonProcess::default();
+    Rollout { run, episodes: 1, seed: None, steps: 300, view, out: None, png: None, process }.run()
 }
 
 impl Rollout {
     pub fn run(self) -> anyhow::Result<()> {
         // The run's task on its engine, and the policy that it has learned.
         let mut learned = Learned::read(&self.run)?;
-        self.interpreter.over(&mut learned.plan);
+        self.process.over(&mut learned.plan)?;
         if is_task(&learned.plan.task) {
             return self.film_python(&learned);
         }
@@ -104,7 +103,14 @@ impl Rollout {
 
     /// An environment of Python's draws itself, when it is looked at.
     fn film_python(self, learned: &Learned) -> anyhow::Result<()> {
-        let world = adjusted(make_python(&learned.plan, true)?, &learned.plan)?;
+        anyhow::ensure!(
+            self.view == "side",
+            "--view {}: wanted none, for environments of Python's draw themselves",
+            self.view
+        );
+        let plan = &learned.plan;
+        let world = adjusted(make_python(plan, Some(&self.run), true)?, plan)?;
+        note_other_versions(plan, world.spec());
         let dt = 1.0 / world.env().frames_per_second();
         let album = RefCell::new(Album::default());
         let picture = |env: &mut PythonEnv| {

@@ -73,6 +73,7 @@ pub fn policy_file(path: &Path) -> copq::Result<PathBuf> {
 /// programs' methods have it, too.
 pub struct Learned {
     pub plan: Plan,
+    folder: PathBuf,
     saute: Option<SauteConfig>,
     networks: Networks,
     kind: ActorKind,
@@ -85,16 +86,20 @@ impl Learned {
         if is_on_policy(&plan.method) {
             let config: on_policy::Config = read_config(folder)?.settings;
             let on_policy::Config { saute, networks, .. } = config;
-            return Ok(Self { plan, saute, networks, kind: ActorKind::Normal });
+            let kind = ActorKind::Normal;
+            return Ok(Self { plan, folder: folder.to_owned(), saute, networks, kind });
         }
         let config: Config = read_config(folder)?.settings;
         let kind = config.actor();
-        Ok(Self { plan, saute: None, networks: config.networks, kind })
+        let networks = config.networks;
+        Ok(Self { plan, folder: folder.to_owned(), saute: None, networks, kind })
     }
 
     /// The run's world.
     pub fn env(&self) -> copq::Result<Box<dyn Env>> {
-        make_env(&self.plan, self.saute.as_ref())
+        let env = make_env(&self.plan, self.saute.as_ref(), Some(&self.folder))?;
+        note_other_versions(&self.plan, env.spec());
+        Ok(env)
     }
 
     /// The budgets that its world shows, if any.
@@ -107,6 +112,15 @@ impl Learned {
         let checkpoint = read_checkpoint(folder)?;
         let agent = checkpoint.child("trainer")?.child("agent")?;
         Policy::load(agent, spec, &self.networks, self.kind, &Candle::default())
+    }
+}
+
+/// Says so if a world is of other versions than those that its run began with.
+pub fn note_other_versions(plan: &Plan, spec: &EnvSpec) {
+    if let (Some(then), Some(now)) = (&plan.versions, &spec.versions)
+        && then != now
+    {
+        note(&format!("the run was begun with {then}, and its world is now of {now}"));
     }
 }
 

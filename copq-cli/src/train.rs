@@ -1,6 +1,6 @@
 //! `copq train`: a method, a task, and a folder for everything that the run leaves.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{bail, ensure};
 use copq::{Ensemble, EnvSpec, Method, files, projection};
@@ -155,7 +155,7 @@ impl Train {
         let Prepared { recipe, plan, name } = self.prepare()?;
         let folder = self.out.unwrap_or_else(|| PathBuf::from("runs").join(name));
         let init = plan.init_from.as_deref().map(saved::policy_file).transpose()?;
-        train(recipe, plan, init, |recipe, plan| Ok(recipe.create(&folder, plan)?)).map(drop)
+        train(recipe, plan, init, None, |recipe, plan| Ok(recipe.create(&folder, plan)?)).map(drop)
     }
 
     /// What these options come to, before anything is made.
@@ -240,8 +240,10 @@ impl Train {
         let tidy = |setting: &String| {
             setting.replace(|c: char| !c.is_ascii_alphanumeric() && !"._".contains(c), "-")
         };
+        let settings = self.set.iter().map(tidy);
+        let arguments = self.python.arguments().map(|text| tidy(text).trim_matches('-').to_owned());
         let changes: Vec<String> =
-            self.set.iter().map(|setting| format!("-{}", tidy(setting))).collect();
+            arguments.into_iter().chain(settings).map(|change| format!("-{change}")).collect();
         format!("{stem}{}{seed}", changes.concat())
     }
 }
@@ -264,18 +266,20 @@ pub fn train(
     recipe: Recipe,
     mut plan: Plan,
     init: Option<PathBuf>,
+    run: Option<&Path>,
     open: impl FnOnce(&Recipe, &Plan) -> anyhow::Result<RunFolder>,
 ) -> anyhow::Result<Ending> {
     // The worlds to learn in, and below another one to be evaluated in.
-    let env = make_env(&plan, recipe.saute())?;
+    let env = make_env(&plan, recipe.saute(), run)?;
     check_task(&recipe, env.spec())?;
-    note_versions(&mut plan, env.spec());
+    saved::note_other_versions(&plan, env.spec());
+    plan.versions = plan.versions.or_else(|| env.spec().versions.clone());
     let mut agent = recipe.clone().agent(env.spec(), &plan, init.as_deref())?;
     // Before so many worlds are made.
     agent.prepare(plan.envs)?;
     let mut envs = vec![env];
     for _ in 1..plan.envs {
-        envs.push(make_env(&plan, recipe.saute())?);
+        envs.push(make_env(&plan, recipe.saute(), run)?);
     }
     let trainer = copq::Trainer::of_worlds(envs, agent)?.threads(plan.threads);
     let folder = open(&recipe, &plan)?;
@@ -284,27 +288,17 @@ pub fn train(
         files::replace(&folder.file(saved::INIT), &bytes)?;
     }
     let eval_env =
-        if plan.run.eval_every > 0 { Some(make_env(&plan, recipe.saute())?) } else { None };
+        if plan.run.eval_every > 0 { Some(make_env(&plan, recipe.saute(), run)?) } else { None };
     let ending = Run::new(trainer, eval_env, folder, plan.run)?.train()?;
     // The run is done and says so in its log, too; that nobody reads it here is no failure.
     say(&format!("{ending}\n")).unwrap_or_default();
     Ok(ending)
 }
 
-/// Writes down the versions of the world, and says so if a run has begun with others.
-fn note_versions(plan: &mut Plan, spec: &EnvSpec) {
-    let before = std::mem::replace(&mut plan.versions, spec.versions.clone());
-    if let (Some(before), Some(now)) = (before, &plan.versions)
-        && before != *now
-    {
-        note(&format!("the run was begun with {before}, and goes on with {now}"));
-    }
-}
-
 /// Makes a run's world and agent, and lets them go again: an error for what could not begin.
 pub fn try_out(prepared: &Prepared) -> anyhow::Result<()> {
     let Prepared { plan, recipe, .. } = prepared;
-    let env = make_env(plan, recipe.saute())?;
+    let env = make_env(plan, recipe.saute(), None)?;
     check_method(recipe, env.spec())?;
     let init = plan.init_from.as_deref().map(saved::policy_file).transpose()?;
     let mut agent = recipe.clone().agent(env.spec(), plan, init.as_deref())?;

@@ -1,9 +1,11 @@
 //! A world by the names of its task, engine and preset, or one of Python's.
 
+use std::path::Path;
+
 use copq::on_policy::{Saute, SauteConfig};
 use copq::{AdjustedEnv, Env, Error, OrderedEnv, Result};
 use copq_envs::{Locomotion, Options, Physics, RobotSpec};
-use copq_envs_python::is_task;
+use copq_envs_python::{PACKAGES, is_task};
 use copq_experiments::Plan;
 
 use crate::python::make_python;
@@ -15,9 +17,13 @@ pub const ENGINES: [&str; 3] = ["rapier", "mujoco", "system"];
 pub type World = Locomotion<Box<dyn Physics>>;
 
 /// A plan's task on its engine, its objectives in the plan's order, its budgets in sight if there
-/// are settings for that.
-pub fn make_env(plan: &Plan, saute: Option<&SauteConfig>) -> Result<Box<dyn Env>> {
-    let world = adjusted(make_any(plan)?, plan)?;
+/// are settings for that. `run` is its folder, if it has been there before.
+pub fn make_env(
+    plan: &Plan,
+    saute: Option<&SauteConfig>,
+    run: Option<&Path>,
+) -> Result<Box<dyn Env>> {
+    let world = adjusted(make_any(plan, run)?, plan)?;
     let ordered: Box<dyn Env> = match &plan.order {
         Some(order) => Box::new(OrderedEnv::parse(world, order)?),
         None => Box::new(world),
@@ -38,11 +44,19 @@ pub fn adjusted<E: Env>(world: E, plan: &Plan) -> Result<AdjustedEnv<E>> {
     }
 }
 
-fn make_any(plan: &Plan) -> Result<Box<dyn Env>> {
-    match is_task(&plan.task) {
-        true => Ok(Box::new(make_python(plan, false)?)),
-        false => Ok(Box::new(make_world(plan)?)),
+fn make_any(plan: &Plan, run: Option<&Path>) -> Result<Box<dyn Env>> {
+    let task = &plan.task;
+    if is_task(task) {
+        return Ok(Box::new(make_python(plan, run, false)?));
     }
+    if task.contains(':') || task.contains("-v") {
+        let wanted = format!(
+            "one that copq tasks lists, or PACKAGE:ID of Python's packages {}",
+            PACKAGES.join(", ")
+        );
+        return Err(Error::invalid("task", wanted, format!("'{task}'")));
+    }
+    Ok(Box::new(make_world(plan)?))
 }
 
 /// A plan's task on its engine, whose robot can be looked at.

@@ -108,6 +108,66 @@ fn what_has_been_learned_is_shown_and_evaluated() {
 }
 
 #[test]
+fn a_run_is_found_again_from_elsewhere_and_by_others() {
+    let Some(python) = python() else { return };
+    let temporary = tempfile::tempdir().unwrap();
+    let project = temporary.path();
+    std::fs::copy(format!("{DATA}/copq_faulty.py"), project.join("mine.py")).unwrap();
+    let tiny = ["--set", "start_steps=50", "--set", "networks.hidden=[8]", "--eval-every", "0"];
+    let train = |more: &[&str]| {
+        let mut command = copq(&["train", "td3", "--task", TASK, "--steps", "60"]);
+        command.current_dir(project).args(tiny).args(["--import", "mine.py"]).args(more);
+        command
+    };
+    let python_words = ["--python", python.to_str().unwrap()];
+    well(train(&["--out", "run"]).args(python_words));
+    let elsewhere = project.join("elsewhere");
+    std::fs::create_dir(&elsewhere).unwrap();
+    let there = |words: &[&str]| well(copq(words).current_dir(&elsewhere));
+    there(&["evaluate", "../run", "--episodes", "1"]);
+    there(&["resume", "../run", "--steps", "70"]);
+    // Other arguments are another folder, and a run like it on a robot of ours has nothing of it.
+    let kwargs = r#"{ "fault":  "none" }"#;
+    well(train(&["--env-kwargs", kwargs]).args(python_words));
+    let usual = project.join("runs/td3-gymnasium-copq-Faulty-v0-cholesky-fault---none");
+    assert!(
+        std::fs::read_dir(project.join("runs"))
+            .unwrap()
+            .flatten()
+            .any(|folder| folder.path().to_string_lossy().starts_with(&*usual.to_string_lossy())),
+        "{:?}",
+        std::fs::read_dir(project.join("runs")).unwrap().flatten().collect::<Vec<_>>()
+    );
+    let like = ["train", "--like", "../run", "--task", "gym/hopper", "--out", "../like"];
+    there(&like);
+    let config = String::from_utf8(read(&project.join("like"), "config.toml")).unwrap();
+    assert!(config.contains("rapier") && !config.contains("ython"), "{config}");
+    let refused = copq(&["resume", "--python", "python3", "--steps", "80"])
+        .arg(project.join("like"))
+        .output()
+        .unwrap();
+    assert!(words(&refused).contains("wanted an environment of Python's"), "{}", words(&refused));
+}
+
+#[test]
+fn a_signal_to_everybody_is_a_stop() {
+    let Some(python) = python() else { return };
+    let temporary = tempfile::tempdir().unwrap();
+    let run = temporary.path().join("run");
+    let mut command = train(&python, &run, "none", &["--steps", "1000000"]);
+    let mut program = command.stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
+    wait_until("it begins", || run.join("log.txt").exists());
+    std::thread::sleep(Duration::from_secs(1));
+    let mark = format!("{}", program.id());
+    // The workers first: theirs are the children of the program.
+    Command::new("pkill").args(["-TERM", "-P", &mark]).status().unwrap();
+    Command::new("kill").args(["-TERM", &mark]).status().unwrap();
+    let status = program.wait().unwrap();
+    assert!(status.success(), "{status}");
+    assert!(run.join("checkpoint.safetensors").exists());
+}
+
+#[test]
 fn several_worlds_at_once_are_for_on_policy_methods() {
     let Some(python) = python() else { return };
     let temporary = tempfile::tempdir().unwrap();
@@ -158,15 +218,15 @@ fn what_it_cannot_begin_with_leaves_no_folder() {
     assert!(said.contains("--engine, --preset: wanted none"), "{said}");
     let Some(python) = python() else { return };
     let said = complaint(&python, "discrete", &[]);
-    assert!(said.contains("actions: wanted a Box of numbers, got Discrete(3)"), "{said}");
+    assert!(said.contains("actions: wanted a Box of floats, got Discrete(3)"), "{said}");
     let said = complaint(&python, "none", &["--objectives", "a,b"]);
-    assert!(said.contains("wanted 1 names, for reward, got 2"), "{said}");
+    assert!(said.contains("wanted 1 of them, for reward, got 2"), "{said}");
     let said = complaint(&python, "none", &["--limit", "heat=3"]);
     assert!(said.contains("unknown objective 'heat'; known: reward"), "{said}");
     let said = complaint(&python, "none", &["--weights", "1,2"]);
-    assert!(said.contains("weights: wanted 1 numbers, for reward, got 1,2"), "{said}");
+    assert!(said.contains("weights: wanted 1 of them, for reward, got 1,2"), "{said}");
     let failed = copq(&["train", "--task", "a/hopper", "--python", "python3"]).output().unwrap();
-    assert!(words(&failed).contains("wanted a task of Python's"), "{}", words(&failed));
+    assert!(words(&failed).contains("wanted an environment of Python's"), "{}", words(&failed));
 }
 
 #[test]

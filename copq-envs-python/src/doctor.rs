@@ -1,7 +1,9 @@
 //! What an interpreter has.
 
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 const PROGRAM: &str = "\
 import sys
@@ -13,6 +15,9 @@ for name in ['gymnasium', 'mo-gymnasium', 'safety-gymnasium', 'mujoco', 'numpy']
     except metadata.PackageNotFoundError:
         print(name)
 ";
+
+/// How long an interpreter may take to answer.
+const PATIENCE: Duration = Duration::from_secs(20);
 
 /// An interpreter and its packages.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,21 +38,46 @@ pub struct Found {
 /// ```
 pub fn look(python: &Path) -> Found {
     let found = |version, packages| Found { python: python.to_owned(), version, packages };
-    let output = match Command::new(python).args(["-c", PROGRAM]).output() {
+    let (said, complaint) = match ask(python) {
         Err(error) => return found(Err(error.to_string()), Vec::new()),
-        Ok(output) if !output.status.success() => {
-            let said = String::from_utf8_lossy(&output.stderr);
-            let last = said.lines().last().unwrap_or("no word").to_owned();
+        Ok(said) => said,
+    };
+    let mut lines = said.lines();
+    let version = match lines.next() {
+        Some(version) if version.starts_with("Python ") => version.to_owned(),
+        _ => {
+            let last = complaint.lines().last().unwrap_or("it is no Python").to_owned();
             return found(Err(last), Vec::new());
         }
-        Ok(output) => output,
     };
-    let text = String::from_utf8_lossy(&output.stdout);
-    let mut lines = text.lines();
-    let version = lines.next().unwrap_or_default().to_owned();
     let packages = lines.map(|line| match line.split_once(' ') {
         Some((name, version)) => (name.to_owned(), Some(version.to_owned())),
         None => (line.to_owned(), None),
     });
     found(Ok(version), packages.collect())
+}
+
+/// What an interpreter writes to standard output and standard error; it is little, and fits what
+/// the system keeps.
+fn ask(python: &Path) -> io::Result<(String, String)> {
+    let mut command = Command::new(python);
+    command.args(["-c", PROGRAM]).stdin(Stdio::null());
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
+    let began = Instant::now();
+    while child.try_wait()?.is_none() {
+        if began.elapsed() > PATIENCE {
+            child.kill()?;
+            child.wait()?;
+            return Err(io::ErrorKind::TimedOut.into());
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let mut said = Vec::new();
+    let mut complaint = Vec::new();
+    if let (Some(mut output), Some(mut errors)) = (child.stdout, child.stderr) {
+        output.read_to_end(&mut said)?;
+        errors.read_to_end(&mut complaint)?;
+    }
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    Ok((text(&said), text(&complaint)))
 }

@@ -205,7 +205,11 @@ impl Env for PythonEnv {
             0 => Ok(Outcome::Running),
             1 => Ok(Outcome::Terminated),
             2 => Ok(Outcome::Truncated),
-            other => Err(self.failed(format!("wanted a status from 0 to 2, got {other}"))),
+            other => {
+                // Whoever wrote this is not to be believed any more.
+                self.worker = None;
+                Err(self.failed(format!("wanted a status from 0 to 2, got {other}")))
+            }
         }
     }
 }

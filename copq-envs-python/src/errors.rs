@@ -57,7 +57,9 @@ impl Errors {
         }
         let bytes: Vec<u8> = lock(&self.kept).bytes.iter().copied().collect();
         let text = String::from_utf8_lossy(&bytes);
-        let lines: Vec<_> = text.lines().filter(|line| !line.trim().is_empty()).collect();
+        // Python adds a list of modules, the longest and least telling of its lines.
+        let says = |line: &&str| !line.trim().is_empty() && !line.starts_with("Extension modules:");
+        let lines: Vec<_> = text.lines().filter(says).collect();
         if lines.is_empty() {
             return String::new();
         }

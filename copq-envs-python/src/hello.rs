@@ -6,7 +6,7 @@ use serde::Deserialize;
 use crate::Options;
 
 /// The limit of Safety-Gymnasium's cost in OmniSafe's benchmark.
-const USUAL_LIMIT: f64 = 25.0;
+pub const USUAL_LIMIT: f64 = 25.0;
 
 /// The first line of the worker, if there is no error in it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -59,7 +59,7 @@ impl Hello {
             0 => Ok(names),
             given if given == names.len() => Ok(options.objectives.clone()),
             given => {
-                let wanted = format!("{} names, for {}", names.len(), names.join(", "));
+                let wanted = format!("{} of them, for {}", names.len(), names.join(", "));
                 Err(Error::invalid(format!("objectives of {task}"), wanted, given))
             }
         }

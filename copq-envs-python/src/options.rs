@@ -42,7 +42,9 @@ pub struct Options {
     /// user's.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub imports: Vec<String>,
-    /// Longest silence before a start, a reset or a step counts as failed, in seconds.
+    /// Longest silence before a reset or a step counts as failed, in seconds; a start may take five
+    /// times as long.
+    #[serde(skip, default = "minute")]
     pub timeout: f64,
     /// Whether it can be drawn ([`PythonEnv::picture`](crate::PythonEnv::picture)).
     #[serde(skip)]
@@ -53,6 +55,10 @@ fn is_empty(kwargs: &str) -> bool {
     kwargs == "{}"
 }
 
+fn minute() -> f64 {
+    60.0
+}
+
 impl Default for Options {
     fn default() -> Self {
         Self {
@@ -61,7 +67,7 @@ impl Default for Options {
             limits: BTreeMap::new(),
             kwargs: "{}".to_owned(),
             imports: Vec::new(),
-            timeout: 60.0,
+            timeout: minute(),
             render: false,
         }
     }

@@ -1,20 +1,22 @@
 """An environment of Python's for copq, which runs this file with the environment's own interpreter.
 
-Standard input is a socket, both ways. First goes one line of JSON that says what the environment is, or what is wrong.
-Then every request has its answer, numbers little-endian:
+Standard input is a socket, both ways. First goes a text (JSON, its length before it as u32) that says what the
+environment is, or what is wrong. Then every request has its answer, numbers little-endian:
 
     b"r" seed (u64)          -> status, observation (f32 each)
     b"s" action (f32 each)   -> status, observation (f32 each), reward (f32 each)
     b"p"                     -> status, height and width (u32 each), red, green and blue of every pixel (u8 each)
 
-The status is one byte: 0 running, 1 terminated, 2 truncated; or 255, and then comes a text with its length (u32)
-instead. Whatever anybody prints goes to standard error.
+The status is one byte: 0 running, 1 terminated, 2 truncated; or 255, and then comes a text instead. Whatever anybody
+prints goes to standard error.
 """
 
 import faulthandler
 import importlib
+import importlib.util
 import json
 import os
+import random
 import resource
 import select
 import signal
@@ -38,18 +40,52 @@ class Refused(Exception):
 
 
 def guard(connection):
-    """Kills this group of processes when the other side of the connection is gone, however busy the worker is."""
+    """Starts a process that kills this group of processes when the other side of the connection is gone, however busy
+    the worker is. It is nobody's child, for environments may wait for theirs.
+    """
     worker = os.getpid()
-    if os.fork():
+    middle = os.fork()
+    if middle:
+        os.waitpid(middle, 0)
         return
-    ends = select.poll()
-    ends.register(connection, 0)
-    while os.getppid() == worker and not ends.poll(500):
-        pass
+    if os.fork():
+        os._exit(0)
+    for number in signal.SIGHUP, signal.SIGINT, signal.SIGTERM:
+        signal.signal(number, signal.SIG_IGN)
+    end = select.poll()
+    end.register(connection, 0)
+    end.poll()
     deadline = time.monotonic() + GRACE
-    while os.getppid() == worker and time.monotonic() < deadline:
+    while time.monotonic() < deadline and is_there(worker):
         time.sleep(0.05)
     os.killpg(0, signal.SIGKILL)
+
+
+def is_there(process):
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def imported(number, module):
+    """Imports a module by its name or by its file."""
+    if not module.endswith(".py"):
+        importlib.import_module(module)
+        return
+    path = os.path.abspath(module)
+    if not os.path.isfile(path):
+        raise Refused(f"module to import: wanted a file, got none at {path}")
+    folder, name = os.path.split(path)
+    name = name[: -len(".py")]
+    # Its neighbours can be imported, but do not hide others' modules.
+    sys.path.append(folder)
+    if name in sys.modules:
+        name = f"{name}_{number}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    sys.modules[name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(sys.modules[name])
 
 
 def make(settings):
@@ -63,24 +99,31 @@ def make(settings):
     except ModuleNotFoundError as error:
         if error.name != name:
             raise
-        raise Refused(f"wanted the package {name} in {sys.executable}, got none (pip install {settings['package']})")
-    for module in settings["imports"]:
-        if module.endswith(".py"):
-            folder, module = os.path.split(os.path.abspath(module))
-            sys.path.insert(0, folder)
-            module = module[: -len(".py")]
-        importlib.import_module(module)
+        raise Refused(
+            f"wanted an interpreter with the package {name}, got {sys.executable} without (pip install "
+            f"{settings['package']} there, or --python PATH for another one)"
+        )
+    for number, module in enumerate(settings["imports"]):
+        imported(number, module)
     arguments = dict(settings["kwargs"])
-    if settings["render"]:
-        arguments["render_mode"] = "rgb_array"
-    # Its checks are for authors; they do not know vectors of rewards.
-    return package.make(settings["id"], **{"disable_env_checker": True, **arguments})
+    if not settings["render"]:
+        # Its checks are for authors; they do not know vectors of rewards.
+        return package.make(settings["id"], **{"disable_env_checker": True, **arguments})
+    try:
+        env = package.make(settings["id"], **{"disable_env_checker": True, **arguments, "render_mode": "rgb_array"})
+    except TypeError as error:
+        if "render_mode" not in str(error):
+            raise
+        raise Refused(f"wanted an environment that draws itself (render_mode='rgb_array'), got one that says: {error}")
+    if "rgb_array" not in env.metadata.get("render_modes", []):
+        raise Refused(f"wanted an environment that draws itself (rgb_array among its render_modes), got {env.metadata}")
+    return env
 
 
-def box(space, of, wanted, advice):
+def box(space, of, kinds, wanted, advice):
     """A space of numbers, or what would help."""
-    if type(space).__name__ != "Box" or space.dtype.kind not in wanted:
-        raise Refused(f"{of}: wanted a Box of numbers, got {space}; {advice}")
+    if type(space).__name__ != "Box" or space.dtype.kind not in kinds:
+        raise Refused(f"{of}: wanted a Box of {wanted}, got {space}; {advice}")
     return space
 
 
@@ -88,18 +131,20 @@ class World:
     """An environment, and its spaces as flat arrays."""
 
     def __init__(self, settings):
+        self.env = make(settings)
         import numpy
 
         self.numpy = numpy
         self.package = settings["package"]
-        self.env = make(settings)
+        self.costs = 1 if self.package == "safety-gymnasium" else 0
+        self.process = os.getpid()
         self.actions = box(
-            self.env.action_space, "actions", "f",
-            "a wrapper of your own (gymnasium.ActionWrapper) can take them from numbers",
+            self.env.action_space, "actions", "f", "floats",
+            "a gymnasium.ActionWrapper of yours can take them from floats: register it wrapped, and --import that",
         )
         self.observations = box(
-            self.env.observation_space, "observations", "fiub",
-            "gymnasium.wrappers.FlattenObservation can make it one",
+            self.env.observation_space, "observations", "fiub", "numbers",
+            "gymnasium.wrappers.FlattenObservation can make it one: register it wrapped, and --import that",
         )
         self.obs_len = int(numpy.prod(self.observations.shape, dtype=int))
         if self.obs_len > LONGEST_OBSERVATION:
@@ -115,32 +160,44 @@ class World:
 
     def describe(self):
         """What copq has to know before the first episode."""
-        spec, low, high = self.env.spec, self.actions.low, self.actions.high
+        low, high = (bound.astype("f4").ravel() for bound in (self.actions.low, self.actions.high))
         if not (self.numpy.isfinite(low).all() and self.numpy.isfinite(high).all()):
             raise Refused(
-                f"actions: wanted finite bounds, got {self.actions}; gymnasium.wrappers.RescaleAction can set some"
+                f"actions: wanted finite bounds that fit 32 bits, got {self.actions}; gymnasium.wrappers.RescaleAction "
+                "can set some: register it wrapped, and --import that"
             )
-        horizon = getattr(spec, "max_episode_steps", None)
+        horizon = getattr(self.env.spec, "max_episode_steps", None)
         if horizon is None:
             raise Refused(
-                "length of episodes: wanted a limit, got none (max_episode_steps where it is registered, or among "
-                "the arguments that it is made with)"
+                "length of episodes: wanted a limit, got none (max_episode_steps where it is registered, or "
+                """--env-kwargs '{"max_episode_steps": 1000}')"""
             )
         modules = [(name, sys.modules.get(name)) for name in VERSIONS]
         versions = [f"{name} {module.__version__}" for name, module in modules if hasattr(module, "__version__")]
         return {
             "obs_len": self.obs_len,
-            "action_low": low.astype(float).ravel().tolist(),
-            "action_high": high.astype(float).ravel().tolist(),
+            "action_low": low.tolist(),
+            "action_high": high.tolist(),
             "rewards": self.rewards,
-            "has_cost": self.package == "safety-gymnasium",
-            "horizon": horizon,
-            "frames_per_second": self.env.metadata.get("render_fps") or 30,
+            "has_cost": self.costs > 0,
+            "horizon": int(horizon),
+            "frames_per_second": self.frames_per_second(),
             "versions": ", ".join([f"Python {sys.version.split()[0]}", *versions]),
         }
 
+    def frames_per_second(self):
+        try:
+            wanted = float(self.env.metadata["render_fps"])
+        except (KeyError, TypeError, ValueError):
+            return 30.0
+        return wanted if 0 < wanted < float("inf") else 30.0
+
     def reset(self, seed):
-        """Begins an episode."""
+        """Begins an episode. Randomness that an environment takes from Python's or NumPy's own generators is the
+        seed's, too.
+        """
+        random.seed(seed)
+        self.numpy.random.seed(seed)
         return bytes([RUNNING]) + self.seen(self.env.reset(seed=seed)[0])
 
     def step(self, action):
@@ -150,19 +207,27 @@ class World:
             # Its bounds were rounded on their way.
             action = action.clip(self.actions.low, self.actions.high)
         obs, reward, *cost, terminated, truncated, _ = self.env.step(action)
+        if len(cost) != self.costs:
+            raise ValueError(f"step: wanted {5 + self.costs} values, got {5 + len(cost)}")
         status = TERMINATED if terminated else TRUNCATED if truncated else RUNNING
-        wanted = 1 if self.rewards is None else self.rewards
-        return bytes([status]) + self.seen(obs) + self.numbers([*cost, reward] if cost else reward, len(cost) + wanted)
+        values = self.numbers(reward, 1 if self.rewards is None else self.rewards, "reward")
+        for number in cost:
+            values = self.numbers(number, 1, "cost") + values
+        return bytes([status]) + self.seen(obs) + values
 
     def seen(self, obs):
         return self.numbers(obs, self.obs_len, "observation")
 
-    def numbers(self, values, wanted, of="reward"):
+    def numbers(self, values, wanted, of):
         """So many numbers as bytes."""
         array = self.numpy.asarray(values)
+        if array.dtype.kind not in "fiub":
+            raise ValueError(f"{of}: wanted numbers, got {values!r:.200}")
         if array.size != wanted:
             raise ValueError(f"{of}: wanted {wanted} numbers, got {array.size} (shape {array.shape})")
-        return array.astype("<f4").tobytes()
+        with self.numpy.errstate(over="ignore"):
+            # What does not fit is infinite, and is told there.
+            return array.astype("<f4").tobytes()
 
     def picture(self):
         """What the environment looks like now."""
@@ -171,33 +236,35 @@ class World:
             raise ValueError(f"picture: wanted rows of red, green and blue bytes, got {frame.dtype} {frame.shape}")
         return struct.pack("<BII", RUNNING, *frame.shape[:2]) + frame.tobytes()
 
+    def serve(self, requests, connection):
+        """Answers until nobody asks any more."""
+        while command := requests.read(1):
+            try:
+                if command == b"s":
+                    answer = self.step(requests.read(4 * self.actions.low.size))
+                elif command == b"r":
+                    answer = self.reset(*struct.unpack("<Q", requests.read(8)))
+                else:
+                    answer = self.picture()
+            except BaseException as error:
+                answer = bytes([FAILED]) + text(last_lines(error))
+            if os.getpid() != self.process:
+                # A child that the environment has forked, and that has come back to here.
+                os._exit(1)
+            connection.sendall(answer)
+
 
 def last_lines(error):
     """What was raised, and where: the frames of others than this program, which python is given as a text."""
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename not in ("<copq>", "<string>")]
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename != "<copq>"]
     said = traceback.format_exception_only(type(error), error)[-1].strip()
     return said + "".join(f"\n  {frame.filename}:{frame.lineno} in {frame.name}: {frame.line}" for frame in frames[-5:])
 
 
-def failure(error):
-    text = last_lines(error).encode()
-    return struct.pack("<BI", FAILED, len(text)) + text
-
-
-def serve(world, requests, connection):
-    """Answers until nobody asks any more."""
-    while command := requests.read(1):
-        try:
-            if command == b"s":
-                answer = world.step(requests.read(4 * world.actions.low.size))
-            elif command == b"r":
-                answer = world.reset(*struct.unpack("<Q", requests.read(8)))
-            else:
-                answer = world.picture()
-        except BaseException as error:
-            answer = failure(error)
-        connection.sendall(answer)
-    world.env.close()
+def text(words):
+    """A text with its length before it."""
+    coded = words.encode(errors="backslashreplace")
+    return struct.pack("<I", len(coded)) + coded
 
 
 def main():
@@ -208,16 +275,20 @@ def main():
     # Where a crash was, in words and not in a core file.
     faulthandler.enable()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    # The current folder, for modules of the user's.
-    sys.path.insert(0, "")
     try:
         world = World(json.loads(sys.argv[1]))
         hello = world.describe()
     except BaseException as error:
-        hello = {"error": str(error) if isinstance(error, Refused) else last_lines(error)}
-    connection.sendall(json.dumps(hello).encode() + b"\n")
-    if "error" not in hello:
-        serve(world, connection.makefile("rb"), connection)
+        world = None
+        said = str(error) if isinstance(error, Refused) else last_lines(error)
+        hello = {"error": said.encode(errors="backslashreplace").decode()}
+    connection.sendall(text(json.dumps(hello)))
+    if world:
+        world.serve(connection.makefile("rb"), connection)
+        world.env.close()
+    sys.stderr.flush()
+    # Threads that the environment has left do not keep it.
+    os._exit(0)
 
 
 main()

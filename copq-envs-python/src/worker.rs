@@ -1,6 +1,6 @@
 //! The child process that an environment lives in, and the socket to it.
 
-use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::net::Shutdown;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
@@ -15,27 +15,34 @@ use serde::Deserialize;
 use crate::errors::Errors;
 use crate::hello::Hello;
 
-const PROGRAM: &str = include_str!("worker.py");
 /// What an interpreter is started with: it reads the program from the socket, so that lists of
-/// processes stay readable.
+/// processes stay readable. Any Python can read this.
 const START: &str = "\
-import os
-length = int.from_bytes(os.read(0, 4), 'little')
+import os, struct, sys
+if sys.version_info < (3, 8):
+    sys.exit('wanted Python 3.8 or newer, got %s (%s)' % (sys.version.split()[0], sys.executable))
+length = struct.unpack('<I', os.read(0, 4))[0]
 text = b''
-while len(text) < length: text += os.read(0, length - len(text)) or exit(1)
+while len(text) < length: text += os.read(0, length - len(text)) or sys.exit(1)
 exec(compile(text, '<copq>', 'exec'))";
+const PROGRAM: &str = include_str!("worker.py");
 /// The status that a text follows.
 const FAILED: u8 = 255;
-/// Longest first line, and longest text of an error.
+/// Longest text that is taken in.
 const LONGEST: u32 = 64 << 20;
-/// How long a worker may take to close its environment, or to say where it was.
-const GRACE: Duration = Duration::from_secs(3);
+/// How often a silent worker is looked after.
+const LOOK: Duration = Duration::from_millis(200);
+/// How long a worker may take to close its environment, or to say where it was; its guard waits as
+/// long.
+const GRACE: Duration = Duration::from_secs(5);
+/// A start imports a lot, perhaps on a busy machine: it may take so many times as long as a step.
+const START_TIMES: u32 = 5;
 
 /// An environment's process. It ends with this value, and with this program however that ends.
 #[derive(Debug)]
 pub(crate) struct Worker {
     child: Child,
-    socket: BufReader<UnixStream>,
+    socket: UnixStream,
     errors: Errors,
     timeout: Duration,
 }
@@ -51,7 +58,7 @@ pub(crate) enum Failure {
 
 #[derive(Deserialize)]
 #[serde(untagged)]
-enum FirstLine {
+enum First {
     Refused { error: String },
     Hello(Hello),
 }
@@ -63,46 +70,39 @@ impl Worker {
         settings: &str,
         timeout: Duration,
     ) -> Result<(Self, Hello), String> {
-        let (ours, theirs) = pair(timeout).map_err(|e| format!("no socket for it: {e}"))?;
+        let (socket, theirs) = pair().map_err(|e| format!("no socket for it: {e}"))?;
         let mut child =
             command(python, settings, theirs).spawn().map_err(|e| not_started(python, &e))?;
         let errors = Errors::read(child.stderr.take());
-        let mut worker = Self { child, socket: BufReader::new(ours), errors, timeout };
-        let hello = worker.send_program().and_then(|()| worker.hello())?;
+        let mut worker = Self { child, socket, errors, timeout: START_TIMES * timeout };
+        let hello = worker.hello()?;
         worker.errors.show();
+        worker.timeout = timeout;
         Ok((worker, hello))
     }
 
-    fn send_program(&mut self) -> Result<(), String> {
-        let length = (PROGRAM.len() as u32).to_le_bytes();
-        let sent = self.socket.get_mut().write_all(&[&length, PROGRAM.as_bytes()].concat());
-        sent.map_err(|e| self.lost("its start", &e))
-    }
-
     fn hello(&mut self) -> Result<Hello, String> {
-        let mut line = String::new();
-        let read = (&mut self.socket).take(LONGEST.into()).read_line(&mut line);
-        if let Err(error) = read {
-            return Err(self.lost("its start", &error));
-        }
-        if line.is_empty() {
-            return Err(self.lost("its start", &ErrorKind::UnexpectedEof.into()));
-        }
-        match serde_json::from_str(&line) {
-            Ok(FirstLine::Hello(hello)) => Ok(hello),
-            Ok(FirstLine::Refused { error }) => Err(error),
-            Err(error) => Err(format!("{error} in what its worker said first: {line}")),
+        let length = (PROGRAM.len() as u32).to_le_bytes();
+        let sent = self.socket.write_all(&[&length, PROGRAM.as_bytes()].concat());
+        let said = sent.and_then(|()| self.text()).map_err(|e| self.lost("its start", &e))?;
+        match serde_json::from_str(&said) {
+            Ok(First::Hello(hello)) => Ok(hello),
+            Ok(First::Refused { error }) => Err(error),
+            Err(error) => Err(format!("{error} in what its worker said first: {said}")),
         }
     }
 
     /// Sends a request and reads an answer of this length; returns the status before it.
     pub fn ask(&mut self, request: &[u8], answer: &mut [u8], doing: &str) -> Result<u8, Failure> {
         let mut status = [0];
-        let asked = self.socket.get_mut().write_all(request);
-        let answered = asked.and_then(|()| self.socket.read_exact(&mut status));
+        let asked = self.socket.write_all(request);
+        let answered = asked.and_then(|()| self.fill(&mut status));
         answered.map_err(|e| Failure::Lost(self.lost(doing, &e)))?;
         if status == [FAILED] {
-            return Err(self.raised(doing));
+            return Err(match self.text() {
+                Ok(text) => Failure::Raised(format!("{doing} raised {text}")),
+                Err(error) => Failure::Lost(self.lost(doing, &error)),
+            });
         }
         self.read(answer, doing)?;
         Ok(status[0])
@@ -110,20 +110,45 @@ impl Worker {
 
     /// Reads what is left of an answer whose length is known by now.
     pub fn read(&mut self, answer: &mut [u8], doing: &str) -> Result<(), Failure> {
-        let read = self.socket.read_exact(answer);
-        read.map_err(|e| Failure::Lost(self.lost(doing, &e)))
+        self.fill(answer).map_err(|e| Failure::Lost(self.lost(doing, &e)))
     }
 
-    fn raised(&mut self, doing: &str) -> Failure {
-        match read_text(&mut self.socket) {
-            Ok(text) => Failure::Raised(format!("{doing} raised {text}")),
-            Err(error) => Failure::Lost(self.lost(doing, &error)),
+    /// Reads a text with its length before it.
+    fn text(&mut self) -> io::Result<String> {
+        let mut length = [0; 4];
+        self.fill(&mut length)?;
+        let length = u32::from_le_bytes(length).min(LONGEST);
+        let mut text = vec![0; length as usize];
+        self.fill(&mut text)?;
+        Ok(String::from_utf8_lossy(&text).into_owned())
+    }
+
+    /// Reads so many bytes, as long as the worker is there and not silent for too long.
+    fn fill(&mut self, bytes: &mut [u8]) -> io::Result<()> {
+        let mut filled = 0;
+        let mut heard = Instant::now();
+        while filled < bytes.len() {
+            match self.socket.read(&mut bytes[filled..]) {
+                Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
+                Ok(count) => {
+                    filled += count;
+                    heard = Instant::now();
+                }
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                // Its own children can hold the socket longer than it lives.
+                Err(error) if is_late(&error) && self.has_ended() => {
+                    return Err(ErrorKind::UnexpectedEof.into());
+                }
+                Err(error) if is_late(&error) && heard.elapsed() < self.timeout => {}
+                Err(error) => return Err(error),
+            }
         }
+        Ok(())
     }
 
     /// What became of a worker that did not answer; it is ended.
     fn lost(&mut self, doing: &str, error: &io::Error) -> String {
-        let is_silent = matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut);
+        let is_silent = is_late(error);
         if is_silent {
             // Python's faulthandler then says where it is, even if it is not in Python.
             self.errors.hide();
@@ -134,19 +159,23 @@ impl Worker {
         let said = self.errors.last_lines();
         if is_silent {
             let seconds = self.timeout.as_secs_f64();
-            return format!("{doing} took more than {seconds} s, and was given up{said}");
+            return format!(
+                "{doing} took more than {seconds} s, and was given up (--env-timeout waits \
+                 longer){said}"
+            );
         }
         let how = status.map_or(String::new(), |status| format!(" ({status})"));
         format!("its Python ended in {doing}{how}{said}")
     }
 
+    fn has_ended(&mut self) -> bool {
+        !matches!(self.child.try_wait(), Ok(None))
+    }
+
     /// Waits for the process, and ends it if it takes too long.
     fn end(&mut self) -> Option<ExitStatus> {
         let deadline = Instant::now() + GRACE;
-        while Instant::now() < deadline {
-            if let Ok(Some(status)) = self.child.try_wait() {
-                return Some(status);
-            }
+        while Instant::now() < deadline && !self.has_ended() {
             std::thread::sleep(Duration::from_millis(2));
         }
         self.child.kill().unwrap_or_default();
@@ -157,15 +186,20 @@ impl Worker {
 impl Drop for Worker {
     fn drop(&mut self) {
         // Nobody asks any more: the worker closes its environment and ends.
-        self.socket.get_mut().shutdown(Shutdown::Both).unwrap_or_default();
+        self.socket.shutdown(Shutdown::Both).unwrap_or_default();
         self.end();
     }
 }
 
-fn pair(timeout: Duration) -> io::Result<(UnixStream, UnixStream)> {
+fn is_late(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
+}
+
+fn pair() -> io::Result<(UnixStream, UnixStream)> {
     let (ours, theirs) = UnixStream::pair()?;
-    ours.set_read_timeout(Some(timeout))?;
-    ours.set_write_timeout(Some(timeout))?;
+    ours.set_read_timeout(Some(LOOK))?;
+    // Requests are small, and fit what the system keeps.
+    ours.set_write_timeout(Some(GRACE))?;
     Ok((ours, theirs))
 }
 
@@ -183,19 +217,16 @@ fn command(python: &Path, settings: &str, socket: UnixStream) -> Command {
 }
 
 fn not_started(python: &Path, error: &io::Error) -> String {
-    let python = python.display();
+    let shown = python.display();
+    if python.is_dir() {
+        let meant = python.join("bin/python");
+        return format!(
+            "Python interpreter: wanted a program such as {}, got {shown}",
+            meant.display()
+        );
+    }
     format!(
-        "Python interpreter '{python}': wanted a program that can be started (--python PATH, or the \
+        "Python interpreter '{shown}': wanted a program that can be started (--python PATH, or the \
          variable COPQ_PYTHON, or a python3 among the programs), got {error}"
     )
-}
-
-/// A text with its length before it.
-fn read_text(from: &mut impl Read) -> io::Result<String> {
-    let mut length = [0; 4];
-    from.read_exact(&mut length)?;
-    let length = u32::from_le_bytes(length).min(LONGEST);
-    let mut text = vec![0; length as usize];
-    from.read_exact(&mut text)?;
-    Ok(String::from_utf8_lossy(&text).into_owned())
 }

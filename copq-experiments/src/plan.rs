@@ -66,6 +66,9 @@ pub struct Plan {
     /// on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub python: Option<PathBuf>,
+    /// Longest silence of such a world in seconds, if it is not the usual one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub env_timeout: Option<f64>,
     /// Versions that the world's numbers depend on, as it told them when the run began.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub versions: Option<String>,
@@ -237,6 +240,7 @@ impl Plan {
             weights: None,
             world: toml::Table::new(),
             python: None,
+            env_timeout: None,
             versions: None,
             init_from: None,
             envs: 1,
@@ -262,7 +266,7 @@ impl Plan {
         let RunSettings { keep, replay, on_env_error, checkpoint_every, .. } =
             RunSettings::default();
         let run = RunSettings { keep, replay, on_env_error, checkpoint_every, ..self.run };
-        Self { threads: 1, run, python: None, versions: None, ..self.clone() }
+        Self { threads: 1, run, python: None, env_timeout: None, versions: None, ..self.clone() }
     }
 
     /// Whether two runs differ in nothing but seed, length and cadence.

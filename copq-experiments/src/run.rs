@@ -197,6 +197,8 @@ impl Run {
         }
         match failure {
             None => self.env_errors_in_a_row = 0,
+            // A signal to all processes ends a world in another one, too.
+            Some(_) if stop.is_asked() => return Ok(()),
             Some(error) => self.world_failed(error)?,
         }
         if self.settings.eval_every > 0 && has_passed(self.settings.eval_every) {

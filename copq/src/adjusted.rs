@@ -55,7 +55,7 @@ impl<E: Env> AdjustedEnv<E> {
         let names: Vec<_> = self.spec.names().into_iter().map(str::to_owned).collect();
         let is_list = parts.iter().all(|part| !part.contains('='));
         if is_list && parts.len() != names.len() {
-            let wanted = format!("{} numbers, for {}", names.len(), names.join(", "));
+            let wanted = format!("{} of them, for {}", names.len(), names.join(", "));
             return Err(Error::invalid("weights", wanted, weights));
         }
         for (i, part) in parts.into_iter().enumerate() {

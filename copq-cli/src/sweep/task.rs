@@ -6,7 +6,7 @@ use std::process::exit;
 
 use anyhow::ensure;
 use copq::files;
-use copq_experiments::{Ending, Stop, complaint_file, held_by};
+use copq_experiments::{Ending, Stop, complaint_file, held_by, read_plan};
 
 use super::cores;
 use super::file::{SweepFile, Task};
@@ -99,14 +99,16 @@ fn leave_if_held(folder: &Path) {
 
 fn begin_or_go_on(task: &Task) -> anyhow::Result<Ending> {
     let folder = &task.folder;
-    let prepared = task.prepare()?;
+    let mut prepared = task.prepare()?;
     let is_there = folder.join("config.toml").is_file();
     let init = if is_there {
+        prepared.plan.versions = read_plan(folder)?.versions;
         saved::init(folder, &prepared.plan)?
     } else {
         prepared.plan.init_from.as_deref().map(saved::policy_file).transpose()?
     };
-    train(prepared.recipe, prepared.plan, init, |recipe, plan| {
+    let run = is_there.then_some(folder.as_path());
+    train(prepared.recipe, prepared.plan, init, run, |recipe, plan| {
         if is_there {
             saved::note_other_build(folder);
             Ok(recipe.resume(folder, plan)?)

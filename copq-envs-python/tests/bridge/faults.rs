@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use copq::{Env, Outcome, Result};
 use copq_envs_python::{Options, PythonEnv};
 
-use crate::support::{data, faulty, made, python};
+use crate::support::{data, faulty, made, python, slow};
 
 /// Plays until something ends or fails.
 fn play(env: &mut PythonEnv) -> Result<(usize, Outcome)> {
@@ -59,6 +59,9 @@ fn faults_of_a_step_are_told_and_leave_nothing() {
         ("length", "observation: wanted 2 numbers, got 3 (shape (3,))"),
         ("huge", "observation: wanted 2 numbers, got 50000000"),
         ("vector", "reward: wanted 1 numbers, got 2"),
+        ("nothing", "reward: wanted numbers, got None"),
+        ("odd words", r"step raised ValueError: \udcff"),
+        ("wait", "step raised ChildProcessError"),
     ] {
         let Some(env) = faulty(fault) else { return };
         let mut env = env.unwrap();
@@ -86,18 +89,20 @@ fn an_error_says_where_python_was() {
 #[test]
 fn what_cannot_be_used_is_refused_at_the_start() {
     for (fault, words) in [
-        ("discrete", "actions: wanted a Box of numbers, got Discrete(3)"),
+        ("discrete", "actions: wanted a Box of floats, got Discrete(3)"),
         ("unbounded", "actions: wanted finite bounds"),
         ("dictionary", "gymnasium.wrappers.FlattenObservation can make it one"),
         ("enormous", "observations: wanted at most 1048576 numbers, got (4096, 4096, 3)"),
         ("start", "RuntimeError: no licence"),
-        ("slow start", "its start took more than 5 s, and was given up"),
     ] {
         let Some(env) = faulty(fault) else { return };
         let error = env.unwrap_err().to_string();
         assert!(error.contains(words), "{fault}: {error}");
         assert_gone(&format!(r#""fault":"{fault}""#));
     }
+    let Some(env) = slow() else { return };
+    let error = env.unwrap_err().to_string();
+    assert!(error.contains("its start took more than 5 s, and was given up"), "{error}");
     let error = made("gymnasium:copq/Endless-v0", "none").unwrap().unwrap_err().to_string();
     assert!(error.contains("length of episodes: wanted a limit, got none"), "{error}");
 }
@@ -141,6 +146,34 @@ fn the_next_episode_goes_on_after_an_error() {
 fn printing_disturbs_nothing() {
     let Some(env) = faulty("print") else { return };
     assert_eq!(play(&mut env.unwrap()).unwrap(), (10, Outcome::Truncated));
+}
+
+#[test]
+fn children_and_threads_of_an_environment_are_its_own_affair() {
+    for fault in ["fork", "thread"] {
+        let Some(env) = faulty(fault) else { return };
+        let mut env = env.unwrap();
+        assert_eq!(play(&mut env).unwrap(), (10, Outcome::Truncated), "{fault}");
+        let began = Instant::now();
+        drop(env);
+        assert!(began.elapsed() < Duration::from_secs(4), "{fault}");
+    }
+}
+
+#[test]
+fn a_seed_holds_for_pythons_own_generators() {
+    let rewards = |env: &mut PythonEnv| {
+        let mut reward = [0.0];
+        env.reset(7, &mut [0.0; 2]).unwrap();
+        (0..10)
+            .map(|_| (env.step(&[0.0], &mut [0.0; 2], &mut reward).unwrap(), reward[0]).1)
+            .collect()
+    };
+    let Some(env) = faulty("chance") else { return };
+    let mut env = env.unwrap();
+    let first: Vec<f32> = rewards(&mut env);
+    assert_ne!(first[8], first[9]);
+    assert_eq!(first, rewards(&mut env));
 }
 
 #[test]

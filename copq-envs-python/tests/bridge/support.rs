@@ -31,12 +31,21 @@ pub fn faulty(fault: &str) -> Option<copq::Result<PythonEnv>> {
     made("gymnasium:copq/Faulty-v0", fault)
 }
 
+/// One that takes too long to start.
+pub fn slow() -> Option<copq::Result<PythonEnv>> {
+    waited_for("gymnasium:copq/Faulty-v0", "slow start", 1.0)
+}
+
 pub fn made(task: &str, fault: &str) -> Option<copq::Result<PythonEnv>> {
+    waited_for(task, fault, 5.0)
+}
+
+fn waited_for(task: &str, fault: &str, timeout: f64) -> Option<copq::Result<PythonEnv>> {
     let options = Options {
         python: Some(python(task)?),
         kwargs: format!(r#"{{"fault": "{fault}"}}"#),
         imports: vec![format!("{}/copq_faulty.py", data())],
-        timeout: 5.0,
+        timeout,
         ..Options::default()
     };
     Some(PythonEnv::new(task, &options))

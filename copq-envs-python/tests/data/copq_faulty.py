@@ -2,8 +2,10 @@
 
 import ctypes
 import os
+import random
 import subprocess
 import sys
+import threading
 import time
 
 import gymnasium
@@ -79,6 +81,22 @@ class Faulty(gymnasium.Env):
                 obs = np.zeros(50_000_000)
             case "vector":
                 reward = [1.0, 2.0]
+            case "nothing":
+                reward = None
+            case "odd words":
+                raise ValueError("\udcff")
+            case "wait":
+                os.waitpid(-1, 0)
+            case "fork":
+                child = os.fork()
+                if not child:
+                    raise RuntimeError("a child that comes back")
+                os.waitpid(child, 0)
+            case "thread":
+                threading.Thread(target=time.sleep, args=(1000,)).start()
+                self.fault = "none"
+            case "chance":
+                reward = random.random() + np.random.random()
         return obs, reward
 
     def render(self):

@@ -118,7 +118,15 @@ fn position_or_push<T>(
 }
 
 fn world_name(plan: &Plan) -> String {
-    format!("{}, {}, {}", plan.task, plan.engine, plan.preset)
+    let mut name = format!("{}, {}, {}", plan.task, plan.engine, plan.preset);
+    // What is of another world is no seed of the same.
+    for (key, value) in &plan.world {
+        name += &format!(", {key} {value}");
+    }
+    if let Some(weights) = &plan.weights {
+        name += &format!(", weights {weights}");
+    }
+    name
 }
 
 /// What each run's method is called: its own label or method, and what sets it apart from others of
