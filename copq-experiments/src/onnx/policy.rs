@@ -17,9 +17,9 @@ pub fn graph(policy: &State) -> Result<Graph> {
     let seen = normalised(&mut graph, policy, layers.obs_len())?;
     network(&mut graph, policy.child("actor")?, &layers, seen)?;
     match layers.kind.as_str() {
-        "gaussian" => squashed(&mut graph, layers.action_len),
-        "normal" => clamped(&mut graph, policy.child("actor")?)?,
-        _ => graph.node("Tanh", &["network"], "unit"),
+        "gaussian" => gaussian(&mut graph, layers.action_len),
+        "normal" => normal(&mut graph, policy.child("actor")?)?,
+        _ => squash(&mut graph, "network"),
     }
     scaled(&mut graph, policy.child("policy")?)?;
     outputs(&mut graph, &layers);
@@ -106,7 +106,7 @@ fn activate(graph: &mut Builder, activation: &str, input: &str, output: &str) {
 }
 
 /// From `network`, means and log stds, to `mean`, `std` and `unit`, the squashed mean.
-fn squashed(graph: &mut Builder, action_len: usize) {
+fn gaussian(graph: &mut Builder, action_len: usize) {
     graph.lengths("constant/halves", [action_len, action_len]);
     let parts = ["mean", "free_log_std"];
     graph.node_with("Split", &["network", "constant/halves"], &parts, &[("axis", 1)]);
@@ -115,11 +115,19 @@ fn squashed(graph: &mut Builder, action_len: usize) {
     let bounds = ["free_log_std", "constant/lowest_log_std", "constant/highest_log_std"];
     graph.node("Clip", &bounds, "log_std");
     graph.node("Exp", &["log_std"], "std");
-    graph.node("Tanh", &["mean"], "unit");
+    squash(graph, "mean");
+}
+
+/// `unit`, the tanh of something: in f64, for runtimes' f32 is rough near its ends, where actions
+/// come to their bounds (onnxruntime's exceeds 1).
+fn squash(graph: &mut Builder, input: &str) {
+    graph.node_with("Cast", &[input], &["exact_input"], &[("to", i64::from(DOUBLE))]);
+    graph.node("Tanh", &["exact_input"], "exact_unit");
+    graph.node_with("Cast", &["exact_unit"], &["unit"], &[("to", i64::from(FLOAT))]);
 }
 
 /// From `network`, the means, to `mean`, `std` (the same in every row) and `unit`, the clamped mean.
-fn clamped(graph: &mut Builder, actor: &State) -> Result<()> {
+fn normal(graph: &mut Builder, actor: &State) -> Result<()> {
     let log_std: &[f32] = actor.get("log_std")?;
     graph.floats("actor/log_std", &[log_std.len()], log_std);
     graph.node("Identity", &["network"], "mean");
