@@ -27,7 +27,7 @@ fn python_reads_a_run_and_acts_by_its_policy() {
     let learner = Learner::new(method, env().spec(), &Candle::default(), 0).unwrap();
     let agent: Box<dyn Agent> = Box::new(learner);
     let trainer = Trainer::new(env(), agent).unwrap();
-    let mut training = Run::new(trainer, Some(Box::new(env())), folder, plan.run).unwrap();
+    let training = Run::new(trainer, Some(Box::new(env())), folder, plan.run).unwrap();
     training.silent().train().unwrap();
 
     let examples = workspace().join("examples/python");
