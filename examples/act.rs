@@ -22,7 +22,8 @@ fn main() -> Result<()> {
     world.reset(0)?;
     while world.is_running() {
         let began = Instant::now();
-        policy.act(world.obs(), &mut action)?; // in [-1, 1]; `Policy::scale` for a robot of your own
+        // In [-1, 1]; `Policy::scale` brings it to a robot's own units, as the world does here.
+        policy.act(world.obs(), &mut action)?;
         times.push(began.elapsed());
         world.step(&action)?;
     }

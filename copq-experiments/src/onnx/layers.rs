@@ -16,8 +16,8 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// The layers of a policy, from its file's content. An error for modules of someone's own, whose
-    /// arrays do not say what they compute.
+    /// The layers of a policy, from its file's content. An error for modules of someone's own,
+    /// whose arrays do not say what they compute.
     pub fn of(policy: &State) -> Result<Self> {
         let about = policy.child("policy")?;
         let kind = known(about, "kind", &["deterministic", "gaussian", "normal"])?;

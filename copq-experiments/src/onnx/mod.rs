@@ -32,9 +32,9 @@ const OPSET: i64 = 17;
 /// the outputs `mean` and `std` of its Gaussian besides, `[batch, action_len]`: before the tanh
 /// (`gaussian`), or before the clamp to [-1, 1] (`normal`); both before the scaling.
 ///
-/// The initializers are the arrays of [`Policy`]'s own file, under the same names; the metadata says
-/// its `task`, `method`, `objectives` (a name a line), `kind` and `activation`, and last a `checksum`
-/// of the file.
+/// The initializers are the arrays of [`Policy`]'s own file, under the same names; the metadata
+/// says its `task`, `method`, `objectives` (a name a line), `kind` and `activation`, and last a
+/// `checksum` of the file.
 ///
 /// Errors: a network that is not copq's own, and a file that cannot be written; the file that was
 /// there stays then.
@@ -64,7 +64,7 @@ pub fn write_onnx(policy: &Policy, path: impl AsRef<Path>) -> Result<()> {
 /// Reads the content of a policy's file, as [`State::read_file`] does; a name that ends in `.onnx`
 /// is read as what [`write_onnx`] wrote. [`Policy::from_state`] makes a policy of it.
 ///
-/// Errors: a file that cannot be read, one that is damaged, and an ONNX file that is not copq's own.
+/// Errors: a file that cannot be read, one that is damaged, and an ONNX file that is not copq's.
 ///
 /// ```
 /// # let folder = tempfile::tempdir().expect("a temporary folder");

@@ -11,8 +11,8 @@ pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
 }
 
-/// The interpreter that `COPQ_TEST_PYTHON` names, or the one in third_party. A test without one says
-/// so where nothing captures it, and is skipped.
+/// The interpreter that `COPQ_TEST_PYTHON` names, or the one in third_party. A test without one
+/// says so where nothing captures it, and is skipped.
 pub fn python(test: &str) -> Option<PathBuf> {
     let usual = workspace().join("third_party/gymnasium/bin/python");
     let python = match std::env::var_os("COPQ_TEST_PYTHON") {
