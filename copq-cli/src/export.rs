@@ -1,30 +1,103 @@
 //! `copq export`: a policy without its run.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use copq::{Error, Policy, Result};
+use copq_candle::Candle;
+use copq_experiments::{read_policy, write_onnx};
 
 use crate::options::say;
 use crate::saved::Learned;
 
-/// Writes what a run has learned to one small safetensors file, without the replay: network,
-/// normaliser, action bounds.
+/// Writes what a run has learned to one small file, without the replay: network, normaliser, action
+/// bounds.
 ///
-/// copq::Policy reads it back; so does Python.
+/// copq::Policy reads safetensors back, and so does Python; ONNX needs no copq: raw observations in,
+/// the environment's own actions out.
 #[derive(clap::Args)]
 pub struct Export {
-    /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
+    /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0; or a policy's file, such as its
+    /// policy-best.safetensors.
     run: PathBuf,
 
-    /// The file to write. [default: policy.safetensors in the run's folder]
+    /// The file's format. [default: as the name of --out ends, or safetensors]
+    #[arg(long, value_name = "NAME")]
+    format: Option<Format>,
+
+    /// The file to write. [default: policy.safetensors or policy.onnx in the run's folder; beside
+    /// a policy's file under its name]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    Safetensors,
+    Onnx,
+}
+
+impl Format {
+    /// How its files' names end.
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Safetensors => "safetensors",
+            Self::Onnx => "onnx",
+        }
+    }
+
+    /// What a file's name ends in, if that is a format.
+    fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_ascii_lowercase();
+        [Self::Safetensors, Self::Onnx].into_iter().find(|format| extension == format.extension())
+    }
+}
+
 impl Export {
     pub fn run(self) -> anyhow::Result<()> {
-        let learned = Learned::read(&self.run)?;
-        let policy = learned.policy(&self.run, learned.env()?.spec())?;
-        let out = self.out.unwrap_or_else(|| self.run.join("policy.safetensors"));
-        policy.write(&out)?;
+        let format = self.format()?;
+        let out = self.out(format)?;
+        let policy = self.policy()?;
+        match format {
+            Format::Safetensors => policy.write(&out)?,
+            Format::Onnx => write_onnx(&policy, &out)?,
+        }
         Ok(say(&format!("the policy is in {}\n", out.display()))?)
+    }
+
+    /// The format that is asked for, in words or by the file's name; an error if they differ.
+    fn format(&self) -> Result<Format> {
+        let named = self.out.as_deref().and_then(Format::of);
+        let format = self.format.or(named).unwrap_or(Format::Safetensors);
+        if named.is_some_and(|named| named != format) {
+            let what = format!("--format {}", format.extension());
+            let wanted = format!("an --out that ends in .{}", format.extension());
+            let got = self.out.as_deref().map_or(String::new(), |out| out.display().to_string());
+            return Err(Error::invalid(what, wanted, got));
+        }
+        Ok(format)
+    }
+
+    /// The file to write; an error for the one that is read.
+    fn out(&self, format: Format) -> Result<PathBuf> {
+        let is_file = self.run.is_file();
+        let usual = if is_file {
+            self.run.with_extension(format.extension())
+        } else {
+            self.run.join("policy").with_extension(format.extension())
+        };
+        let out = self.out.clone().unwrap_or(usual);
+        if is_file && out == self.run {
+            let what = format!("'{}'", out.display());
+            return Err(Error::invalid(what, "another --format or --out", "the same file"));
+        }
+        Ok(out)
+    }
+
+    fn policy(&self) -> Result<Policy> {
+        if self.run.is_file() {
+            return Policy::from_state(&read_policy(&self.run)?, &Candle::default());
+        }
+        let learned = Learned::read(&self.run)?;
+        learned.policy(&self.run, learned.env()?.spec())
     }
 }

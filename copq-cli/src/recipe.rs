@@ -5,7 +5,7 @@ use std::path::Path;
 use copq::on_policy::{self, SauteConfig};
 use copq::{Agent, Config, Constraint, Ensemble, EnvSpec, Error, Learner, Method, Result};
 use copq_candle::Candle;
-use copq_experiments::{Plan, RunFolder, RunSettings, fingerprint, with_changes};
+use copq_experiments::{Plan, RunFolder, RunSettings, fingerprint, read_policy, with_changes};
 
 /// What a run learns by.
 #[derive(Clone, Debug)]
@@ -133,12 +133,12 @@ impl Recipe {
         Ok(match self {
             Self::OffPolicy(method) => {
                 let mut learner = Learner::new(method, spec, &candle, plan.run.seed)?;
-                init.map_or(Ok(()), |file| learner.start_from(file))?;
+                init.map_or(Ok(()), |file| learner.start_from(&read_policy(file)?))?;
                 Box::new(learner)
             }
             Self::OnPolicy(method) => {
                 let mut learner = on_policy::Learner::new(method, spec, &candle, plan.run.seed)?;
-                init.map_or(Ok(()), |file| learner.start_from(file))?;
+                init.map_or(Ok(()), |file| learner.start_from(&read_policy(file)?))?;
                 Box::new(learner)
             }
         })

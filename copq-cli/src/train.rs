@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{bail, ensure};
-use copq::{Ensemble, EnvSpec, Method, files, projection};
+use copq::{Ensemble, EnvSpec, Method, projection};
 use copq_envs_python::is_task;
-use copq_experiments::{Ending, Plan, Run, RunFolder, RunSettings};
+use copq_experiments::{Ending, Plan, Run, RunFolder, RunSettings, read_policy};
 
 use crate::keeping::Keeping;
 use crate::options::{count, note, number_of, positive, say, whole};
@@ -29,8 +29,9 @@ pub struct Train {
     #[arg(long, value_name = "DIR", conflicts_with = "method", requires = "out")]
     like: Option<PathBuf>,
 
-    /// Begins with the policy of a run's folder or policy file: its weights and its normaliser, but
-    /// not its critics, optimiser or replay. The new folder keeps a copy of it.
+    /// Begins with the policy of a run's folder or policy file (.safetensors or .onnx): its weights
+    /// and its normaliser, but not its critics, optimiser or replay. The new folder keeps a copy of
+    /// it.
     #[arg(long, value_name = "DIR")]
     init_from: Option<PathBuf>,
 
@@ -284,8 +285,7 @@ pub fn train(
     let trainer = copq::Trainer::of_worlds(envs, agent)?.threads(plan.threads);
     let folder = open(&recipe, &plan)?;
     if let Some(file) = init {
-        let bytes = std::fs::read(&file).map_err(files::failed("reading", &file))?;
-        files::replace(&folder.file(saved::INIT), &bytes)?;
+        read_policy(file)?.write_file(folder.file(saved::INIT))?;
     }
     let eval_env =
         if plan.run.eval_every > 0 { Some(make_env(&plan, recipe.saute(), run)?) } else { None };

@@ -4,11 +4,6 @@
 use crate::error::check_len;
 use crate::{Error, Result, State};
 
-/// The smallest standard deviation that an observation is divided by.
-const SMALLEST_STD: f64 = 0.01;
-/// The largest size of a normalised value.
-const CLIP: f64 = 5.0;
-
 /// Running mean and standard deviation of observations, component by component, in f64.
 ///
 /// `clamp((x - mean) / max(std, 0.01), -5, 5)`, with the deviation over n - 1 (OmniSafe's
@@ -39,6 +34,11 @@ pub struct Normaliser {
 }
 
 impl Normaliser {
+    /// The smallest standard deviation that an observation is divided by.
+    pub const SMALLEST_STD: f64 = 0.01;
+    /// The largest size of a normalised value.
+    pub const CLIP: f64 = 5.0;
+
     /// One that has seen nothing, for observations of this length.
     pub fn new(observation: usize) -> Self {
         let zeros = vec![0.0; observation];
@@ -67,7 +67,7 @@ impl Normaliser {
     fn rescale(&mut self) {
         let n = self.count as f64 - 1.0;
         for (scale, squares) in self.scale.iter_mut().zip(&self.squares) {
-            *scale = 1.0 / (squares / n).sqrt().max(SMALLEST_STD);
+            *scale = 1.0 / (squares / n).sqrt().max(Self::SMALLEST_STD);
         }
     }
 
@@ -86,7 +86,7 @@ impl Normaliser {
         }
         for row in obs.chunks_exact_mut(width) {
             for ((x, mean), scale) in row.iter_mut().zip(&self.mean).zip(&self.scale) {
-                *x = ((f64::from(*x) - mean) * scale).clamp(-CLIP, CLIP) as f32;
+                *x = ((f64::from(*x) - mean) * scale).clamp(-Self::CLIP, Self::CLIP) as f32;
             }
         }
         Ok(())

@@ -3,6 +3,9 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use copq::{Env, Learner, Method};
+use copq_candle::Candle;
+
 /// An example's program.
 fn path(name: &str) -> PathBuf {
     let mut path: PathBuf = std::env::current_exe().unwrap();
@@ -52,6 +55,21 @@ fn your_own() {
     let drawn = std::fs::read_to_string(folder.path().join("bound.svg")).unwrap();
     assert!(printed.contains("factor, safety first") && drawn.contains("extremum"), "{printed}");
     assert!(run("custom_network", "120").contains("with layer normalisation: 10 episodes"));
+}
+
+#[test]
+fn act() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("policy.safetensors");
+    let env = copq_envs_rapier::make("a/hopper").unwrap();
+    let learner = Learner::new(Method::cop_td3(), env.spec(), &Candle::default(), 0).unwrap();
+    learner.save_policy(&file).unwrap();
+    let printed = run("act", file.to_str().unwrap());
+    let first = "a/hopper by cop-td3, which put safety, velocity, control first\n";
+    assert!(printed.starts_with(first) && printed.contains("an action takes"), "{printed}");
+    let none = Command::new(path("act")).output().unwrap();
+    let error = String::from_utf8(none.stderr).unwrap();
+    assert!(error.contains("the argument: wanted a policy's file"), "{error}");
 }
 
 #[test]

@@ -71,6 +71,11 @@ pub(crate) fn check_made_by(state: &State, what: &str, own: &str) -> Result<()> 
     Err(Error::invalid(format!("{what} of the saved learner"), own, saved))
 }
 
+/// The method of a saved learner.
+pub(crate) fn method_of(state: &State) -> Result<&str> {
+    made_by(state)?.get_text("method")
+}
+
 impl Agent for Learner {
     fn seed(&self) -> u64 {
         self.seed

@@ -3,13 +3,13 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::policy::{begin_with, exported};
+use crate::policy::{About, begin_with, exported};
 use crate::temperature::Temperature;
 use crate::{
     Actor, Batch, Config, Critic, EnvSpec, Explore, Famo, Multiplier, Normaliser, Observer,
-    Projection, Replay, Result,
+    Projection, Replay, Result, State,
 };
-pub(crate) use agent::check_made_by;
+pub(crate) use agent::{check_made_by, method_of};
 use buffers::{Buffers, Names};
 use scales::Scales;
 use streams::Streams;
@@ -127,19 +127,21 @@ impl Learner {
     /// Writes the policy to a small file, without the replay: [`Policy::read`](crate::Policy::read)
     /// reads it back.
     pub fn save_policy(&self, path: impl AsRef<std::path::Path>) -> Result<()> {
-        let kind = self.config.actor();
-        let networks = &self.config.networks;
-        exported(self.actor.as_ref(), self.normaliser.as_ref(), &self.spec, networks, kind)?
-            .write_file(path)
+        exported(self.actor.as_ref(), self.normaliser.as_ref(), &self.about())?.write_file(path)
     }
 
-    /// Begins with the policy in a file that [`Learner::save_policy`] wrote, of this or another
-    /// method and task of the same robot: its weights and its normaliser. Critics, optimisers and
-    /// replay begin anew. An error for another kind of policy, or one of another world.
-    pub fn start_from(&mut self, path: impl AsRef<std::path::Path>) -> Result<()> {
-        let Self { spec, config, actor, normaliser, .. } = self;
-        let kind = config.actor();
-        begin_with(path.as_ref(), spec, &config.networks, kind, actor.as_mut(), normaliser)
+    /// Begins with the policy in the content of a file that [`Learner::save_policy`] wrote
+    /// ([`State::read_file`]), of this or another method and task of the
+    /// same robot: its weights and its normaliser. Critics, optimisers and replay begin anew. An
+    /// error for another kind of policy, or one of another world.
+    pub fn start_from(&mut self, policy: &State) -> Result<()> {
+        let about = self.about();
+        begin_with(policy, &about, self.actor.as_mut(), &mut self.normaliser)
+    }
+
+    /// What its policy's file says.
+    fn about(&self) -> About {
+        About::new(&self.spec, &self.config.networks, self.config.actor(), Some(&self.name))
     }
 
     /// Updates done so far.

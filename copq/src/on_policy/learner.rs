@@ -10,8 +10,8 @@ use super::normal::{Deviations, mean_entropy};
 use super::saute::{costs, shows_budgets};
 use super::{Config, Method, Policy, Report, SauteConfig, Value, update};
 use crate::memory;
-use crate::policy::{begin_with, exported};
-use crate::{ActorKind, Backend, EnvSpec, Error, Normaliser, Observer, Result, Rng, Stream};
+use crate::policy::{About, begin_with, exported};
+use crate::{ActorKind, Backend, EnvSpec, Error, Normaliser, Observer, Result, Rng, State, Stream};
 
 /// Learns a policy, and the values of its observations, from epochs of its own steps.
 ///
@@ -157,18 +157,20 @@ impl Learner {
 
     /// Writes the policy to a small file: [`Policy::read`](crate::Policy::read) reads it back.
     pub fn save_policy(&self, path: impl AsRef<std::path::Path>) -> Result<()> {
-        let normaliser = self.normaliser.as_ref();
-        let networks = &self.config.networks;
-        let actor = self.policy.as_ref();
-        exported(actor, normaliser, &self.spec, networks, ActorKind::Normal)?.write_file(path)
+        exported(self.policy.as_ref(), self.normaliser.as_ref(), &self.about())?.write_file(path)
     }
 
-    /// Begins with the policy in a file that [`Learner::save_policy`] wrote, of this or another
-    /// method and task of the same robot: its weights and its normaliser.
-    pub fn start_from(&mut self, path: impl AsRef<std::path::Path>) -> Result<()> {
-        let Self { spec, config, policy, normaliser, .. } = self;
-        let kind = ActorKind::Normal;
-        begin_with(path.as_ref(), spec, &config.networks, kind, policy.as_mut(), normaliser)
+    /// Begins with the policy in the content of a file that [`Learner::save_policy`] wrote
+    /// ([`State::read_file`]), of this or another method and task of the
+    /// same robot: its weights and its normaliser.
+    pub fn start_from(&mut self, policy: &State) -> Result<()> {
+        let about = self.about();
+        begin_with(policy, &about, self.policy.as_mut(), &mut self.normaliser)
+    }
+
+    /// What its policy's file says.
+    fn about(&self) -> About {
+        About::new(&self.spec, &self.config.networks, ActorKind::Normal, Some(&self.name))
     }
 
     /// Shares an epoch's steps among so many worlds.

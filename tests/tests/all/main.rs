@@ -2,6 +2,9 @@
 
 mod kinematics;
 mod on_policy;
+mod onnx;
+mod python;
+mod python_examples;
 mod quick_start;
 mod results;
 mod resume;

@@ -149,7 +149,7 @@ fn a_policy_comes_back_without_its_run_and_begins_another() {
         let mut policy = Policy::read(&path, &Candle::default()).unwrap();
         let env = env(&method(name));
         let mut other = Learner::new(method(name), env.spec(), &Candle::default(), 9).unwrap();
-        other.start_from(&path).unwrap();
+        other.start_from(&State::read_file(&path).unwrap()).unwrap();
         let obs = vec![0.3; env.spec().obs_len];
         let mut actions = [[0.0; 3]; 3];
         agent.act(&obs, Mode::Exploit, &mut actions[0]).unwrap();

@@ -1,0 +1,141 @@
+//! Policies that leave their run, and runs that begin with them.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use copq::State;
+use copq_experiments::read_policy;
+
+const TINY: [&str; 10] = [
+    "--eval-every",
+    "100",
+    "--eval-episodes",
+    "1",
+    "--set",
+    "start_steps=50",
+    "--set",
+    "networks.hidden=[8]",
+    "--set",
+    "batch=8",
+];
+
+fn copq() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_copq"));
+    command.env("RUST_BACKTRACE", "0");
+    command
+}
+
+/// A tiny run, with a few words more.
+fn train(out: &Path, more: &[&str]) -> Output {
+    let mut command = copq();
+    command.arg("train").args(TINY).args(["--steps", "120", "--out"]).arg(out);
+    command.args(more).output().unwrap()
+}
+
+fn export(from: &Path, more: &[&str]) -> Output {
+    copq().arg("export").arg(from).args(more).output().unwrap()
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn assert_well(output: &Output) {
+    assert!(output.status.success(), "{:?}: {}", output.status, words(output));
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn both_formats_hold_the_same_policy() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = |name: &str| temporary.path().join(name);
+    let run = path("run");
+    assert_well(&train(&run, &[]));
+
+    // In the run's folder, unless said otherwise.
+    let learned = std::fs::read(run.join("policy.safetensors")).unwrap();
+    std::fs::remove_file(run.join("policy.safetensors")).unwrap();
+    assert_well(&export(&run, &[]));
+    assert!(learned == std::fs::read(run.join("policy.safetensors")).unwrap(), "as the run's own");
+    assert_well(&export(&run, &["--format", "onnx"]));
+    let state = State::read_file(run.join("policy.safetensors")).unwrap();
+    assert_eq!(read_policy(run.join("policy.onnx")).unwrap(), state);
+    let about = state.child("policy").unwrap();
+    assert_eq!(about.get_text("method").unwrap(), "cop-td3");
+    assert_eq!(about.get_text("objectives").unwrap(), "safety\nvelocity\ncontrol");
+
+    // The name says the format, and may not say another one.
+    let robot = path("robot.onnx");
+    assert_well(&export(&run, &["--out", text(&robot)]));
+    assert_eq!(read_policy(&robot).unwrap(), state);
+    assert_well(&export(&run, &["--format", "safetensors", "--out", text(&path("robot.bin"))]));
+    assert_eq!(State::read_file(path("robot.bin")).unwrap(), state);
+    let output = export(&run, &["--format", "safetensors", "--out", text(&robot)]);
+    let wanted = "--format safetensors: wanted an --out that ends in .safetensors, got ";
+    assert!(words(&output).contains(wanted), "{}", words(&output));
+    assert_eq!(read_policy(&robot).unwrap(), state, "the file is as it was");
+
+    // A policy's file to the other format, and back.
+    assert_well(&export(&run.join("policy-best.safetensors"), &["--format", "onnx"]));
+    let best = State::read_file(run.join("policy-best.safetensors")).unwrap();
+    assert_eq!(read_policy(run.join("policy-best.onnx")).unwrap(), best);
+    let back = path("back.safetensors");
+    assert_well(&export(&run.join("policy-best.onnx"), &["--out", text(&back)]));
+    assert_eq!(State::read_file(&back).unwrap(), best);
+    let output = export(&back, &[]);
+    assert!(words(&output).contains("wanted another --format or --out"), "{}", words(&output));
+}
+
+#[test]
+fn a_run_begins_with_an_onnx_file_as_with_the_other() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = |name: &str| temporary.path().join(name);
+    assert_well(&train(&path("teacher"), &[]));
+    assert_well(&export(&path("teacher"), &["--format", "onnx"]));
+    for format in ["safetensors", "onnx"] {
+        let policy = path("teacher").join("policy").with_extension(format);
+        assert_well(&train(&path(format), &["--seed", "5", "--init-from", text(&policy)]));
+    }
+    for name in ["policy-init.safetensors", "evaluations.csv", "checkpoint.safetensors"] {
+        let read = |format: &str| std::fs::read(path(format).join(name)).unwrap();
+        assert!(read("safetensors") == read("onnx"), "{name}");
+    }
+    // It goes on without its teacher.
+    std::fs::remove_dir_all(path("teacher")).unwrap();
+    let mut resume = copq();
+    assert_well(&resume.arg("resume").arg(path("onnx")).args(["--steps", "130"]).output().unwrap());
+}
+
+#[test]
+fn a_damaged_or_foreign_file_begins_nothing() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = |name: &str| temporary.path().join(name);
+    assert_well(&train(&path("teacher"), &[]));
+    assert_well(&export(&path("teacher"), &["--out", text(&path("sound.onnx"))]));
+    let sound = std::fs::read(path("sound.onnx")).unwrap();
+    let mut damaged = sound.clone();
+    damaged[sound.len() / 2] ^= 1;
+    // ONNX's field of the producer, as another program writes it.
+    let foreign = b"\x08\x08\x12\x07pytorch";
+    for (name, bytes, wanted) in [
+        ("damaged.onnx", damaged.as_slice(), "wanted the bytes that copq wrote, got others"),
+        ("cut.onnx", &sound[..sound.len() / 2], "as ONNX (is it damaged?)"),
+        ("foreign.onnx", foreign, "wanted copq, for only its own policies can be read back, got"),
+        ("renamed.safetensors", &sound, "reading the checkpoint"),
+    ] {
+        std::fs::write(path(name), bytes).unwrap();
+        let output = train(&path("pupil"), &["--init-from", text(&path(name))]);
+        let said = words(&output);
+        assert!(!output.status.success() && said.contains(wanted), "{name}: {said}");
+        assert!(said.contains(name) && !said.contains("panicked"), "{name}: {said}");
+        assert!(!path("pupil").exists(), "{name}");
+    }
+    // One that is sound but does not fit.
+    let mut wrong = copq();
+    wrong.args(["train", "sac", "--init-from"]).arg(path("sound.onnx"));
+    let output = wrong.arg("--out").arg(path("x")).output().unwrap();
+    assert!(words(&output).contains("of the policy to begin with"), "{}", words(&output));
+}

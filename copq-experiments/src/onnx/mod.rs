@@ -1,0 +1,116 @@
+//! Policies as ONNX files: messages, the graph, and the way back.
+
+mod graph;
+mod layers;
+mod messages;
+mod policy;
+mod read;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use copq::{Policy, Result, State, Value, files};
+use prost::Message;
+
+use messages::{Entry, Model, Opset};
+
+const PRODUCER: &str = "copq";
+/// The last entry of the metadata: a CRC-32C of all bytes before it.
+const CHECKSUM: &str = "checksum";
+
+/// ONNX 1.12's format and operators, which every runtime of today reads.
+const IR_VERSION: i64 = 8;
+const OPSET: i64 = 17;
+
+/// Writes a policy as an ONNX file that needs nothing of copq: raw observations in, the
+/// environment's own actions out.
+///
+/// The input is `obs`, f32, `[batch, obs_len]`, with a free batch. The output `action`, f32,
+/// `[batch, action_len]`, is the best guess in the environment's units, never beyond its bounds and
+/// exactly there at the ends: normaliser, squashing and scaling are inside. A stochastic policy has
+/// the outputs `mean` and `std` of its Gaussian besides, `[batch, action_len]`: before the tanh
+/// (`gaussian`), or before the clamp to [-1, 1] (`normal`); both before the scaling.
+///
+/// The initializers are the arrays of [`Policy`]'s own file, under the same names; the metadata
+/// says its `task`, `method`, `objectives` (a name a line), `kind` and `activation`, and last a
+/// `checksum` of the file.
+///
+/// Errors: a network that is not copq's own, and a file that cannot be written; the file that was
+/// there stays then.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("policy.onnx");
+/// use copq::{EnvSpec, Learner, Method, Policy};
+/// use copq_candle::Candle;
+/// use copq_experiments::{read_policy, write_onnx};
+///
+/// let spec = EnvSpec::new("cart", 4, 1).action_bounds(&[-3.0], &[3.0]).reward("safety", 1.0);
+/// let learner = Learner::new(Method::cop_td3(), &spec, &Candle::default(), 0)?;
+/// # let saved = folder.path().join("policy.safetensors");
+/// learner.save_policy(&saved)?;
+/// let policy = Policy::read(&saved, &Candle::default())?;
+/// write_onnx(&policy, &path)?;
+///
+/// // The file holds all that the policy is.
+/// assert_eq!(read_policy(&path)?, policy.to_state()?);
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub fn write_onnx(policy: &Policy, path: impl AsRef<Path>) -> Result<()> {
+    files::replace(path.as_ref(), &encode(&policy.to_state()?)?)
+}
+
+/// Reads the content of a policy's file, as [`State::read_file`] does; a name that ends in `.onnx`
+/// is read as what [`write_onnx`] wrote. [`Policy::from_state`] makes a policy of it.
+///
+/// Errors: a file that cannot be read, one that is damaged, and an ONNX file that is not copq's.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("policy.onnx");
+/// # std::fs::write(&path, "no ONNX").expect("a file");
+/// let error = copq_experiments::read_policy(&path).unwrap_err().to_string();
+/// assert!(error.contains("policy.onnx' as ONNX (is it damaged?)"), "{error}");
+/// ```
+pub fn read_policy(path: impl AsRef<Path>) -> Result<State> {
+    let path = path.as_ref();
+    if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("onnx")) {
+        return State::read_file(path);
+    }
+    let bytes = std::fs::read(path).map_err(files::failed("reading", path))?;
+    read::decode(path, &bytes)
+}
+
+/// The bytes of a policy's ONNX file.
+fn encode(policy: &State) -> Result<Vec<u8>> {
+    let about = policy.child("policy")?;
+    let mut metadata_props = Vec::new();
+    for (key, value) in about.values() {
+        if matches!(value, Value::U8(_)) {
+            let value = about.get_text(key)?.to_owned();
+            metadata_props.push(Entry { key: key.to_owned(), value });
+        }
+    }
+    let task = about.get_text("task")?;
+    let model = Model {
+        ir_version: IR_VERSION,
+        opset_import: vec![Opset { domain: String::new(), version: OPSET }],
+        producer_name: PRODUCER.to_owned(),
+        producer_version: env!("CARGO_PKG_VERSION").to_owned(),
+        doc_string: format!("A policy for {task}: raw observations in, actions out."),
+        graph: Some(policy::graph(policy)?),
+        metadata_props,
+    };
+    Ok(with_checksum(model.encode_to_vec()))
+}
+
+/// The same with its checksum at the end: messages one after another are one message, so readers
+/// take it for the last entry of the metadata.
+fn with_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
+    let value = format!("{:08x}", crc32c::crc32c(&bytes));
+    let entry = Entry { key: CHECKSUM.to_owned(), value };
+    let last = Model { metadata_props: vec![entry], ..Model::default() };
+    bytes.extend(last.encode_to_vec());
+    bytes
+}
