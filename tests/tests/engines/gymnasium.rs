@@ -1,6 +1,8 @@
 //! Gymnasium's own environments through the bridge to Python, against copq's on the same MuJoCo.
 
-use std::path::PathBuf;
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
 
 use copq::{Env, Outcome, Rng};
 use copq_envs::Locomotion;
@@ -14,10 +16,20 @@ fn python() -> Option<PathBuf> {
     let usual = concat!(env!("CARGO_MANIFEST_DIR"), "/../third_party/gymnasium/bin/python");
     let python = std::env::var_os("COPQ_TEST_PYTHON").map_or(usual.into(), PathBuf::from);
     if python.exists() {
-        return Some(python);
+        return std::path::absolute(python).ok();
     }
     eprintln!("SKIPPED: there is no {} (scripts/python-worlds.sh)", python.display());
     None
+}
+
+/// The same interpreter in a folder of its own, where Python's MuJoCo leaves its log.
+fn in_folder(python: &Path, folder: &Path) -> PathBuf {
+    let script = folder.join("python");
+    let [folder, python] = [folder, python].map(Path::display);
+    let text = format!("#!/bin/sh\ncd '{folder}' && exec '{python}' \"$@\"\n");
+    std::fs::write(&script, text).unwrap();
+    std::fs::set_permissions(&script, Permissions::from_mode(0o755)).unwrap();
+    script
 }
 
 /// Ours, which starts where the model does, without noise; its control is free or has its price.
@@ -66,6 +78,8 @@ fn play(env: &mut dyn Env) -> (Vec<u32>, Vec<f32>) {
 #[test]
 fn robots_are_gymnasiums_bit_for_bit() {
     let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let python = in_folder(&python, folder.path());
     for (name, id) in [
         ("gym/hopper", "Hopper-v5"),
         ("gym/walker2d", "Walker2d-v5"),
