@@ -14,6 +14,7 @@ import subprocess
 import sys
 import time
 
+import gymnasium
 import numpy as np
 
 TASKS = [
@@ -59,8 +60,8 @@ def main():
         package, name = task.split(":")
         try:
             env = importlib.import_module(package.replace("-", "_")).make(name)
-        except ModuleNotFoundError:
-            continue
+        except (ModuleNotFoundError, gymnasium.error.Error):
+            continue  # another interpreter's
         space, rng = env.action_space, np.random.default_rng(1)
         actions = [rng.uniform(space.low, space.high).astype(space.dtype) for _ in range(STEPS)]
         alone(env, actions[:100]), bridged(server, task)

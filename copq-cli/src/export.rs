@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use copq::{Error, Policy, Result};
 use copq_candle::Candle;
+use copq_envs_python::is_task;
 use copq_experiments::{read_policy, write_onnx};
 
 use crate::options::say;
@@ -98,6 +99,11 @@ impl Export {
             return Policy::from_state(&read_policy(&self.run)?, &Candle::default());
         }
         let learned = Learned::read(&self.run)?;
+        let file = self.run.join("policy.safetensors");
+        if is_task(&learned.plan.task) && file.is_file() {
+            // Nothing of Python's is needed for it.
+            return Policy::from_state(&read_policy(file)?, &Candle::default());
+        }
         learned.policy(&self.run, learned.env()?.spec())
     }
 }

@@ -225,9 +225,8 @@ class World:
             raise ValueError(f"{of}: wanted numbers, got {values!r:.200}")
         if array.size != wanted:
             raise ValueError(f"{of}: wanted {wanted} numbers, got {array.size} (shape {array.shape})")
-        with self.numpy.errstate(over="ignore"):
-            # What does not fit is infinite, and is told there.
-            return array.astype("<f4").tobytes()
+        # What does not fit is infinite, and is told there.
+        return array.astype("<f4").tobytes()
 
     def picture(self):
         """What the environment looks like now."""
