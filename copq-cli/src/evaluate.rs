@@ -10,7 +10,7 @@ use crate::options::{count, say, whole};
 use crate::python::PythonProcess;
 use crate::saved::Learned;
 
-/// Plays episodes of a run's policy without exploration and says what they returned.
+/// Plays episodes of a run's last policy without exploration and says what they returned.
 ///
 /// The folder is only read: the run may go on meanwhile.
 #[derive(clap::Args)]
@@ -51,6 +51,17 @@ struct Report {
     episodes: usize,
     /// Steps of an episode, the weighted total, and each objective's return, over the episodes.
     quantities: Vec<Quantity>,
+    /// The episodes one by one, in JSON alone.
+    each: Vec<Played>,
+}
+
+#[derive(Serialize)]
+struct Played {
+    /// What the environment was reset with; one of Python's with its remainder by 2^31.
+    seed: u64,
+    steps: u64,
+    terminated: bool,
+    returns: Vec<f64>,
 }
 
 #[derive(Serialize)]
@@ -87,13 +98,22 @@ impl Evaluate {
         let mut action = vec![0.0; spec.action_len()];
         let mut rollout = copq::Rollout::new(env)?;
         let mut episodes = Vec::new();
+        let mut each = Vec::new();
         for _ in 0..self.episodes {
-            rollout.reset(seeds.next_u64())?;
+            let seed = seeds.next_u64();
+            rollout.reset(seed)?;
             while rollout.is_running() {
                 policy.act(rollout.obs(), &mut action)?;
                 rollout.step(&action)?;
             }
-            episodes.push(rollout.episode().clone());
+            let episode = rollout.episode();
+            each.push(Played {
+                seed,
+                steps: episode.length,
+                terminated: episode.outcome == Outcome::Terminated,
+                returns: episode.returns.clone(),
+            });
+            episodes.push(episode.clone());
         }
         let weights = spec.weights();
         let of =
@@ -122,6 +142,7 @@ impl Evaluate {
             seed,
             episodes: self.episodes,
             quantities,
+            each,
         };
         let text =
             if self.json { serde_json::to_string_pretty(&report)? + "\n" } else { report.table() };

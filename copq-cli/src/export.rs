@@ -11,7 +11,7 @@ use crate::options::say;
 use crate::saved::Learned;
 
 /// Writes what a run has learned to one small file, without the replay: network, normaliser, action
-/// bounds.
+/// bounds. Of a run's folder it is the last policy; policy-best.safetensors in it is the best one.
 ///
 /// copq::Policy reads safetensors back, and so does Python; ONNX needs no copq: raw observations in,
 /// the environment's own actions out.
@@ -86,10 +86,12 @@ impl Export {
         } else {
             self.run.join("policy").with_extension(format.extension())
         };
+        let is_usual = self.out.is_none();
         let out = self.out.clone().unwrap_or(usual);
-        if is_file && out == self.run {
+        // Beside a policy's file lie a run's own.
+        if is_file && (out == self.run || is_usual && out.exists()) {
             let what = format!("'{}'", out.display());
-            return Err(Error::invalid(what, "another --format or --out", "the same file"));
+            return Err(Error::invalid(what, "a new file (--out)", "one that is there"));
         }
         Ok(out)
     }

@@ -19,7 +19,8 @@ pub struct PythonWorld {
     /// Names of its rewards between commas, in the environment's order. [default: reward, or
     /// reward.0,reward.1,...]
     ///
-    /// Their priority is this order, unless --order says another.
+    /// Their priority is this order, unless --order says another. An environment of your own has
+    /// several if its reward_space says how many: Box(-inf, inf, (2,)).
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     objectives: Vec<String>,
 
@@ -79,10 +80,12 @@ impl PythonWorld {
         // Whoever goes on with the run has perhaps another one.
         plan.python =
             plan.python.take().or_else(|| std::env::var_os("COPQ_PYTHON").map(Into::into));
-        for (key, value) in [("objectives", &self.objectives), ("imports", &self.import)] {
-            if !value.is_empty() {
-                plan.world.insert(key.to_owned(), value.clone().into());
-            }
+        if !self.objectives.is_empty() {
+            let names: Vec<_> = self.objectives.iter().map(|name| name.trim()).collect();
+            plan.world.insert("objectives".to_owned(), names.into());
+        }
+        if !self.import.is_empty() {
+            plan.world.insert("imports".to_owned(), self.import.clone().into());
         }
         if let Some(kwargs) = &self.env_kwargs {
             plan.world.insert("kwargs".to_owned(), kwargs.clone().into());

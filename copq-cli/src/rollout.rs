@@ -15,7 +15,7 @@ use crate::saved::{Learned, note_other_versions};
 use crate::view::{VIEWS, make_view};
 use crate::world::{World, adjusted, make_world};
 
-/// Plays episodes of a trained policy without exploration; writes a GIF in real time, with the
+/// Plays episodes of a run's last policy without exploration; writes a GIF in real time, with the
 /// returns so far.
 ///
 /// Task, engine and policy are those of the run. Its folder is only read: the run may go on

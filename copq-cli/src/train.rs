@@ -29,7 +29,7 @@ pub struct Train {
     #[arg(long, value_name = "DIR", conflicts_with = "method", requires = "out")]
     like: Option<PathBuf>,
 
-    /// Begins with the policy of a run's folder or policy file (.safetensors or .onnx): its weights
+    /// Begins with the best policy of a run's folder or policy file (.safetensors or .onnx): its weights
     /// and its normaliser, but not its critics, optimiser or replay. The new folder keeps a copy of
     /// it.
     #[arg(long, value_name = "DIR")]
@@ -273,6 +273,7 @@ pub fn train(
     // The worlds to learn in, and below another one to be evaluated in.
     let env = make_env(&plan, recipe.saute(), run)?;
     check_task(&recipe, env.spec())?;
+    note_no_update(&recipe, &plan);
     saved::note_other_versions(&plan, env.spec());
     plan.versions = plan.versions.or_else(|| env.spec().versions.clone());
     let mut agent = recipe.clone().agent(env.spec(), &plan, init.as_deref())?;
@@ -293,6 +294,17 @@ pub fn train(
     // The run is done and says so in its log, too; that nobody reads it here is no failure.
     say(&format!("{ending}\n")).unwrap_or_default();
     Ok(ending)
+}
+
+/// Says so if a run is over before it learns anything.
+fn note_no_update(recipe: &Recipe, plan: &Plan) {
+    let (name, first) = match recipe {
+        Recipe::OffPolicy(method) => ("start_steps", method.config.start_steps),
+        Recipe::OnPolicy(method) => ("steps_per_epoch", method.config.steps_per_epoch as u64),
+    };
+    if plan.run.steps < first {
+        note(&format!("nothing is learned before step {first} ({name}), where this run is over"));
+    }
 }
 
 /// Makes a run's world and agent, and lets them go again: an error for what could not begin.

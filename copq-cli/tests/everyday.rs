@@ -242,7 +242,7 @@ fn a_run_begins_with_another_ones_policy_or_like_another() {
     let mut wrong = copq();
     wrong.args(["train", "sac", "--init-from"]).arg(path("pupil")).arg("--out").arg(path("x"));
     let output = wrong.output().unwrap();
-    assert!(words(&output).contains("of the policy to begin with"), "{}", words(&output));
+    assert!(words(&output).contains("the policy to begin with: wanted"), "{}", words(&output));
 }
 
 /// Every array of a checkpoint, damaged in turn: each is found before anything is believed.

@@ -86,7 +86,11 @@ fn both_formats_hold_the_same_policy() {
     assert_well(&export(&run.join("policy-best.onnx"), &["--out", text(&back)]));
     assert_eq!(State::read_file(&back).unwrap(), best);
     let output = export(&back, &[]);
-    assert!(words(&output).contains("wanted another --format or --out"), "{}", words(&output));
+    assert!(
+        words(&output).contains("wanted a new file (--out), got one that is there"),
+        "{}",
+        words(&output)
+    );
 }
 
 #[test]
@@ -124,7 +128,7 @@ fn a_damaged_or_foreign_file_begins_nothing() {
         ("damaged.onnx", damaged.as_slice(), "wanted the bytes that copq wrote, got others"),
         ("cut.onnx", &sound[..sound.len() / 2], "as ONNX (is it damaged?)"),
         ("foreign.onnx", foreign, "wanted copq, for only its own policies can be read back, got"),
-        ("renamed.safetensors", &sound, "reading the checkpoint"),
+        ("noise.safetensors", b"words of somebody's", "as a policy's file, safetensors or ONNX"),
     ] {
         std::fs::write(path(name), bytes).unwrap();
         let output = train(&path("pupil"), &["--init-from", text(&path(name))]);
@@ -133,9 +137,12 @@ fn a_damaged_or_foreign_file_begins_nothing() {
         assert!(said.contains(name) && !said.contains("panicked"), "{name}: {said}");
         assert!(!path("pupil").exists(), "{name}");
     }
+    let checkpoint = path("teacher").join("checkpoint.safetensors");
+    let output = train(&path("pupil"), &["--init-from", text(&checkpoint)]);
+    assert!(words(&output).contains("got a checkpoint"), "{}", words(&output));
     // One that is sound but does not fit.
     let mut wrong = copq();
     wrong.args(["train", "sac", "--init-from"]).arg(path("sound.onnx"));
     let output = wrong.arg("--out").arg(path("x")).output().unwrap();
-    assert!(words(&output).contains("of the policy to begin with"), "{}", words(&output));
+    assert!(words(&output).contains("the policy to begin with: wanted"), "{}", words(&output));
 }

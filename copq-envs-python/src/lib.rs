@@ -21,13 +21,18 @@
 //! `safety-gymnasium:SafetyHopperVelocity-v1`, or `gymnasium:my_module:MyEnv-v0`, which imports
 //! `my_module` first.
 //!
-//! For Unix alone, as it goes through a socket of Unix's.
+//! On Unix alone, as it goes through a socket of Unix's; elsewhere making one is an error.
 
 mod doctor;
 mod env;
+#[cfg(unix)]
 mod errors;
 mod hello;
 mod options;
+#[cfg(unix)]
+mod worker;
+#[cfg(not(unix))]
+#[path = "no_worker.rs"]
 mod worker;
 
 pub use doctor::{Found, look};

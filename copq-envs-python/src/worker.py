@@ -224,7 +224,8 @@ class World:
         if array.dtype.kind not in "fiub":
             raise ValueError(f"{of}: wanted numbers, got {values!r:.200}")
         if array.size != wanted:
-            raise ValueError(f"{of}: wanted {wanted} numbers, got {array.size} (shape {array.shape})")
+            advice = "; set the environment's reward_space for a vector of rewards" if of == "reward" else ""
+            raise ValueError(f"{of}: wanted {wanted} numbers, got {array.size} (shape {array.shape}){advice}")
         # What does not fit is infinite, and is told there.
         return array.astype("<f4").tobytes()
 

@@ -153,6 +153,7 @@ impl RunFolder {
         let mut saved: RunConfig<S> = config::read(&file)?;
         config::check_same(&file, "settings", &saved.settings, settings)?;
         check_plan(&folder.path, &saved.plan, plan)?;
+        folder.check_not_lost()?;
         if *plan != saved.plan {
             saved.plan = plan.clone();
             config::write(&file, &saved)?;
@@ -166,6 +167,18 @@ impl RunFolder {
             }
             _ => Ok(folder),
         }
+    }
+
+    /// An error for a run that is done but has lost its checkpoint: it would begin anew, over what it
+    /// has left.
+    fn check_not_lost(&self) -> Result<()> {
+        if self.file(DONE).exists() && matches!(self.load(), Ok(None)) {
+            let what = format!("run folder '{}'", self.path.display());
+            let wanted = "the checkpoint of the run that is done there (a run like it in a new \
+                          folder: copq train --like)";
+            return Err(Error::invalid(what, wanted, "none"));
+        }
+        Ok(())
     }
 
     /// The folder's path.

@@ -24,6 +24,7 @@ means = evaluations.filter(regex="^(weighted_total|return/.*)/mean$")
 print(means.round(1).to_string())
 
 # The best policy so far: named arrays, texts as bytes (copq::Policy describes them all).
-policy = load_file(run / "policy-best.safetensors")
+best = run / "policy-best.safetensors"
+policy = load_file(best if best.exists() else run / "policy.safetensors")
 print("objectives:", ", ".join(policy["policy/objectives"].tobytes().decode().split("\n")))
 print("weights:", *(f"{name} {array.shape}" for name, array in policy.items() if "weight" in name))

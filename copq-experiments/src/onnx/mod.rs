@@ -10,7 +10,7 @@ mod tests;
 
 use std::path::Path;
 
-use copq::{Policy, Result, State, Value, files};
+use copq::{Error, Policy, Result, State, Value, files};
 use prost::Message;
 
 use messages::{Entry, Model, Opset};
@@ -19,7 +19,7 @@ const PRODUCER: &str = "copq";
 /// The last entry of the metadata: a CRC-32C of all bytes before it.
 const CHECKSUM: &str = "checksum";
 
-/// ONNX 1.12's format and operators, which every runtime of today reads.
+/// ONNX 1.12's format and operators: onnxruntime on a CPU is held to Rust's numbers.
 const IR_VERSION: i64 = 8;
 const OPSET: i64 = 17;
 
@@ -61,8 +61,8 @@ pub fn write_onnx(policy: &Policy, path: impl AsRef<Path>) -> Result<()> {
     files::replace(path.as_ref(), &encode(&policy.to_state()?)?)
 }
 
-/// Reads the content of a policy's file, as [`State::read_file`] does; a name that ends in `.onnx`
-/// is read as what [`write_onnx`] wrote. [`Policy::from_state`] makes a policy of it.
+/// Reads the content of a policy's file: safetensors, as [`State::read_file`] does, or what
+/// [`write_onnx`] wrote. [`Policy::from_state`] makes a policy of it.
 ///
 /// Errors: a file that cannot be read, one that is damaged, and an ONNX file that is not copq's.
 ///
@@ -75,11 +75,18 @@ pub fn write_onnx(policy: &Policy, path: impl AsRef<Path>) -> Result<()> {
 /// ```
 pub fn read_policy(path: impl AsRef<Path>) -> Result<State> {
     let path = path.as_ref();
-    if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("onnx")) {
-        return State::read_file(path);
-    }
     let bytes = std::fs::read(path).map_err(files::failed("reading", path))?;
-    read::decode(path, &bytes)
+    let is_onnx = path.extension().is_some_and(|name| name.eq_ignore_ascii_case("onnx"));
+    if is_onnx || read::looks_like_onnx(&bytes) {
+        return read::decode(path, &bytes);
+    }
+    let what = || format!("'{}' as a policy's file, safetensors or ONNX", path.display());
+    let state = State::read_file(path).map_err(|e| Error::other(what(), e))?;
+    if state.child("trainer").is_ok() {
+        let wanted = "a policy's file (or the folder of the run)";
+        return Err(Error::invalid(format!("'{}'", path.display()), wanted, "a checkpoint"));
+    }
+    Ok(state)
 }
 
 /// The bytes of a policy's ONNX file.

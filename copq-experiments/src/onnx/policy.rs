@@ -13,7 +13,7 @@ const LOG_STD: [f32; 2] = [-20.0, 2.0];
 pub fn graph(policy: &State) -> Result<Graph> {
     let layers = Layers::of(policy)?;
     let mut graph = Builder::new("policy");
-    graph.input("obs", layers.obs_len(), "Observations as the environment gives them.");
+    graph.input("obs", layers.obs_len(), &observations(policy, layers.obs_len()));
     let seen = normalised(&mut graph, policy, layers.obs_len())?;
     network(&mut graph, policy.child("actor")?, &layers, seen)?;
     match layers.kind.as_str() {
@@ -24,6 +24,20 @@ pub fn graph(policy: &State) -> Result<Graph> {
     scaled(&mut graph, policy.child("policy")?)?;
     outputs(&mut graph, &layers);
     Ok(graph.finish())
+}
+
+/// What an observation is, in words.
+fn observations(policy: &State, obs_len: usize) -> String {
+    let raw = policy.child("normaliser").and_then(|saved| saved.get_one::<u64>("raw")).unwrap_or(0);
+    let own = obs_len.saturating_sub(raw as usize);
+    let mut words = format!("Observations as the environment gives them, {own} numbers");
+    if raw > 0 {
+        words += &format!(
+            "; then {raw} of what is left of each cost's budget, from 1 down (Saute: settings.saute \
+             in the run's config.toml)"
+        );
+    }
+    words + "."
 }
 
 /// From `obs` to what the network sees, whose name it returns: in f64, as copq does it, with all

@@ -8,7 +8,13 @@ use prost::Message;
 use super::graph::read_array;
 use super::layers::Layers;
 use super::messages::{Graph, Model};
-use super::{CHECKSUM, PRODUCER, with_checksum};
+use super::{CHECKSUM, IR_VERSION, PRODUCER, with_checksum};
+
+/// Whether bytes begin as an ONNX file of copq's does, with its version.
+pub fn looks_like_onnx(bytes: &[u8]) -> bool {
+    let start = Model { ir_version: IR_VERSION, ..Model::default() }.encode_to_vec();
+    bytes.starts_with(&start) && bytes.get(8) != Some(&b'{')
+}
 
 /// The content of a policy's file, from the bytes of its ONNX file, which must be those that
 /// `write_onnx` wrote.
@@ -52,7 +58,7 @@ fn check_sum(path: &Path, bytes: &[u8]) -> Result<()> {
         return Ok(());
     }
     let what = format!("the ONNX file '{}'", path.display());
-    let got = "others: it is damaged, or another program has written it anew";
+    let got = "others: it is damaged, or another program has written it anew (copq export writes another)";
     Err(Error::invalid(what, "the bytes that copq wrote", got))
 }
 

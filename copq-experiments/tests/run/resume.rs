@@ -83,6 +83,10 @@ fn a_run_without_a_checkpoint_begins_anew() {
     train(&whole, 5, 600);
     train(&bare, 5, 290);
     std::fs::remove_file(bare.join("checkpoint.safetensors")).unwrap();
+    // Done, it has something to lose.
+    let error = RunFolder::resume(&bare, &plan(5, 600), &settings()).unwrap_err().to_string();
+    assert!(error.contains("wanted the checkpoint of the run that is done there"), "{error}");
+    std::fs::remove_file(bare.join("DONE")).unwrap();
     train(&bare, 5, 600);
     assert_same(&whole, &bare);
 }

@@ -77,15 +77,20 @@ impl About {
     /// objectives and its method may be others.
     pub fn check_fits(&self, file: &State) -> Result<()> {
         let own = self.to_state();
+        let mut differences: [Vec<String>; 2] = Default::default();
         for (name, wanted) in own.values().filter(|(name, _)| !MAY_DIFFER.contains(name)) {
-            let what = format!("{name} of the policy to begin with");
             let got = file.values().find(|(known, _)| *known == name).map(|(_, value)| value);
             if got != Some(wanted) {
                 let got = got.map_or("nothing".to_owned(), shown);
-                return Err(Error::invalid(what, shown(wanted), got));
+                differences[0].push(format!("{name} {}", shown(wanted)));
+                differences[1].push(format!("{name} {got}"));
             }
         }
-        Ok(())
+        if differences[0].is_empty() {
+            return Ok(());
+        }
+        let [wanted, got] = differences.map(|parts| parts.join(", "));
+        Err(Error::invalid("the policy to begin with", wanted, got))
     }
 }
 
