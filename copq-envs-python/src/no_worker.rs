@@ -9,7 +9,8 @@ use crate::hello::Hello;
 #[derive(Debug)]
 pub(crate) enum Worker {}
 
-/// Why a worker has not answered.
+/// Why a worker has not answered; here none is ever asked.
+#[allow(dead_code)]
 #[derive(Debug)]
 pub(crate) enum Failure {
     Raised(String),
