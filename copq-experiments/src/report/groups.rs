@@ -118,7 +118,11 @@ fn position_or_push<T>(
 }
 
 fn world_name(plan: &Plan) -> String {
-    let mut name = format!("{}, {}, {}", plan.task, plan.engine, plan.preset);
+    // A task with a colon says itself whose it is.
+    let mut name = match plan.task.contains(':') {
+        true => plan.task.clone(),
+        false => format!("{}, {}, {}", plan.task, plan.engine, plan.preset),
+    };
     // What is of another world is no seed of the same.
     for (key, value) in &plan.world {
         name += &format!(", {key} {value}");
