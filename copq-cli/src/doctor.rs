@@ -1,7 +1,6 @@
 //! `copq doctor`: which engines this build has, whether they work, and what Python has.
 
 use copq_envs_mujoco::doctor;
-
 use copq_envs_python::{PACKAGES, interpreter, look};
 
 use crate::options::say;

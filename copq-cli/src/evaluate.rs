@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use copq::{Env, Outcome, Rng, Stream};
+use copq::{Env, EnvSpec, Episode, Outcome, Policy, Rng, Stream};
 use copq_experiments::statistics;
 use serde::Serialize;
 
@@ -55,6 +55,7 @@ struct Report {
     each: Vec<Played>,
 }
 
+/// One episode.
 #[derive(Serialize)]
 struct Played {
     /// What the environment was reset with; one of Python's with its remainder by 2^31.
@@ -89,65 +90,67 @@ impl Evaluate {
     pub fn run(self) -> anyhow::Result<()> {
         let mut learned = Learned::read(&self.run)?;
         self.process.over(&mut learned.plan)?;
-        let env = learned.env()?;
-        let spec = env.spec().clone();
+        let mut rollout = copq::Rollout::new(learned.env()?)?;
+        let spec = rollout.env().spec().clone();
         let mut policy = learned.policy(&self.run, &spec)?;
         let plan = learned.plan;
         let seed = self.seed.unwrap_or(plan.run.seed);
         let mut seeds = Rng::new(seed, Stream::Evaluation);
-        let mut action = vec![0.0; spec.action_len()];
-        let mut rollout = copq::Rollout::new(env)?;
-        let mut episodes = Vec::new();
         let mut each = Vec::new();
         for _ in 0..self.episodes {
-            let seed = seeds.next_u64();
-            rollout.reset(seed)?;
-            while rollout.is_running() {
-                policy.act(rollout.obs(), &mut action)?;
-                rollout.step(&action)?;
-            }
-            let episode = rollout.episode();
-            each.push(Played {
-                seed,
-                steps: episode.length,
-                terminated: episode.outcome == Outcome::Terminated,
-                returns: episode.returns.clone(),
-            });
-            episodes.push(episode.clone());
+            each.push(Played::by(&mut policy, &mut rollout, seeds.next_u64())?);
         }
-        let weights = spec.weights();
-        let of =
-            |value: &dyn Fn(&copq::Episode) -> f64| episodes.iter().map(value).collect::<Vec<_>>();
-        let total = |episode: &copq::Episode| {
-            episode
-                .returns
-                .iter()
-                .zip(&weights)
-                .map(|(value, &weight)| value * f64::from(weight))
-                .sum()
-        };
-        let mut quantities = vec![
-            Quantity::new("steps", &of(&|episode| episode.length as f64)),
-            Quantity::new("weighted total", &of(&total)),
-        ];
-        for (i, name) in spec.names().into_iter().enumerate() {
-            quantities.push(Quantity::new(name, &of(&|episode| episode.returns[i])));
-        }
-        let terminated = of(&|episode| f64::from(episode.outcome == Outcome::Terminated));
-        quantities.push(Quantity::new("terminated", &terminated));
         let report = Report {
             method: plan.method,
             task: plan.task,
             engine: plan.engine,
             seed,
             episodes: self.episodes,
-            quantities,
+            quantities: quantities(&spec, &each),
             each,
         };
         let text =
             if self.json { serde_json::to_string_pretty(&report)? + "\n" } else { report.table() };
         Ok(say(&text)?)
     }
+}
+
+impl Played {
+    /// The episode of a seed, by a policy.
+    fn by(
+        policy: &mut Policy,
+        rollout: &mut copq::Rollout<Box<dyn Env>>,
+        seed: u64,
+    ) -> copq::Result<Self> {
+        let mut action = vec![0.0; policy.action_len()];
+        rollout.reset(seed)?;
+        while rollout.is_running() {
+            policy.act(rollout.obs(), &mut action)?;
+            rollout.step(&action)?;
+        }
+        let Episode { returns, length, outcome } = rollout.episode().clone();
+        Ok(Self { seed, steps: length, terminated: outcome == Outcome::Terminated, returns })
+    }
+}
+
+/// Steps, weighted total, each objective's return and how often it ended early, over the episodes.
+fn quantities(spec: &EnvSpec, each: &[Played]) -> Vec<Quantity> {
+    let of = |value: &dyn Fn(&Played) -> f64| each.iter().map(value).collect::<Vec<_>>();
+    let weights = spec.weights();
+    let total = |played: &Played| {
+        let weighted = played.returns.iter().zip(&weights);
+        weighted.map(|(value, &weight)| value * f64::from(weight)).sum()
+    };
+    let mut quantities = vec![
+        Quantity::new("steps", &of(&|played| played.steps as f64)),
+        Quantity::new("weighted total", &of(&total)),
+    ];
+    for (i, name) in spec.names().into_iter().enumerate() {
+        quantities.push(Quantity::new(name, &of(&|played| played.returns[i])));
+    }
+    let terminated = of(&|played| f64::from(played.terminated));
+    quantities.push(Quantity::new("terminated", &terminated));
+    quantities
 }
 
 impl Report {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use copq::{Error, Result};
-use copq_envs_python::{Options, PACKAGES, PythonEnv, USUAL_LIMIT, is_task};
+use copq_envs_python::{Options, PACKAGES, PythonEnv, is_task};
 use copq_experiments::{OnResume, Plan};
 
 /// The engine of these environments, as a plan names it.
@@ -90,7 +90,8 @@ impl PythonWorld {
         if let Some(kwargs) = &self.env_kwargs {
             plan.world.insert("kwargs".to_owned(), kwargs.clone().into());
         }
-        set_usual_limit(plan);
+        // Written down, so that whoever reads of the run knows it.
+        plan.limits = options(plan)?.with_usual_limit(&plan.task).limits;
         Ok(())
     }
 
@@ -119,23 +120,10 @@ fn of_python(task: &str) -> String {
     )
 }
 
-/// Writes down the limit that Safety-Gymnasium's cost has without another.
-fn set_usual_limit(plan: &mut Plan) {
-    if plan.task.starts_with("safety-gymnasium:") {
-        let objectives = plan.world.get("objectives").and_then(|names| names.get(0)?.as_str());
-        let cost = objectives.unwrap_or("cost").to_owned();
-        plan.limits.entry(cost).or_insert(USUAL_LIMIT);
-    }
-}
-
 /// A plan's environment of Python's; relative paths are looked for in the current folder, and in
 /// those above its run's folder if there is one.
 pub fn make_python(plan: &Plan, run: Option<&Path>, render: bool) -> Result<PythonEnv> {
-    let options: Options = plan
-        .world
-        .clone()
-        .try_into()
-        .map_err(|e| Error::other(format!("what {} is made with", plan.task), e))?;
+    let options = options(plan)?;
     let python = plan.python.as_ref().map(|python| found(python, run));
     let import = |import: &String| match import.ends_with(".py") {
         true => found(Path::new(import), run).to_string_lossy().into_owned(),
@@ -144,12 +132,21 @@ pub fn make_python(plan: &Plan, run: Option<&Path>, render: bool) -> Result<Pyth
     let options = Options {
         python,
         imports: options.imports.iter().map(import).collect(),
-        limits: plan.limits.clone(),
-        timeout: plan.env_timeout.unwrap_or(options.timeout),
         render,
         ..options
     };
     PythonEnv::new(&plan.task, &options)
+}
+
+/// What a plan says of such an environment.
+fn options(plan: &Plan) -> Result<Options> {
+    let told: Options = plan
+        .world
+        .clone()
+        .try_into()
+        .map_err(|e| Error::other(format!("what {} is made with", plan.task), e))?;
+    let timeout = plan.env_timeout.unwrap_or(told.timeout);
+    Ok(Options { limits: plan.limits.clone(), timeout, ..told })
 }
 
 /// Where a relative path of a run leads to.

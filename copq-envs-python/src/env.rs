@@ -73,6 +73,7 @@ pub struct Picture {
 impl PythonEnv {
     /// Starts the environment of a task such as `gymnasium:Pendulum-v1`.
     pub fn new(task: &str, options: &Options) -> Result<Self> {
+        let options = &options.clone().with_usual_limit(task);
         let python = crate::interpreter(options.python.as_deref());
         let settings = settings(task, options)?;
         let timeout = timeout(options.timeout)?;

@@ -5,9 +5,6 @@ use serde::Deserialize;
 
 use crate::Options;
 
-/// The limit of Safety-Gymnasium's cost in OmniSafe's benchmark.
-pub const USUAL_LIMIT: f64 = 25.0;
-
 /// The first line of the worker, if there is no error in it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -35,10 +32,9 @@ impl Hello {
             .action_bounds(&self.action_low, &self.action_high)
             .horizon(self.horizon)
             .versions(&self.versions);
-        for (i, name) in names.into_iter().enumerate() {
-            let usual = (self.has_cost && i == 0).then_some(USUAL_LIMIT);
-            spec = spec.objective(match options.limits.get(&name).copied().or(usual) {
-                Some(limit) => Objective::cost(name, limit as f32),
+        for name in names {
+            spec = spec.objective(match options.limits.get(&name) {
+                Some(&limit) => Objective::cost(name, limit as f32),
                 None => Objective::reward(name, 1.0),
             });
         }

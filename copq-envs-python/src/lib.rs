@@ -37,7 +37,6 @@ mod worker;
 
 pub use doctor::{Found, look};
 pub use env::{PACKAGES, Picture, PythonEnv};
-pub use hello::USUAL_LIMIT;
 pub use options::Options;
 
 use std::path::{Path, PathBuf};

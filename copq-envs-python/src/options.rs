@@ -51,6 +51,27 @@ pub struct Options {
     pub render: bool,
 }
 
+/// The limit of Safety-Gymnasium's cost in OmniSafe's benchmark.
+const USUAL_LIMIT: f64 = 25.0;
+
+impl Options {
+    /// With the limit that a task's own cost has unless there is another.
+    ///
+    /// ```
+    /// use copq_envs_python::Options;
+    ///
+    /// let options = Options::default().with_usual_limit("safety-gymnasium:SafetyPointGoal1-v0");
+    /// assert_eq!(options.limits["cost"], 25.0);
+    /// ```
+    pub fn with_usual_limit(mut self, task: &str) -> Self {
+        if task.starts_with("safety-gymnasium:") {
+            let cost = self.objectives.first().map_or("cost", String::as_str).to_owned();
+            self.limits.entry(cost).or_insert(USUAL_LIMIT);
+        }
+        self
+    }
+}
+
 fn is_empty(kwargs: &str) -> bool {
     kwargs == "{}"
 }

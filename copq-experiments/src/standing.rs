@@ -4,7 +4,8 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use crate::folder::{held_by, read_done};
+use crate::folder::read_done;
+use crate::lock::held_by;
 
 /// The end of a file that certainly has a whole row.
 const TAIL: u64 = 1 << 14;

@@ -114,6 +114,7 @@ mod separate;
 mod spec;
 mod state;
 mod temperature;
+mod timing;
 mod trainer;
 
 pub use actor::{ActionGrad, Actor, Sample, SampleGrad};
@@ -148,4 +149,5 @@ pub use separate::SeparateCritics;
 pub use spec::{EnvSpec, Objective};
 pub use state::{Element, State, Value};
 pub use temperature::Entropy;
-pub use trainer::{Timing, Trainer};
+pub use timing::Timing;
+pub use trainer::Trainer;

@@ -1,39 +1,12 @@
 //! The interaction loop: one call is one step of every world and the learning that goes with it.
 
 use std::fmt;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::{
     Agent, Env, EnvSpec, Episode, Error, Evaluation, Mode, Observer, Outcome, Result, Rng, Rollout,
-    State, Stream, Transition, evaluate_while,
+    State, Stream, Timing, Transition, evaluate_while,
 };
-
-/// Wall-clock time spent since the trainer was made (not saved: it is no part of the result).
-///
-/// ```
-/// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
-/// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
-/// # let env = world::World::new();
-/// # let learner = still::Still;
-/// use copq::{Silent, Trainer};
-///
-/// let mut trainer = Trainer::new(env, learner)?;
-/// trainer.run(30, &mut Silent)?;
-/// let spent = trainer.timing();
-/// let all = spent.act + spent.env + spent.update;
-/// println!("{:.0} % in the environment", 100.0 * spent.env.as_secs_f64() / all.as_secs_f64());
-/// # Ok::<(), copq::Error>(())
-/// ```
-#[derive(Clone, Copy, Debug, Default)]
-#[non_exhaustive]
-pub struct Timing {
-    /// Choosing actions.
-    pub act: Duration,
-    /// Inside the environment.
-    pub env: Duration,
-    /// Storing experience and updating networks.
-    pub update: Duration,
-}
 
 /// An agent at work in an environment, or in several alike. Its whole state can be saved between
 /// any two steps.
@@ -324,13 +297,12 @@ impl<A: Agent> Trainer<A> {
 
     /// Writes everything the rest of the run depends on.
     pub fn save(&self, state: &mut State) -> Result<()> {
-        state.put("steps", [self.steps]);
-        self.episode_seeds.save("episode_seeds", state);
+        self.save_without_episodes(state)?;
         self.worlds[0].save(state)?;
         for (i, world) in self.worlds.iter().enumerate().skip(1) {
             world.save(state.child_mut(&format!("world.{i}")))?;
         }
-        self.agent.save(state.child_mut("agent"))
+        Ok(())
     }
 
     /// Writes the same but for the episodes that run, for worlds that cannot be saved: whoever goes

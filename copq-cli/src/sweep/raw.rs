@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use serde::Deserialize;
 
-/// Options of copq train by their long names; `method` is the method, `set`, `limit` and `import` are lists.
+/// Options of copq train by their long names; `method` is the method, `set`, `limit` and `import`
+/// are lists.
 pub type Options = BTreeMap<String, toml::Value>;
 
 /// Options that may be given several times, and add up.

@@ -1,14 +1,14 @@
 //! The driver: trains, evaluates, logs and saves, and can stop and go on between any two steps.
 
+mod evaluating;
+
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use copq::{Agent, Env, Error, Observer, Result, State, Trainer, evaluate_while};
+use copq::{Agent, Env, Error, Observer, Result, State, Trainer};
 
 use crate::checkpoints::remove_replay;
 use crate::ending::{Ending, resume_command};
-use crate::evaluations;
-use crate::figure;
 use crate::folder::RunFolder;
 use crate::numbers::grouped;
 use crate::plan::{OnEnvError, OnResume, RunSettings, SavedReplay};
@@ -239,62 +239,6 @@ impl Run {
             self.records.metrics.scalar(step, "env_errors", self.env_errors as f64);
         }
         self.records.log(step, self.trainer.timing())
-    }
-
-    fn is_evaluation_due(&self) -> bool {
-        let step = self.trainer.steps();
-        self.settings.eval_every > 0
-            && self.records.pace.is_due(step, self.settings.eval_every)
-            && self.records.evaluations.table().last() != Some(step)
-    }
-
-    /// Evaluates, unless a signal comes meanwhile; then the run that goes on does it.
-    fn evaluate(&mut self, stop: &Stop) -> Result<()> {
-        let began = Instant::now();
-        let episodes = self.settings.eval_episodes;
-        let may_go_on = || stop.check();
-        let evaluation = match &mut self.eval_env {
-            None => self.trainer.evaluate_while(episodes, may_go_on),
-            Some(env) => evaluate_while(self.trainer.agent_mut(), env, episodes, may_go_on),
-        };
-        let evaluation = match evaluation {
-            Err(_) if stop.is_asked() => return Ok(()),
-            Err(error) => return self.evaluation_failed(error),
-            Ok(evaluation) => evaluation,
-        };
-        let is_best = self.records.is_best(&evaluation, self.trainer.spec());
-        self.save_policy("policy.safetensors")?;
-        if is_best {
-            self.save_policy("policy-best.safetensors")?;
-        }
-        // The row comes last: it says that the evaluation is done, and is not done again.
-        let step = self.trainer.steps();
-        let spec = self.trainer.spec();
-        self.records.evaluated(step, &evaluation, spec)?;
-        self.progress.line(&evaluations::describe(step, &evaluation, spec));
-        self.evaluation_time += began.elapsed();
-        self.records.timings.evaluated(began.elapsed());
-        // A run is worth more than its picture.
-        if let Err(error) = figure::draw_run(self.folder.path(), self.trainer.spec()) {
-            self.progress.line(&format!("the curves could not be drawn: {error}"));
-        }
-        Ok(())
-    }
-
-    /// A run is worth more than one of its evaluations, if it was told so.
-    fn evaluation_failed(&mut self, error: Error) -> Result<()> {
-        let what = format!("the evaluation after step {}", grouped(self.trainer.steps()));
-        if self.settings.on_env_error == OnEnvError::Reset {
-            self.progress.line(&format!("{what} failed: {error}"));
-            return Ok(());
-        }
-        if self.saved_step != Some(self.trainer.steps()) {
-            self.checkpoint()?;
-        }
-        let what = format!(
-            "{what}, where the run is saved (--on-env-error reset goes on without the row)"
-        );
-        Err(Error::other(what, error))
     }
 
     /// Writes the policy by itself, if the agent has one to write.

@@ -1,0 +1,75 @@
+//! One process at a time writes to a run's folder.
+
+use std::fs::{self, File, TryLockError};
+use std::io::Write;
+use std::path::Path;
+use std::thread::sleep;
+use std::time::Duration;
+
+use copq::{Error, Result, files};
+use gethostname::gethostname;
+
+/// Held open and locked by the process that writes.
+pub(crate) const LOCK: &str = ".lock";
+/// One who only looks holds a lock for a moment; it is waited for so often, so long.
+const LOOKS: usize = 10;
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Takes a folder for this process. The error for one that is taken says by whom.
+pub(crate) fn lock(path: &Path) -> Result<File> {
+    let file = path.join(LOCK);
+    // Never emptied by one who has not got it: it says who has.
+    let opened = File::options().create(true).truncate(false).write(true).open(&file);
+    let mut lock = opened.map_err(files::failed("making", &file))?;
+    let mut locked = lock.try_lock();
+    for _ in 0..LOOKS {
+        if !matches!(locked, Err(TryLockError::WouldBlock)) {
+            break;
+        }
+        sleep(LOOK);
+        locked = lock.try_lock();
+    }
+    // Some network drives know no locks; then the user has to take care.
+    if matches!(locked, Err(TryLockError::WouldBlock)) {
+        let what = format!("run folder '{}'", path.display());
+        let got = format!("one in use by {}", holder(path));
+        return Err(Error::invalid(what, "one that no other process writes to", got));
+    }
+    // For people only, so a full disk is no reason to stop.
+    let name = format!("process {} on {}\n", std::process::id(), gethostname().display());
+    lock.set_len(0).and_then(|()| lock.write_all(name.as_bytes())).unwrap_or_default();
+    Ok(lock)
+}
+
+/// Who writes to a run's folder now, as `process 4711 on node3`; nobody if none does. The system
+/// lets go of a lock when its process ends, however it ends, so that none is ever stale.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// # let path = folder.path().join("first");
+/// use copq::Method;
+/// use copq_experiments::{Plan, RunFolder, held_by};
+///
+/// let method = Method::cop_td3();
+/// let folder = RunFolder::create(&path, &Plan::new(&method), &method.config)?;
+/// assert!(held_by(&path).is_some_and(|who| who.starts_with("process ")));
+/// drop(folder);
+/// assert_eq!(held_by(&path), None);
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub fn held_by(path: &Path) -> Option<String> {
+    let lock = File::open(path.join(LOCK)).ok()?;
+    // Shared, so that two who only look do not see each other.
+    match lock.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => Some(holder(path)),
+        Ok(()) | Err(TryLockError::Error(_)) => None,
+    }
+}
+
+/// Who wrote into a lock last.
+fn holder(path: &Path) -> String {
+    match fs::read_to_string(path.join(LOCK)).unwrap_or_default().trim() {
+        "" => "another process".to_owned(),
+        name => name.to_owned(),
+    }
+}
