@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Environments of Python's, two seeds each: about two and a half hours of two cores.
+# Environments of Python's, two seeds each: about two hours of two cores.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 scripts/python-worlds.sh
