@@ -1,43 +1,63 @@
 //! Adam and Polyak averaging in one pass over parameters.
 
-use std::ops::Range;
+use pulp::{Arch, Simd, WithSimd};
 
-use bytemuck::{cast_slice, cast_slice_mut};
-use pulp::Arch;
-
+use super::gradient::Descent;
 use super::panels::PanelRow;
 use crate::adam::{BETA1, BETA2, EPSILON, Step};
-use crate::learned::Learned;
 
-/// The present step of some online parameters, those of `lines`, against `grad`; then their targets
-/// go `tau` of the way to them.
-pub(super) fn step(
-    learned: &mut Learned<PanelRow>,
-    lines: Range<usize>,
-    grad: &[PanelRow],
-    lr: f64,
+/// The numbers of one step, and how far targets follow.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Adam {
+    rate: f32,
+    scale: f32,
     tau: f32,
-) {
-    let Step { rate, root } = Step::new(lr, learned.steps);
-    let rate = rate as f32;
-    let scale = (1.0 / root) as f32;
-    let decay1 = BETA1 as f32;
-    let decay2 = BETA2 as f32;
-    let epsilon = EPSILON as f32;
-    let fresh1 = (1.0 - BETA1) as f32;
-    let fresh2 = (1.0 - BETA2) as f32;
-    let target: &mut [f32] = cast_slice_mut(&mut learned.target[lines.clone()]);
-    let online: &mut [f32] = cast_slice_mut(&mut learned.online[lines.clone()]);
-    let m: &mut [f32] = cast_slice_mut(&mut learned.m[lines.clone()]);
-    let v: &mut [f32] = cast_slice_mut(&mut learned.v[lines]);
-    let all =
-        target.iter_mut().zip(online).zip(m.iter_mut().zip(v)).zip(cast_slice::<_, f32>(grad));
-    Arch::new().dispatch(|| {
-        for (((target, x), (m, v)), g) in all {
-            *m = decay1 * *m + fresh1 * g;
-            *v = decay2 * *v + fresh2 * (g * g);
-            *x -= rate * *m / (v.sqrt() * scale + epsilon);
-            *target = (1.0 - tau) * *target + tau * *x;
+}
+
+impl Adam {
+    /// Those of the `steps`-th step, counted from 1.
+    pub fn new(lr: f64, steps: u64, tau: f32) -> Self {
+        let Step { rate, root } = Step::new(lr, steps);
+        Self { rate: rate as f32, scale: (1.0 / root) as f32, tau }
+    }
+
+    /// The step of some parameters, of their targets and of both moments against a gradient.
+    #[inline(always)]
+    pub fn step<S: Simd>(&self, simd: S, grad: S::f32s, at: [&mut S::f32s; 4]) {
+        let [online, target, m, v] = at;
+        let times = |x: f32, y: S::f32s| simd.mul_f32s(simd.splat_f32s(x), y);
+        let square = simd.mul_f32s(grad, grad);
+        *m = simd.add_f32s(times(BETA1 as f32, *m), times((1.0 - BETA1) as f32, grad));
+        *v = simd.add_f32s(times(BETA2 as f32, *v), times((1.0 - BETA2) as f32, square));
+        let root = simd.mul_f32s(simd.sqrt_f32s(*v), simd.splat_f32s(self.scale));
+        let divisor = simd.add_f32s(root, simd.splat_f32s(EPSILON as f32));
+        *online = simd.sub_f32s(*online, simd.div_f32s(times(self.rate, *m), divisor));
+        *target = simd.add_f32s(times(1.0 - self.tau, *target), times(self.tau, *online));
+    }
+}
+
+/// A step of a map against a gradient that is there.
+pub(super) fn step(map: Descent<'_>, grad: &[PanelRow]) {
+    Arch::new().dispatch(Whole { map, grad });
+}
+
+struct Whole<'a> {
+    map: Descent<'a>,
+    grad: &'a [PanelRow],
+}
+
+impl WithSimd for Whole<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Descent { online, target, m, v, adam } = self.map;
+        let [online, target, m, v] = [online, target, m, v]
+            .map(|lines| S::as_mut_simd_f32s(bytemuck::cast_slice_mut(lines)).0);
+        let grad = S::as_simd_f32s(bytemuck::cast_slice(self.grad)).0;
+        let all = online.iter_mut().zip(target).zip(m.iter_mut().zip(v)).zip(grad);
+        for (((online, target), (m, v)), &grad) in all {
+            adam.step(simd, grad, [online, target, m, v]);
         }
-    });
+    }
 }

@@ -13,6 +13,9 @@ use crate::learned::{Learned, load_critics, save_critics};
 use crate::shape::Shape;
 use crate::{check, weights};
 
+/// Observations of fewer values are added up anew sooner than their sums are stored and read.
+const WORTH_KEEPING: usize = 64;
+
 /// An ensemble of separately initialised multilayer perceptrons (observation and action in, N
 /// values out).
 ///
@@ -118,6 +121,9 @@ impl Critics {
         let rows = check::rows(obs, self.observation)?;
         check::batch("actions", act, rows, self.action)?;
         check::finite("actions", act, self.action)?;
+        if !self.input.begins_with(rows, obs) {
+            self.networks.iter_mut().for_each(Network::forget);
+        }
         self.input.set(rows, &[obs, act]);
         Ok(rows)
     }
@@ -148,8 +154,12 @@ impl Critic for Critics {
     fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
         let rows = self.gather(obs, act)?;
         check_len("critic values", q.len(), self.networks.len() * rows * self.objectives)?;
-        let Self { networks, workers, input, .. } = self;
-        workers.each(&networks[..], <[_]>::chunks, q, |_, network, q, workspace| {
+        let Self { networks, workers, input, observation, .. } = self;
+        workers.each(&mut networks[..], <[_]>::chunks_mut, q, |_, network, q, workspace| {
+            // The next call may be of other actions at the same observations.
+            if net == Net::Online && *observation >= WORTH_KEEPING {
+                network.begin(input, *observation, workspace);
+            }
             network.values(net, input, q, workspace);
         });
         Ok(())
@@ -202,7 +212,7 @@ impl Critic for Critics {
         // The values have been used: their buffer, or a larger one, takes each critic's share of
         // the gradient.
         let parts = room(&mut self.q, networks.len() * out.len());
-        workers.each(&networks[..], <[_]>::chunks, parts, |k, network, part, workspace| {
+        workers.each(&mut networks[..], <[_]>::chunks_mut, parts, |k, network, part, workspace| {
             network.input_grad(
                 rows,
                 &dq[k * share..(k + 1) * share],
@@ -232,5 +242,76 @@ fn sum_parts(parts: &[f32], out: &mut [f32]) {
     out.fill(0.0);
     for part in parts.chunks_exact(out.len()) {
         out.iter_mut().zip(part).for_each(|(sum, x)| *sum += x);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use copq::Stream;
+
+    use super::*;
+
+    const ROWS: usize = 20;
+    const OBSERVATION: usize = WORTH_KEEPING + 5;
+
+    fn critics() -> Critics {
+        let spec = EnvSpec::new("test", OBSERVATION, 6).reward("safety", 1.0).reward("speed", 1.0);
+        let networks = Networks { hidden: vec![40, 24], ..Networks::default() };
+        Critics::new(&spec, 3, &networks, &mut Rng::new(0, Stream::Init)).unwrap()
+    }
+
+    fn batch(seed: u64) -> (Vec<f32>, Vec<f32>) {
+        let mut rng = Rng::with_stream(seed, 0);
+        let mut draw = |len: usize| (0..len).map(|_| rng.normal() as f32).collect();
+        (draw(ROWS * OBSERVATION), draw(ROWS * 6))
+    }
+
+    /// dL/da of the sum of all values, and the values.
+    fn action_grad(critics: &mut Critics, obs: &[f32], act: &[f32]) -> [Vec<f32>; 2] {
+        let mut values = Vec::new();
+        let mut out = vec![0.0; act.len()];
+        let sum = &mut |q: QView<'_>, grad: &mut [f32]| {
+            values = q.values().to_vec();
+            grad.fill(1.0);
+            Ok(())
+        };
+        critics.action_grad(obs, act, sum, &mut out).unwrap();
+        [out, values]
+    }
+
+    /// Sums that were begun for the same observations serve as long as they and the weights stay.
+    #[test]
+    fn what_was_begun_changes_no_bit() {
+        let (obs, act) = batch(1);
+        let (other, elsewhere) = batch(2);
+        let plain = |critics: &Critics, obs: &[f32], act: &[f32]| {
+            let mut state = State::default();
+            critics.save(&mut state).unwrap();
+            let mut fresh = self::critics();
+            fresh.load(&state).unwrap();
+            action_grad(&mut fresh, obs, act)
+        };
+        let mut critics = critics();
+        let mut q = vec![0.0; 3 * ROWS * 2];
+        let begin = |critics: &mut Critics, q: &mut [f32]| {
+            critics.values(Net::Online, &obs, &act, q).unwrap();
+        };
+        begin(&mut critics, &mut q);
+        assert_eq!(action_grad(&mut critics, &obs, &act)[1], q);
+        for (obs, act) in [(&obs, &elsewhere), (&other, &act), (&obs, &act)] {
+            assert_eq!(action_grad(&mut critics, obs, act), plain(&critics, obs, act));
+        }
+        begin(&mut critics, &mut q);
+        let step = &mut |q: QView<'_>, grad: &mut [f32]| {
+            grad.copy_from_slice(q.values());
+            Ok(())
+        };
+        critics.fit(&obs, &act, step, 0.5).unwrap();
+        assert_eq!(action_grad(&mut critics, &obs, &act), plain(&critics, &obs, &act));
+        begin(&mut critics, &mut q);
+        let mut state = State::default();
+        self::critics().save(&mut state).unwrap();
+        critics.load(&state).unwrap();
+        assert_eq!(action_grad(&mut critics, &obs, &act), plain(&self::critics(), &obs, &act));
     }
 }

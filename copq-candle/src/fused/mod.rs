@@ -1,8 +1,8 @@
 //! The fast path for CPUs: networks whose parameters and activations lie as the matrix products
 //! read them.
 //!
-//! Bias and ReLU, forward and backward, happen to a product's results while they are still in
-//! registers; everything else is a few passes over memory. A warm update on one thread allocates
+//! Bias and ReLU, forward and backward, and the optimiser's step down a gradient happen to a product's
+//! results while they are still in registers; everything else is a few passes over memory. A warm update on one thread allocates
 //! nothing. One thread is the default; [`Critics::threads`] spreads the critics over more,
 //! [`Deterministic::threads`] and [`Gaussian::threads`] an actor's products, and they change no bit
 //! of the result. Nor does the processor: each sum is taken in one order, by fused multiply-adds,
@@ -13,6 +13,7 @@ mod actor;
 mod adam;
 mod critics;
 mod gaussian;
+mod gradient;
 mod layout;
 mod network;
 mod normal;
@@ -21,6 +22,7 @@ mod passes;
 mod policy;
 mod product;
 mod threads;
+mod tiles;
 mod transpose;
 mod value;
 mod workers;

@@ -1,12 +1,17 @@
 //! One multilayer perceptron: forward, backward, and all that it has learned.
 
+use std::ops::Range;
+
 use copq::{Activation, Net, Result, State};
 
 use super::activation::{activate, multiply};
+use super::adam::Adam;
+use super::gradient::Descent;
 use super::layout::Layout;
 use super::panels::{PanelRow, Panels};
-use super::product::{Finish, affine};
+use super::product::{Finish, Inputs, affine};
 use super::threads::Threads;
+use super::transpose::transpose;
 use super::workspace::{Gate, Workspace};
 use super::{adam, passes};
 use crate::learned::Learned;
@@ -23,6 +28,23 @@ pub(super) struct Network {
     outputs: Vec<Panels>,
     /// The activation's slopes there, of hidden layers; ReLU's follow from its outputs.
     slopes: Vec<Panels>,
+    begun: Begun,
+    turned: Turned,
+}
+
+/// What the first inputs have added up to in the first layer, until the weights move.
+#[derive(Clone, Debug, Default)]
+struct Begun {
+    /// How many there are; none, if nothing has begun.
+    inputs: usize,
+    sums: Panels,
+}
+
+/// Layers' weights turned round for the way back, until they move; not the first one's.
+#[derive(Clone, Debug, Default)]
+struct Turned {
+    is_present: bool,
+    layers: Vec<Panels>,
 }
 
 impl Network {
@@ -32,7 +54,16 @@ impl Network {
         let outputs = vec![Panels::default(); layout.maps().len()];
         let smooth = activation != Activation::Relu;
         let slopes = vec![Panels::default(); if smooth { outputs.len() - 1 } else { 0 }];
-        Self { learned: learned.map(|flat| layout.pack(flat)), layout, activation, outputs, slopes }
+        let learned = learned.map(|flat| layout.pack(flat));
+        Self {
+            learned,
+            layout,
+            activation,
+            outputs,
+            slopes,
+            begun: Begun::default(),
+            turned: Turned::default(),
+        }
     }
 
     /// Its layers.
@@ -47,14 +78,46 @@ impl Network {
 
     /// Replaces what it has learned; the layers must be the same.
     pub fn set_learned(&mut self, learned: &Learned) {
+        self.moved();
         self.learned = learned.map(|flat| self.layout.pack(flat));
+    }
+
+    /// Adds up the first `count` inputs of a batch in the online network's first layer, for all that
+    /// runs through it until the weights move or [`Network::forget`] is called.
+    pub fn begin(&mut self, input: &Panels, count: usize, workspace: &Workspace) {
+        let Self { layout, learned, begun, .. } = self;
+        if begun.inputs == count {
+            return;
+        }
+        if let Some((layer, map)) = layout.maps().next() {
+            affine(
+                Inputs::first(input, count),
+                &learned.online[map],
+                layer.output,
+                Finish::Keep,
+                &mut begun.sums,
+                workspace.threads(),
+            );
+            begun.inputs = count;
+        }
+    }
+
+    /// The next batch has other first inputs than [`Network::begin`] had.
+    pub fn forget(&mut self) {
+        self.begun.inputs = 0;
+    }
+
+    /// The weights are no longer those of which anything was kept.
+    fn moved(&mut self) {
+        self.forget();
+        self.turned.is_present = false;
     }
 
     /// Runs a batch through.
     pub fn values(&self, net: Net, input: &Panels, out: &mut [f32], workspace: &mut Workspace) {
-        let parameters = match net {
-            Net::Online => &self.learned.online,
-            Net::Target => &self.learned.target,
+        let (parameters, input) = match net {
+            Net::Online => (&self.learned.online, self.begun.on(input)),
+            Net::Target => (&self.learned.target, Inputs::all(input)),
         };
         let (outputs, threads) = workspace.outputs(self.layout.maps().len());
         run(&self.layout, parameters, self.activation, input, outputs, &mut [], threads);
@@ -63,7 +126,8 @@ impl Network {
 
     /// Runs a batch through the online network, and remembers what a backward pass needs.
     pub fn forward(&mut self, input: &Panels, out: &mut [f32], workspace: &Workspace) {
-        let Self { layout, learned, activation, outputs, slopes } = self;
+        let Self { layout, learned, activation, outputs, slopes, begun, .. } = self;
+        let input = begun.on(input);
         run(layout, &learned.online, *activation, input, outputs, slopes, workspace.threads());
         outputs[outputs.len() - 1].get(0, out);
     }
@@ -78,17 +142,21 @@ impl Network {
         tau: f32,
         workspace: &mut Workspace,
     ) {
-        let Self { layout, learned, outputs, slopes, .. } = self;
+        let was_turned = self.turned.is_present;
+        self.moved();
+        let Self { layout, learned, outputs, slopes, turned, .. } = self;
         workspace.begin(input.rows(), grad_out);
         learned.steps += 1;
         for (i, (layer, map)) in layout.maps().enumerate().rev() {
             let below = i.checked_sub(1).map(|below| &outputs[below]);
-            if below.is_some() {
+            let kept = was_turned.then(|| &turned.layers[i]);
+            if below.is_some() && kept.is_none() {
                 workspace.transpose(layer, &learned.online[map.clone()], 0);
             }
-            adam::step(learned, map, workspace.gradient(below.unwrap_or(input)), lr, tau);
+            let adam = Adam::new(lr, learned.steps, tau);
+            workspace.descend(below.unwrap_or(input), descent(learned, map, adam));
             if let Some(below) = below {
-                workspace.step_down(gate(below, slopes.get(i - 1)));
+                workspace.step_down(kept, gate(below, slopes.get(i - 1)));
             }
         }
     }
@@ -108,7 +176,7 @@ impl Network {
             workspace.gradient_into(below.unwrap_or(input), &mut out[map.clone()]);
             if let Some(below) = below {
                 workspace.transpose(layer, &self.learned.online[map], 0);
-                workspace.step_down(gate(below, self.slopes.get(i - 1)));
+                workspace.step_down(None, gate(below, self.slopes.get(i - 1)));
             }
         }
     }
@@ -116,9 +184,11 @@ impl Network {
     /// One optimiser step of all parameters along a gradient laid out as they are. There is no
     /// target to follow.
     pub fn descend(&mut self, grad: &[PanelRow], lr: f64) {
+        self.moved();
         self.learned.steps += 1;
         let all = 0..self.layout.len();
-        adam::step(&mut self.learned, all, grad, lr, 0.0);
+        let adam = Adam::new(lr, self.learned.steps, 0.0);
+        adam::step(descent(&mut self.learned, all, adam), grad);
     }
 
     /// After [`Network::forward`] on the same input: how the outputs move as the parameters move
@@ -136,11 +206,25 @@ impl Network {
         for (i, (layer, map)) in self.layout.maps().enumerate() {
             let below = i.checked_sub(1).map_or(input, |below| &self.outputs[below]);
             let mut here = Panels::default();
-            affine(below, &direction[map.clone()], layer.output, Finish::Keep, &mut here, threads);
+            affine(
+                Inputs::all(below),
+                &direction[map.clone()],
+                layer.output,
+                Finish::Keep,
+                &mut here,
+                threads,
+            );
             if let Some(moved) = &moved {
                 let mut through = Panels::default();
                 let weights = without_bias(layer, &self.learned.online[map]);
-                affine(moved, &weights, layer.output, Finish::Keep, &mut through, threads);
+                affine(
+                    Inputs::all(moved),
+                    &weights,
+                    layer.output,
+                    Finish::Keep,
+                    &mut through,
+                    threads,
+                );
                 passes::add(here.lines_mut(), through.lines(), 1.0);
             }
             if i < self.outputs.len() - 1 {
@@ -168,6 +252,7 @@ impl Network {
 
     /// Adds a flat step to the online parameters.
     pub fn shift(&mut self, step: &[f32]) {
+        self.moved();
         passes::add(&mut self.learned.online, &self.layout.pack(step), 1.0);
     }
 
@@ -178,21 +263,22 @@ impl Network {
 
     /// After [`Network::forward`] on `rows` inputs: dL/d(their columns from `first` on).
     pub fn input_grad(
-        &self,
+        &mut self,
         rows: usize,
         grad_out: &[f32],
         first: usize,
         out: &mut [f32],
         workspace: &mut Workspace,
     ) {
+        let Self { layout, learned, outputs, slopes, turned, .. } = self;
+        turned.turn(layout, &learned.online);
         workspace.begin(rows, grad_out);
-        for (i, (layer, map)) in self.layout.maps().enumerate().rev() {
-            let parameters = &self.learned.online[map];
+        for (i, (layer, map)) in layout.maps().enumerate().rev() {
             if i > 0 {
-                workspace.transpose(layer, parameters, 0);
-                workspace.step_down(gate(&self.outputs[i - 1], self.slopes.get(i - 1)));
+                let gate = gate(&outputs[i - 1], slopes.get(i - 1));
+                workspace.step_down(Some(&turned.layers[i]), gate);
             } else {
-                workspace.step_out(layer, parameters, first, out);
+                workspace.step_out(layer, &learned.online[map], first, out);
             }
         }
     }
@@ -214,6 +300,29 @@ impl Network {
     }
 }
 
+impl Turned {
+    fn turn(&mut self, layout: &Layout, parameters: &[PanelRow]) {
+        if self.is_present {
+            return;
+        }
+        self.layers.resize_with(layout.maps().len(), Panels::default);
+        for ((layer, map), turned) in layout.maps().zip(&mut self.layers).skip(1) {
+            transpose(layer, &parameters[map], 0, turned);
+        }
+        self.is_present = true;
+    }
+}
+
+impl Begun {
+    /// What is left of a batch for the first layer.
+    fn on<'a>(&'a self, input: &'a Panels) -> Inputs<'a> {
+        match self.inputs {
+            0 => Inputs::all(input),
+            count => Inputs::rest(input, count, &self.sums),
+        }
+    }
+}
+
 /// A layer's map with nothing to start from.
 fn without_bias(layer: &Layer, map: &[PanelRow]) -> Vec<PanelRow> {
     let mut map = map.to_vec();
@@ -222,6 +331,17 @@ fn without_bias(layer: &Layer, map: &[PanelRow]) -> Vec<PanelRow> {
         .step_by(layer.input + 1)
         .for_each(|line| *line = PanelRow::default());
     map
+}
+
+/// Some of what a network has learned, for a step down a gradient.
+fn descent(learned: &mut Learned<PanelRow>, map: Range<usize>, adam: Adam) -> Descent<'_> {
+    Descent {
+        online: &mut learned.online[map.clone()],
+        target: &mut learned.target[map.clone()],
+        m: &mut learned.m[map.clone()],
+        v: &mut learned.v[map],
+        adam,
+    }
 }
 
 /// The way back through a hidden layer's activation.
@@ -235,7 +355,7 @@ fn run(
     layout: &Layout,
     parameters: &[PanelRow],
     activation: Activation,
-    input: &Panels,
+    input: Inputs<'_>,
     outputs: &mut [Panels],
     slopes: &mut [Panels],
     threads: &Threads,
@@ -247,7 +367,7 @@ fn run(
         let finish =
             if hidden && activation == Activation::Relu { Finish::Relu } else { Finish::Keep };
         affine(
-            below.last().unwrap_or(input),
+            below.last().map_or(input, Inputs::all),
             &parameters[map],
             layer.output,
             finish,

@@ -69,6 +69,21 @@ impl Panels {
         }
     }
 
+    /// Whether the first columns are these, bit for bit: a dense row-major matrix of `rows` rows.
+    pub fn begins_with(&self, rows: usize, dense: &[f32]) -> bool {
+        let width = dense.len() / rows;
+        rows == self.rows
+            && width <= self.cols
+            && dense.chunks_exact(width).enumerate().all(|(row, mut values)| {
+                runs(0, width).all(|(panel, places)| {
+                    let (head, tail) = values.split_at(places.len());
+                    values = tail;
+                    let here = &self.lines[panel * rows + row].0[places];
+                    bytemuck::cast_slice::<_, u32>(here) == bytemuck::cast_slice::<_, u32>(head)
+                })
+            })
+    }
+
     /// Writes the columns from `first` on as a dense row-major matrix that fills `out`.
     pub fn get(&self, first: usize, out: &mut [f32]) {
         let width = out.len() / self.rows;

@@ -5,10 +5,13 @@
 //! another by fused multiply-adds, in an order that depends on nothing. Wider vectors compute more
 //! elements at once, never parts of one.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Arch, Simd};
 
 use super::panels::{PanelRow, Panels, WIDTH};
 use super::threads::Threads;
+use super::tiles::{
+    ByLanes, Kernel, Tiles, add_products, array, block, cover, put, vectors, vectors_mut,
+};
 
 /// What becomes of a product's elements before they are stored.
 #[derive(Clone, Copy, Debug)]
@@ -32,23 +35,53 @@ impl<T> Finish<T> {
     }
 }
 
-/// `out = finish(left * map + start)`. A map of `cols` columns is panels of `left.cols() + 1`
-/// lines, the last of which is what every row of the result starts from.
+/// The inputs of a map: all, or some of them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Inputs<'a> {
+    values: &'a Panels,
+    from: usize,
+    to: usize,
+    /// What those before `from` have added up to, bias and all.
+    sums: Option<&'a Panels>,
+}
+
+impl<'a> Inputs<'a> {
+    /// All of them.
+    pub fn all(values: &'a Panels) -> Self {
+        Self { values, from: 0, to: values.cols(), sums: None }
+    }
+
+    /// The first `count`.
+    pub fn first(values: &'a Panels, count: usize) -> Self {
+        Self { to: count, ..Self::all(values) }
+    }
+
+    /// All but the first `count`, which have added up to `sums`.
+    pub fn rest(values: &'a Panels, count: usize, sums: &'a Panels) -> Self {
+        Self { from: count, sums: Some(sums), ..Self::all(values) }
+    }
+}
+
+/// `out = finish(inputs * map + start)`. A map of `cols` columns is panels of a line for every input
+/// and one more, which is what every row of the result starts from.
 ///
 /// # Panics
 /// If the shapes do not fit together, as in all of this module: layers are fixed and batches are
 /// checked before.
 pub(super) fn affine(
-    left: &Panels,
+    inputs: Inputs<'_>,
     map: &[PanelRow],
     cols: usize,
     finish: Finish<&Panels>,
     out: &mut Panels,
     threads: &Threads,
 ) {
-    let rows = left.rows();
-    let lines = left.cols() + 1;
+    let rows = inputs.values.rows();
+    let lines = inputs.values.cols() + 1;
     assert_eq!(map.len(), cols.div_ceil(WIDTH) * lines, "lines of a map");
+    if let Some(sums) = inputs.sums {
+        assert_eq!((sums.rows(), sums.cols()), (rows, cols), "shape of sums");
+    }
     if let Finish::Mask(activation) = finish {
         assert_eq!((activation.rows(), activation.cols()), (rows, cols), "shape of an activation");
     }
@@ -56,138 +89,22 @@ pub(super) fn affine(
     let parts =
         map.chunks(share * lines).zip(out.reshape(rows, cols).chunks_mut(share * rows)).enumerate();
     threads.each(parts, |(i, (map, out))| {
-        let finish = finish.map(|activation| &activation.lines()[i * share * rows..]);
+        let first = i * share * rows;
         Arch::new().dispatch(ByLanes(Affine {
-            left,
+            inputs,
+            sums: inputs.sums.map(|sums| &sums.lines()[first..]),
             map,
-            cols: cols - i * share * WIDTH,
-            finish,
+            cols: (cols - i * share * WIDTH).min(share * WIDTH),
+            finish: finish.map(|activation| &activation.lines()[first..]),
             out,
         }));
     });
-}
-
-/// `out = left^T right`, then the sums of `right`'s columns: the gradient of a map from inputs
-/// `left` and the gradient `right` of its outputs, laid out as the map is.
-pub(super) fn gradient(left: &Panels, right: &Panels, out: &mut [PanelRow], threads: &Threads) {
-    let rows = left.rows();
-    let lines = left.cols() + 1;
-    let cols = right.cols();
-    assert_eq!(right.rows(), rows, "rows of a gradient");
-    assert_eq!(out.len(), cols.div_ceil(WIDTH) * lines, "lines of a gradient");
-    let share = threads.share(cols.div_ceil(WIDTH), rows * lines * cols);
-    let parts = right.lines().chunks(share * rows).zip(out.chunks_mut(share * lines)).enumerate();
-    threads.each(parts, |(i, (right, out))| {
-        Arch::new().dispatch(ByLanes(Gradient {
-            left,
-            right,
-            cols: cols - i * share * WIDTH,
-            out,
-        }));
-    });
-}
-
-/// A computation on lines as vectors.
-trait Kernel {
-    /// Runs with lines of `V` vectors each.
-    fn run<S: Simd, const V: usize>(self, simd: S);
-}
-
-/// Finds how many vectors a line is.
-struct ByLanes<K>(K);
-
-impl<K: Kernel> WithSimd for ByLanes<K> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        match S::F32_LANES {
-            16 => self.0.run::<S, 1>(simd),
-            8 => self.0.run::<S, 2>(simd),
-            4 => self.0.run::<S, 4>(simd),
-            _ => self.0.run::<S, WIDTH>(simd),
-        }
-    }
-}
-
-/// Lines as vectors.
-#[inline(always)]
-fn vectors<S: Simd, const V: usize>(lines: &[PanelRow]) -> &[[S::f32s; V]] {
-    S::as_simd_f32s(bytemuck::cast_slice(lines)).0.as_chunks().0
-}
-
-/// The same, to write.
-#[inline(always)]
-fn vectors_mut<S: Simd, const V: usize>(lines: &mut [PanelRow]) -> &mut [[S::f32s; V]] {
-    S::as_mut_simd_f32s(bytemuck::cast_slice_mut(lines)).0.as_chunks_mut().0
-}
-
-/// sum <- sum + x line
-#[inline(always)]
-fn add_product<S: Simd, const U: usize, const V: usize>(
-    simd: S,
-    sum: &mut [S::f32s; U],
-    x: f32,
-    line: &[S::f32s; V],
-) {
-    let x = simd.splat_f32s(x);
-    for (sum, &vector) in sum.iter_mut().zip(line) {
-        *sum = simd.mul_add_f32s(x, vector, *sum);
-    }
-}
-
-/// Stores sums vector by vector (a slice's copy would go through memory), and zeros where they do
-/// not reach.
-#[inline(always)]
-fn store<S: Simd, const U: usize, const V: usize>(
-    simd: S,
-    sums: &[[S::f32s; U]],
-    out: &mut [[S::f32s; V]],
-) {
-    for (line, sum) in out.iter_mut().zip(sums) {
-        for (v, vector) in line.iter_mut().enumerate() {
-            *vector = if v < U { sum[v] } else { simd.splat_f32s(0.0) };
-        }
-    }
-}
-
-/// One panel of a result, computed in tiles.
-trait Tiles {
-    /// Computes and stores `HEIGHT` lines from `first` on, the first `U` vectors of each.
-    fn tile<const HEIGHT: usize, const U: usize>(&mut self, first: usize);
-}
-
-/// Computes `count` lines, of which `cols` values are wanted, in tiles as high as the registers
-/// hold. A low tile waits for its few sums, so the last two share what is left.
-#[inline(always)]
-fn cover<S: Simd, const V: usize>(count: usize, cols: usize, tiles: &mut impl Tiles) {
-    let narrow = V > 1 && cols <= S::F32_LANES;
-    let mut first = 0;
-    while first < count {
-        let left = count - first;
-        first += match if (7..12).contains(&left) { left.div_ceil(2) } else { left } {
-            16.. if V == 1 => tile::<16, 1>(first, tiles),
-            12.. if narrow => tile::<12, 1>(first, tiles),
-            6.. if narrow => tile::<6, 1>(first, tiles),
-            6.. => tile::<6, V>(first, tiles),
-            5 => tile::<5, V>(first, tiles),
-            4 => tile::<4, V>(first, tiles),
-            3 => tile::<3, V>(first, tiles),
-            2 => tile::<2, V>(first, tiles),
-            _ => tile::<1, V>(first, tiles),
-        };
-    }
-}
-
-#[inline(always)]
-fn tile<const HEIGHT: usize, const U: usize>(first: usize, tiles: &mut impl Tiles) -> usize {
-    tiles.tile::<HEIGHT, U>(first);
-    HEIGHT
 }
 
 /// Some panels of [`affine`]'s result, and the columns from the first of them on.
 struct Affine<'a> {
-    left: &'a Panels,
+    inputs: Inputs<'a>,
+    sums: Option<&'a [PanelRow]>,
     map: &'a [PanelRow],
     cols: usize,
     finish: Finish<&'a [PanelRow]>,
@@ -197,64 +114,82 @@ struct Affine<'a> {
 impl Kernel for Affine<'_> {
     #[inline(always)]
     fn run<S: Simd, const V: usize>(self, simd: S) {
-        let left = self.left;
-        let rows = self.left.rows();
-        let maps = vectors::<S, V>(self.map).chunks_exact(left.cols() + 1);
-        let outs = vectors_mut::<S, V>(self.out).chunks_exact_mut(rows);
-        for (panel, (map, out)) in maps.zip(outs).enumerate() {
-            let finish = self.finish.map(|activation| &vectors::<S, V>(activation)[panel * rows..]);
-            cover::<S, V>(
-                rows,
-                self.cols - panel * WIDTH,
-                &mut AffinePanel { simd, left, map, finish, out },
-            );
-        }
+        let Self { inputs, sums, map, cols, finish, out } = self;
+        let rows = inputs.values.rows();
+        let sums = sums.map(vectors::<S, V>);
+        let map = vectors::<S, V>(map);
+        let finish = finish.map(vectors::<S, V>);
+        let out = vectors_mut::<S, V>(out);
+        let tiles = &mut AffineTiles { simd, inputs, rows, sums, map, finish, out };
+        cover::<S, V>(rows, cols, tiles);
     }
 }
 
-/// One panel of [`affine`]'s result; its lines are rows.
-struct AffinePanel<'a, S: Simd, const V: usize> {
+/// [`affine`]'s result in tiles, whose lines are rows.
+struct AffineTiles<'a, S: Simd, const V: usize> {
     simd: S,
-    left: &'a Panels,
+    inputs: Inputs<'a>,
+    rows: usize,
+    sums: Option<&'a [[S::f32s; V]]>,
     map: &'a [[S::f32s; V]],
     finish: Finish<&'a [[S::f32s; V]]>,
     out: &'a mut [[S::f32s; V]],
 }
 
-impl<S: Simd, const V: usize> Tiles for AffinePanel<'_, S, V> {
+impl<S: Simd, const V: usize> Tiles<S, V> for AffineTiles<'_, S, V> {
     #[inline(always)]
-    fn tile<const HEIGHT: usize, const U: usize>(&mut self, row: usize) {
-        let (map, start) = self.map.split_at(self.left.cols());
-        let (whole, rest) = map.as_chunks::<WIDTH>();
-        let mut panels = self.left.lines().chunks_exact(self.left.rows());
-        let mut sums: [[S::f32s; U]; HEIGHT] = [std::array::from_fn(|v| start[0][v]); HEIGHT];
-        // Whole panels have a loop of their own: of known length, it is unrolled and checks no
-        // bounds.
-        for (map, left) in whole.iter().zip(&mut panels) {
+    fn tile<const HEIGHT: usize, const U: usize>(&mut self, panel: usize, row: usize) {
+        let Inputs { values, from, to, .. } = self.inputs;
+        let lines = values.cols() + 1;
+        let maps: [_; U] = block(self.map, lines, panel, 0..lines);
+        let mut sums: [[S::f32s; U]; HEIGHT] = [array(|u| maps[u][lines - 1][u % V]); HEIGHT];
+        if let Some(before) = self.sums {
+            let before: [_; U] = block(before, self.rows, panel, row..row + HEIGHT);
+            for (h, sum) in sums.iter_mut().enumerate() {
+                *sum = array(|u| before[u][h][u % V]);
+            }
+        }
+        let lefts = values.lines().chunks_exact(self.rows).enumerate();
+        for (i, left) in lefts.take(to.div_ceil(WIDTH)).skip(from / WIDTH) {
             let left = &left[row..row + HEIGHT];
-            for (column, line) in map.iter().enumerate() {
-                for (sum, left) in sums.iter_mut().zip(left) {
-                    add_product(self.simd, sum, left.0[column], line);
+            let columns = from.max(i * WIDTH)..to.min((i + 1) * WIDTH);
+            // A whole panel has a loop of its own: it is of known length, and checks no bounds.
+            if columns.len() == WIDTH {
+                let maps: [&[_; WIDTH]; U] = array(|u| &maps[u].as_chunks().0[i]);
+                let line = |column: usize| array(|u| maps[u][column][u % V]);
+                for column in 0..WIDTH {
+                    add_products(self.simd, &mut sums, |h| left[h].0[column], line(column));
+                }
+            } else {
+                for column in columns {
+                    let line = array(|u| maps[u][column][u % V]);
+                    add_products(self.simd, &mut sums, |h| left[h].0[column % WIDTH], line);
                 }
             }
         }
-        for left in panels {
-            let left = &left[row..row + HEIGHT];
-            for (column, line) in rest.iter().enumerate() {
-                for (sum, left) in sums.iter_mut().zip(left) {
-                    add_product(self.simd, sum, left.0[column % WIDTH], line);
-                }
-            }
+        self.finish(panel, row, &mut sums);
+        put(self.simd, &sums, panel, row, self);
+    }
+
+    #[inline(always)]
+    fn put<const HEIGHT: usize>(
+        &mut self,
+        panel: usize,
+        row: usize,
+        lines: [[S::f32s; V]; HEIGHT],
+    ) {
+        let out = &mut self.out[panel * self.rows + row..][..HEIGHT];
+        for (out, line) in out.iter_mut().zip(lines) {
+            *out = line;
         }
-        self.finish(row, &mut sums);
-        store(self.simd, &sums, &mut self.out[row..row + HEIGHT]);
     }
 }
 
-impl<S: Simd, const V: usize> AffinePanel<'_, S, V> {
+impl<S: Simd, const V: usize> AffineTiles<'_, S, V> {
     #[inline(always)]
     fn finish<const HEIGHT: usize, const U: usize>(
         &self,
+        panel: usize,
         row: usize,
         sums: &mut [[S::f32s; U]; HEIGHT],
     ) {
@@ -271,10 +206,11 @@ impl<S: Simd, const V: usize> AffinePanel<'_, S, V> {
                 // HEIGHT lines, not the rest of them: a long loop is unrolled only if its length is
                 // known, and sums that a loop reaches by index live in memory. With AVX-512 an
                 // update then takes three times as long.
-                for (sum, activation) in sums.iter_mut().zip(&activation[row..row + HEIGHT]) {
-                    for (sum, &activation) in sum.iter_mut().zip(activation) {
-                        *sum =
-                            simd.select_f32s(simd.greater_than_f32s(activation, zero), *sum, zero);
+                let outputs: [_; U] = block(activation, self.rows, panel, row..row + HEIGHT);
+                for (h, sum) in sums.iter_mut().enumerate() {
+                    for (u, sum) in sum.iter_mut().enumerate() {
+                        let open = simd.greater_than_f32s(outputs[u][h][u % V], zero);
+                        *sum = simd.select_f32s(open, *sum, zero);
                     }
                 }
             }
@@ -282,75 +218,25 @@ impl<S: Simd, const V: usize> AffinePanel<'_, S, V> {
     }
 }
 
-/// Some panels of [`gradient`]'s result, those of as many of `right`, and the columns from the
-/// first of them on.
-struct Gradient<'a> {
-    left: &'a Panels,
-    right: &'a [PanelRow],
-    cols: usize,
-    out: &'a mut [PanelRow],
-}
-
-impl Kernel for Gradient<'_> {
-    #[inline(always)]
-    fn run<S: Simd, const V: usize>(self, simd: S) {
-        let rows = self.left.rows();
-        let inputs = self.left.cols();
-        let rights = vectors::<S, V>(self.right).chunks_exact(rows);
-        let outs = vectors_mut::<S, V>(self.out).chunks_exact_mut(inputs + 1);
-        for (panel, (right, out)) in rights.zip(outs).enumerate() {
-            let (out, sums) = out.split_at_mut(inputs);
-            for (left, out) in self.left.lines().chunks_exact(rows).zip(out.chunks_mut(WIDTH)) {
-                let cols = self.cols - panel * WIDTH;
-                cover::<S, V>(out.len(), cols, &mut GradientPanel { simd, left, right, out });
-            }
-            sums[0] = sum(simd, right);
-        }
-    }
-}
-
-/// Where a panel of inputs meets one of outputs in [`gradient`]'s result; its lines are inputs.
-struct GradientPanel<'a, S: Simd, const V: usize> {
-    simd: S,
-    left: &'a [PanelRow],
-    right: &'a [[S::f32s; V]],
-    out: &'a mut [[S::f32s; V]],
-}
-
-impl<S: Simd, const V: usize> Tiles for GradientPanel<'_, S, V> {
-    #[inline(always)]
-    fn tile<const HEIGHT: usize, const U: usize>(&mut self, input: usize) {
-        let mut sums = [[self.simd.splat_f32s(0.0); U]; HEIGHT];
-        for (left, right) in self.left.iter().zip(self.right) {
-            for (sum, &left) in sums.iter_mut().zip(&left.0[input..input + HEIGHT]) {
-                add_product(self.simd, sum, left, right);
-            }
-        }
-        store(self.simd, &sums, &mut self.out[input..input + HEIGHT]);
-    }
-}
-
-/// The sum of lines.
-#[inline(always)]
-fn sum<S: Simd, const V: usize>(simd: S, lines: &[[S::f32s; V]]) -> [S::f32s; V] {
-    let mut sums = [simd.splat_f32s(0.0); V];
-    for line in lines {
-        for (sum, &vector) in sums.iter_mut().zip(line) {
-            *sum = simd.add_f32s(*sum, vector);
-        }
-    }
-    sums
-}
-
 #[cfg(test)]
 mod tests {
     use copq::Rng;
 
+    use super::super::adam::{self, Adam};
+    use super::super::gradient::{Descent, Gradient, Stored, descend, gradient};
     use super::*;
 
     /// Shapes with whole and partial panels, and tiles of every height.
-    const SHAPES: [(usize, usize, usize); 5] =
-        [(1, 1, 1), (3, 16, 17), (37, 23, 5), (13, 40, 32), (64, 3, 16)];
+    const SHAPES: [(usize, usize, usize); 8] = [
+        (1, 1, 1),
+        (3, 16, 17),
+        (37, 23, 5),
+        (13, 40, 32),
+        (64, 3, 16),
+        (29, 18, 101),
+        (70, 40, 3),
+        (131, 33, 8),
+    ];
 
     fn values(count: usize, rng: &mut Rng) -> Vec<f32> {
         (0..count).map(|_| rng.normal() as f32).collect()
@@ -394,12 +280,26 @@ mod tests {
             let map = panels(inputs + 1, &map);
             let activation = panels(rows, &activation);
             let mut out = Panels::default();
-            affine(&left, map.lines(), cols, Finish::Keep, &mut out, &Threads::default());
+            affine(
+                Inputs::all(&left),
+                map.lines(),
+                cols,
+                Finish::Keep,
+                &mut out,
+                &Threads::default(),
+            );
             assert_eq!(dense(&out), wanted(|sum, _| sum));
-            affine(&left, map.lines(), cols, Finish::Relu, &mut out, &Threads::default());
+            affine(
+                Inputs::all(&left),
+                map.lines(),
+                cols,
+                Finish::Relu,
+                &mut out,
+                &Threads::default(),
+            );
             assert_eq!(dense(&out), wanted(|sum, _| sum.max(0.0)));
             affine(
-                &left,
+                Inputs::all(&left),
                 map.lines(),
                 cols,
                 Finish::Mask(&activation),
@@ -410,6 +310,27 @@ mod tests {
                 dense(&out),
                 wanted(|sum, activation| if activation > 0.0 { sum } else { 0.0 })
             );
+        }
+    }
+
+    #[test]
+    fn a_product_in_two_parts_is_the_same_to_the_bit() {
+        let mut rng = Rng::with_stream(5, 0);
+        let threads = Threads::default();
+        for (rows, inputs, cols) in SHAPES {
+            let left = panels(rows, &values(rows * inputs, &mut rng));
+            let map = panels(inputs + 1, &values((inputs + 1) * cols, &mut rng));
+            let mut whole = Panels::default();
+            affine(Inputs::all(&left), map.lines(), cols, Finish::Relu, &mut whole, &threads);
+            for count in 0..=inputs {
+                let mut sums = Panels::default();
+                let mut out = Panels::default();
+                let first = Inputs::first(&left, count);
+                affine(first, map.lines(), cols, Finish::Keep, &mut sums, &threads);
+                let rest = Inputs::rest(&left, count, &sums);
+                affine(rest, map.lines(), cols, Finish::Relu, &mut out, &threads);
+                assert_eq!(out.lines(), whole.lines(), "{count} of {inputs} inputs");
+            }
         }
     }
 
@@ -446,7 +367,8 @@ mod tests {
         let cols = map.cols();
         let finish = Finish::Relu;
         simd.vectorize(ByLanes(Affine {
-            left,
+            inputs: Inputs::all(left),
+            sums: None,
             map: map.lines(),
             cols,
             finish,
@@ -455,7 +377,7 @@ mod tests {
         let cols = right.cols();
         let lines = grad.reshape(left.cols() + 1, cols);
         let right = right.lines();
-        simd.vectorize(ByLanes(Gradient { left, right, cols, out: lines }));
+        simd.vectorize(ByLanes(Gradient { left, right, cols, sink: Stored(lines) }));
         [dense(&out), dense(&grad)]
     }
 
@@ -472,7 +394,14 @@ mod tests {
             assert_eq!(both(pulp::Scalar512b, &left, &map, &right), scalars);
             let mut out = Panels::default();
             let mut grad = Panels::default();
-            affine(&left, map.lines(), cols, Finish::Relu, &mut out, &Threads::default());
+            affine(
+                Inputs::all(&left),
+                map.lines(),
+                cols,
+                Finish::Relu,
+                &mut out,
+                &Threads::default(),
+            );
             gradient(&left, &right, grad.reshape(inputs + 1, cols), &Threads::default());
             assert_eq!([dense(&out), dense(&grad)], scalars);
         }
@@ -495,7 +424,7 @@ mod tests {
             assert_eq!(shares, count, "the product is large enough to be shared");
             let mut out = Panels::default();
             let mut grad = Panels::default();
-            affine(&left, map.lines(), cols, Finish::Mask(&right), &mut out, &threads);
+            affine(Inputs::all(&left), map.lines(), cols, Finish::Mask(&right), &mut out, &threads);
             gradient(&left, &right, grad.reshape(inputs + 1, cols), &threads);
             [dense(&out), dense(&grad)]
         };
@@ -505,16 +434,43 @@ mod tests {
     }
 
     #[test]
+    fn a_step_in_registers_is_the_step_in_memory() {
+        let mut rng = Rng::with_stream(4, 0);
+        let shapes = SHAPES.into_iter().chain([(257, 130, 74)]);
+        for ((rows, inputs, cols), threads) in shapes.zip([1, 1, 1, 1, 1, 1, 1, 1, 3]) {
+            let threads = Threads::new(threads).unwrap();
+            let left = panels(rows, &values(rows * inputs, &mut rng));
+            let right = panels(rows, &values(rows * cols, &mut rng));
+            let part = |rng: &mut Rng| panels(inputs + 1, &values((inputs + 1) * cols, rng));
+            let mut here = [(); 4].map(|()| part(&mut rng));
+            here[3].lines_mut().iter_mut().flat_map(|line| &mut line.0).for_each(|v| *v *= *v);
+            let mut there = here.clone();
+            let adam = Adam::new(1e-3, 7, 0.005);
+            let map = |parts: &mut [Panels; 4], run: &mut dyn FnMut(Descent<'_>)| {
+                let [online, target, m, v] = parts.each_mut().map(Panels::lines_mut);
+                run(Descent { online, target, m, v, adam });
+            };
+            let mut grad = Panels::default();
+            gradient(&left, &right, grad.reshape(inputs + 1, cols), &threads);
+            map(&mut here, &mut |map| adam::step(map, grad.lines()));
+            map(&mut there, &mut |map| descend(&left, &right, map, &threads));
+            for (here, there) in here.iter().zip(&there) {
+                assert_eq!(here.lines(), there.lines());
+            }
+        }
+    }
+
+    #[test]
     fn relu_is_pytorchs_at_zero_and_at_nan() {
         let left = panels(4, &[-1.0, 0.0, f32::NAN, 2.0]);
         let map = panels(2, &[1.0, 0.0]);
         let mut out = Panels::default();
-        affine(&left, map.lines(), 1, Finish::Relu, &mut out, &Threads::default());
+        affine(Inputs::all(&left), map.lines(), 1, Finish::Relu, &mut out, &Threads::default());
         let activation = dense(&out);
         assert!(activation[..2] == [0.0, 0.0] && activation[2].is_nan() && activation[3] == 2.0);
         let mut grad = Panels::default();
         affine(
-            &panels(4, &[1.0; 4]),
+            Inputs::all(&panels(4, &[1.0; 4])),
             map.lines(),
             1,
             Finish::Mask(&out),
@@ -530,6 +486,6 @@ mod tests {
         let left = panels(2, &[0.0; 6]);
         let map = [PanelRow::default(); 3];
         let mut out = Panels::default();
-        affine(&left, &map, 2, Finish::Keep, &mut out, &Threads::default());
+        affine(Inputs::all(&left), &map, 2, Finish::Keep, &mut out, &Threads::default());
     }
 }

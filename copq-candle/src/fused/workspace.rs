@@ -3,8 +3,9 @@
 use copq::Result;
 
 use super::activation::multiply;
+use super::gradient::{Descent, descend, gradient};
 use super::panels::{PanelRow, Panels, WIDTH};
-use super::product::{Finish, affine, gradient};
+use super::product::{Finish, Inputs, affine};
 use super::threads::Threads;
 use super::transpose::transpose;
 use crate::shape::Layer;
@@ -32,8 +33,6 @@ pub(super) struct Workspace {
     below: Panels,
     /// A layer's weight turned round.
     transposed: Panels,
-    /// dL/d(a layer's parameters).
-    grad: Panels,
 }
 
 impl Workspace {
@@ -60,18 +59,12 @@ impl Workspace {
         self.delta.set(rows, &[grad]);
     }
 
-    /// dL/dparameters of the present layer, laid out as they are, given its inputs.
-    pub fn gradient(&mut self, input: &Panels) -> &[PanelRow] {
-        gradient(
-            input,
-            &self.delta,
-            self.grad.reshape(input.cols() + 1, self.delta.cols()),
-            &self.threads,
-        );
-        self.grad.lines()
+    /// A step of the present layer's parameters down their gradient, given its inputs.
+    pub fn descend(&self, input: &Panels, map: Descent<'_>) {
+        descend(input, &self.delta, map, &self.threads);
     }
 
-    /// The same into memory of the caller's.
+    /// dL/dparameters of the present layer, laid out as they are, given its inputs.
     pub fn gradient_into(&self, input: &Panels, out: &mut [PanelRow]) {
         gradient(input, &self.delta, out, &self.threads);
     }
@@ -81,13 +74,21 @@ impl Workspace {
         transpose(layer, map, first, &mut self.transposed);
     }
 
-    /// After [`Workspace::transpose`]: goes down to the layer below, back through its activation.
-    pub fn step_down(&mut self, gate: Gate<'_>) {
+    /// Goes down to the layer below, back through its activation, by a weight that was turned round
+    /// before or by the last [`Workspace::transpose`].
+    pub fn step_down(&mut self, turned: Option<&Panels>, gate: Gate<'_>) {
         let (cols, finish) = match gate {
             Gate::Mask(output) => (output.cols(), Finish::Mask(output)),
             Gate::Slope(slope) => (slope.cols(), Finish::Keep),
         };
-        affine(&self.delta, self.transposed.lines(), cols, finish, &mut self.below, &self.threads);
+        affine(
+            Inputs::all(&self.delta),
+            turned.unwrap_or(&self.transposed).lines(),
+            cols,
+            finish,
+            &mut self.below,
+            &self.threads,
+        );
         if let Gate::Slope(slope) = gate {
             multiply(&mut self.below, slope);
         }
@@ -101,7 +102,7 @@ impl Workspace {
         self.transpose(layer, map, panel);
         let map = self.transposed.lines();
         let cols = layer.input - panel * WIDTH;
-        affine(&self.delta, map, cols, Finish::Keep, &mut self.below, &self.threads);
+        affine(Inputs::all(&self.delta), map, cols, Finish::Keep, &mut self.below, &self.threads);
         self.below.get(first % WIDTH, out);
     }
 }

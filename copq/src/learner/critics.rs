@@ -61,7 +61,10 @@ impl Learner {
             return Ok(());
         }
         let Buffers { q, scratch, bound, mean, .. } = &mut self.buffers;
-        self.critic.values(Net::Online, &self.batch.obs, &self.batch.action, q)?;
+        // FAMO has just asked for the same values.
+        if self.famo.is_none() {
+            self.critic.values(Net::Online, &self.batch.obs, &self.batch.action, q)?;
+        }
         let q = QView::new(q, self.critic.critics(), self.objectives.len())?;
         let step = -self.config.pessimism as f32;
         self.projection.project(
