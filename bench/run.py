@@ -49,6 +49,10 @@ PROGRAMS = {
     "products": "copq",
     "copq": "copq",
     "learner": "copq",
+    "backward": "copq",
+    "careful": "copq",
+    "learner-backward": "copq",
+    "learner-careful": "copq",
     "scan": "jax",
     "step": "jax",
     "compiled": "torch",
@@ -57,7 +61,7 @@ PROGRAMS = {
     "plain": "copq",
 }
 # These report no losses.
-UNCHECKED = {"products", "learner"}
+UNCHECKED = {"products", "learner", "learner-backward", "learner-careful"}
 # Environment steps in a round of whole training.
 STEPS = 200
 TRAININGS = {"td3": "copq", "cop": "copq", "sbx": "peers", "sb3": "peers"}
@@ -69,6 +73,10 @@ LABELS = {
     "products": "its matrix products alone (`gemm`)",
     "copq": "**copq**",
     "learner": "copq's whole learner: replay, FAMO, reports",
+    "backward": "copq, `precision = \"backward\"`",
+    "careful": "copq, `precision = \"careful\"`",
+    "learner-backward": "copq's whole learner, `backward`",
+    "learner-careful": "copq's whole learner, `careful`",
     "scan": "JAX jit, scan over updates",
     "step": "JAX jit, one update a call",
     "compiled": "PyTorch, `torch.compile`",

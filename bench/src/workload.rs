@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use candle_core::{Device, Tensor};
-use copq::{EnvSpec, Networks, Rng, Stream};
+use copq::{EnvSpec, Networks, Precision, Rng, Stream};
 
 /// The discount.
 pub const DISCOUNT: f32 = 0.99;
@@ -36,6 +36,8 @@ pub struct Workload {
     pub actor_delay: usize,
     /// Threads an update may use.
     pub threads: usize,
+    /// Of copq's networks.
+    pub precision: Precision,
 }
 
 impl Workload {
@@ -52,6 +54,7 @@ impl Workload {
             rows: 256,
             actor_delay: 2,
             threads,
+            precision: Precision::F32,
         };
         match name {
             "walker2d" => Ok(walker2d),
@@ -69,7 +72,18 @@ impl Workload {
 
     /// Hidden layers and step sizes.
     pub fn networks(&self) -> Networks {
-        Networks { hidden: vec![self.width; 2], critic_lr: LR, actor_lr: LR, ..Networks::default() }
+        Networks {
+            hidden: vec![self.width; 2],
+            critic_lr: LR,
+            actor_lr: LR,
+            precision: self.precision,
+            ..Networks::default()
+        }
+    }
+
+    /// The same in another precision.
+    pub fn in_precision(&self, precision: Precision) -> Self {
+        Self { precision, ..self.clone() }
     }
 
     /// The batches, always the same.

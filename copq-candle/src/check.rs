@@ -2,12 +2,24 @@
 //! and what came.
 
 use copq::error::check_len;
-use copq::{EnvSpec, Error, Networks, Result};
+use copq::{EnvSpec, Error, Networks, Precision, Result};
 
 /// An error unless networks can be built from these settings.
 pub(crate) fn settings(spec: &EnvSpec, networks: &Networks) -> Result<()> {
     spec.check()?;
     networks.check()
+}
+
+/// The same for networks that have f32 alone.
+pub(crate) fn plain_settings(spec: &EnvSpec, networks: &Networks) -> Result<()> {
+    settings(spec, networks)?;
+    match networks.precision {
+        Precision::F32 => Ok(()),
+        other => {
+            let got = format!("{other:?}");
+            Err(Error::invalid("networks.precision", "F32, for networks by autograd", got))
+        }
+    }
 }
 
 /// The number of rows in a batch of observations.

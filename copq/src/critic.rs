@@ -137,6 +137,12 @@ pub trait Critic: Send {
         out: &mut [f32],
     ) -> Result<()>;
 
+    /// Writes the online values in f32 where [`Critic::values`] has fewer bits
+    /// ([`Precision`](crate::Precision)); says false, and writes nothing, where it has not.
+    fn exact_values(&mut self, _obs: &[f32], _act: &[f32], _q: &mut [f32]) -> Result<bool> {
+        Ok(false)
+    }
+
     /// Writes parameters, targets and optimiser state.
     fn save(&self, _state: &mut State) -> Result<()> {
         Err(Error::cannot_be_saved("this critic", "Critic"))

@@ -131,7 +131,7 @@ pub use explore::{Context, Explore, GaussianNoise, Optimistic, PolicySamples, Un
 pub use famo::{Famo, FamoConfig, FamoDecay};
 pub use learner::Learner;
 pub use method::{
-    Activation, Config, Ensemble, Init, Method, Networks, Optimism, Smoothing, WarmUp,
+    Activation, Config, Ensemble, Init, Method, Networks, Optimism, Precision, Smoothing, WarmUp,
 };
 pub use multiplier::{
     Constraint, FixedWeights, Lagrangian, LagrangianConfig, Multiplier, Pid, PidConfig,

@@ -88,6 +88,16 @@ impl SeparateCritics {
         Ok(Self { networks, counts: counts.to_vec(), critics, values, q, grad })
     }
 
+    /// Makes room for the scalar critics' values of so many.
+    fn make_room(&mut self, len: usize) -> Result<()> {
+        let share = self.critics * self.counts.len();
+        if !len.is_multiple_of(share) {
+            return Err(Error::invalid("critic values", format!("a multiple of {share}"), len));
+        }
+        self.values.resize(len / share * self.networks.critics(), 0.0);
+        Ok(())
+    }
+
     /// Runs `call` on the scalar critics with a gradient that is `grad` as they see it.
     fn through(
         &mut self,
@@ -124,18 +134,19 @@ impl Critic for SeparateCritics {
     }
 
     fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
-        let n = self.counts.len();
-        if !q.len().is_multiple_of(self.critics * n) {
-            return Err(Error::invalid(
-                "critic values",
-                format!("a multiple of {}", self.critics * n),
-                q.len(),
-            ));
-        }
-        self.values.resize(q.len() / (self.critics * n) * self.networks.critics(), 0.0);
+        self.make_room(q.len())?;
         self.networks.values(net, obs, act, &mut self.values)?;
         copy_to_critics(&self.counts, &self.values, q);
         Ok(())
+    }
+
+    fn exact_values(&mut self, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<bool> {
+        self.make_room(q.len())?;
+        let are_others = self.networks.exact_values(obs, act, &mut self.values)?;
+        if are_others {
+            copy_to_critics(&self.counts, &self.values, q);
+        }
+        Ok(are_others)
     }
 
     fn values_of(

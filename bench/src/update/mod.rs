@@ -5,6 +5,7 @@ mod copq;
 mod learner;
 mod products;
 
+use ::copq::Precision;
 use anyhow::{Result, bail};
 
 pub use self::autograd::Autograd;
@@ -29,7 +30,17 @@ pub struct Losses {
 }
 
 /// What [`make`] can make.
-pub const NAMES: [&str; 5] = ["copq", "products", "learner", "plain", "autograd"];
+pub const NAMES: [&str; 9] = [
+    "copq",
+    "products",
+    "learner",
+    "plain",
+    "autograd",
+    "backward",
+    "careful",
+    "learner-backward",
+    "learner-careful",
+];
 
 /// An update by its name:
 ///
@@ -37,12 +48,17 @@ pub const NAMES: [&str; 5] = ["copq", "products", "learner", "plain", "autograd"
 /// * `products`: nothing but its matrix products;
 /// * `learner`: the whole of [`copq::Learner::update`](::copq::Agent::update);
 /// * `plain`: as `copq`, with the readable networks of candle tensors;
+/// * `backward`, `careful`, `learner-backward`, `learner-careful`: the same in these precisions;
 /// * `autograd`: candle and candle-nn alone, as one would write it with them.
 pub fn make(name: &str, workload: &Workload) -> Result<Box<dyn Update>> {
     Ok(match name {
         "copq" => Box::new(Copq::fused(workload)?),
         "products" => Box::new(Products::new(workload)?),
         "learner" => Box::new(Full::new(workload)?),
+        "backward" => Box::new(Copq::fused(&workload.in_precision(Precision::Backward))?),
+        "careful" => Box::new(Copq::fused(&workload.in_precision(Precision::Careful))?),
+        "learner-backward" => Box::new(Full::new(&workload.in_precision(Precision::Backward))?),
+        "learner-careful" => Box::new(Full::new(&workload.in_precision(Precision::Careful))?),
         "plain" => Box::new(Copq::plain(workload)?),
         "autograd" => Box::new(Autograd::new(workload)?),
         _ => bail!("update {name}: wanted one of {NAMES:?}"),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use copq::error::{check_chosen, check_len};
-use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
+use copq::{Critic, EnvSpec, Net, Networks, Precision, QGrad, QView, Result, Rng, State};
 
 use super::network::Network;
 use super::panels::Panels;
@@ -47,6 +47,8 @@ pub struct Critics {
     action: usize,
     objectives: usize,
     lr: f64,
+    /// Whether values are in bf16 between hidden layers.
+    is_careful: bool,
     workers: Workers,
     input: Panels,
     q: Vec<f32>,
@@ -60,19 +62,15 @@ impl Critics {
         check::settings(spec, networks)?;
         check::positive("critics", critics)?;
         let shape = Shape::critic(spec, networks);
-        let fresh = |_| {
-            Network::new(
-                shape.clone(),
-                networks.activation,
-                &Learned::new(&shape, networks.init, rng),
-            )
-        };
+        let fresh =
+            |_| Network::new(shape.clone(), networks, &Learned::new(&shape, networks.init, rng));
         Ok(Self {
             networks: (0..critics).map(fresh).collect(),
             observation: spec.obs_len,
             action: spec.action_len(),
             objectives: spec.objectives.len(),
             lr: networks.critic_lr,
+            is_careful: networks.precision == Precision::Careful,
             workers: Workers::new(1)?,
             input: Panels::default(),
             q: Vec::new(),
@@ -128,15 +126,36 @@ impl Critics {
         Ok(rows)
     }
 
+    fn values_in(
+        &mut self,
+        in_half: bool,
+        net: Net,
+        obs: &[f32],
+        act: &[f32],
+        q: &mut [f32],
+    ) -> Result<()> {
+        let rows = self.gather(obs, act)?;
+        check_len("critic values", q.len(), self.networks.len() * rows * self.objectives)?;
+        let Self { networks, workers, input, observation, .. } = self;
+        workers.each(&mut networks[..], <[_]>::chunks_mut, q, |_, network, q, workspace| {
+            // The next call may be of other actions at the same observations.
+            if net == Net::Online && *observation >= WORTH_KEEPING {
+                network.begin(input, *observation, workspace);
+            }
+            network.values(net, input, in_half, q, workspace);
+        });
+        Ok(())
+    }
+
     /// Online values of the gathered batch into `self.q`, and what `grad` makes of them into
     /// `self.grad`.
-    fn forward(&mut self, rows: usize, grad: QGrad<'_>) -> Result<()> {
+    fn forward(&mut self, rows: usize, in_half: bool, grad: QGrad<'_>) -> Result<()> {
         let Self { networks, workers, input, .. } = self;
         let len = networks.len() * rows * self.objectives;
         let q = room(&mut self.q, len);
         let dq = room(&mut self.grad, len);
         workers.each(&mut networks[..], <[_]>::chunks_mut, q, |_, network, q, workspace| {
-            network.forward(input, q, workspace);
+            network.forward(input, in_half, q, workspace);
         });
         grad(QView::new(q, networks.len(), self.objectives)?, dq)
     }
@@ -152,17 +171,7 @@ impl Critic for Critics {
     }
 
     fn values(&mut self, net: Net, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<()> {
-        let rows = self.gather(obs, act)?;
-        check_len("critic values", q.len(), self.networks.len() * rows * self.objectives)?;
-        let Self { networks, workers, input, observation, .. } = self;
-        workers.each(&mut networks[..], <[_]>::chunks_mut, q, |_, network, q, workspace| {
-            // The next call may be of other actions at the same observations.
-            if net == Net::Online && *observation >= WORTH_KEEPING {
-                network.begin(input, *observation, workspace);
-            }
-            network.values(net, input, q, workspace);
-        });
-        Ok(())
+        self.values_in(self.is_careful, net, obs, act, q)
     }
 
     fn values_of(
@@ -176,17 +185,25 @@ impl Critic for Critics {
         let rows = self.gather(obs, act)?;
         check_chosen(chosen, self.networks.len())?;
         check_len("critic values", q.len(), chosen.len() * rows * self.objectives)?;
+        let in_half = self.is_careful;
         let Self { networks, workers, input, .. } = self;
         workers.each(chosen, <[_]>::chunks, q, |_, &k, q, workspace| {
-            networks[k].values(net, input, q, workspace);
+            networks[k].values(net, input, in_half, q, workspace);
         });
         Ok(())
+    }
+
+    fn exact_values(&mut self, obs: &[f32], act: &[f32], q: &mut [f32]) -> Result<bool> {
+        if self.is_careful {
+            self.values_in(false, Net::Online, obs, act, q)?;
+        }
+        Ok(self.is_careful)
     }
 
     fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, tau: f32) -> Result<()> {
         check::tau(tau)?;
         let rows = self.gather(obs, act)?;
-        self.forward(rows, grad)?;
+        self.forward(rows, self.is_careful, grad)?;
         let Self { networks, workers, input, lr, .. } = self;
         let dq = &mut self.grad[..networks.len() * rows * self.objectives];
         let lr = *lr;
@@ -205,7 +222,8 @@ impl Critic for Critics {
     ) -> Result<()> {
         let rows = self.gather(obs, act)?;
         check::batch("action gradients", out, rows, self.action)?;
-        self.forward(rows, grad)?;
+        // A bound's derivative divides by the critics' deviations, which bf16 would blur.
+        self.forward(rows, false, grad)?;
         let Self { networks, workers, observation, .. } = self;
         let share = rows * self.objectives;
         let dq = &self.grad[..networks.len() * share];

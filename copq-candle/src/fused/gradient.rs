@@ -7,7 +7,7 @@ use super::adam::Adam;
 use super::panels::{PanelRow, Panels, WIDTH};
 use super::threads::Threads;
 use super::tiles::{
-    ByLanes, Kernel, Tiles, add_products, array, block, cover, put, vectors, vectors_mut,
+    ByLanes, Kernel, Sums, Tiles, add_products, array, block, cover, put, vectors, vectors_mut,
 };
 
 /// `out = left^T right`, then the sums of `right`'s columns: the gradient of a map from inputs
@@ -138,35 +138,55 @@ impl<T: Sink> Kernel for Gradient<'_, T> {
             sink.take::<S, V, 1>(simd, panel * (inputs + 1) + inputs, [sum(simd, right)]);
         }
         for (i, left) in self.left.lines().chunks_exact(rows).enumerate() {
+            let from = Products { left, right };
             let first = i * WIDTH;
-            let tiles = &mut GradientTiles { simd, left, right, inputs, first, sink };
+            let tiles = &mut GradientTiles { simd, from, inputs, first, sink };
             cover::<S, V>(WIDTH.min(inputs - first), self.cols, tiles);
         }
     }
 }
 
-/// The part of a gradient of one panel of inputs, in tiles whose lines are inputs.
-struct GradientTiles<'a, S: Simd, T, const V: usize> {
-    simd: S,
+/// The sums of the part of a gradient of one panel of inputs.
+struct Products<'a, S: Simd, const V: usize> {
     left: &'a [PanelRow],
     right: &'a [[S::f32s; V]],
-    inputs: usize,
-    /// Its first input.
-    first: usize,
-    sink: &'a mut T,
 }
 
-impl<S: Simd, T: Sink, const V: usize> Tiles<S, V> for GradientTiles<'_, S, T, V> {
+impl<S: Simd, const V: usize> Sums<S, V> for Products<'_, S, V> {
     #[inline(always)]
-    fn tile<const HEIGHT: usize, const U: usize>(&mut self, panel: usize, input: usize) {
+    fn sums<const HEIGHT: usize, const U: usize>(
+        &self,
+        simd: S,
+        panel: usize,
+        input: usize,
+    ) -> [[S::f32s; U]; HEIGHT] {
         let rows = self.left.len();
         let rights: [_; U] = block(self.right, rows, panel, 0..rows);
-        let mut sums = [[self.simd.splat_f32s(0.0); U]; HEIGHT];
+        let mut sums = [[simd.splat_f32s(0.0); U]; HEIGHT];
         for (row, left) in self.left.iter().enumerate() {
             let left = &left.0[input..input + HEIGHT];
             let line = array(|u| rights[u][row][u % V]);
-            add_products(self.simd, &mut sums, |h| left[h], line);
+            add_products(simd, &mut sums, |h| left[h], line);
         }
+        sums
+    }
+}
+
+/// The part of a gradient of one panel of inputs, in tiles whose lines are inputs.
+pub(super) struct GradientTiles<'a, S, T, K> {
+    pub simd: S,
+    pub from: T,
+    /// All inputs of the map.
+    pub inputs: usize,
+    /// The first of this panel.
+    pub first: usize,
+    pub sink: &'a mut K,
+}
+
+impl<S: Simd, T: Sums<S, V>, K: Sink, const V: usize> Tiles<S, V> for GradientTiles<'_, S, T, K> {
+    #[inline(always)]
+    fn tile<const HEIGHT: usize, const U: usize>(&mut self, panel: usize, input: usize) {
+        let sums: [[S::f32s; U]; HEIGHT] = self.from.sums(self.simd, panel, input);
         put(self.simd, &sums, panel, input, self);
     }
 

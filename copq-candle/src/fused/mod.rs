@@ -14,6 +14,7 @@ mod adam;
 mod critics;
 mod gaussian;
 mod gradient;
+mod half;
 mod layout;
 mod network;
 mod normal;

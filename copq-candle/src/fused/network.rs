@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use copq::{Activation, Net, Result, State};
+use copq::{Activation, Net, Networks, Precision, Result, State};
 
 use super::activation::{activate, multiply};
 use super::adam::Adam;
@@ -10,9 +10,8 @@ use super::gradient::Descent;
 use super::layout::Layout;
 use super::panels::{PanelRow, Panels};
 use super::product::{Finish, Inputs, affine};
-use super::threads::Threads;
 use super::transpose::transpose;
-use super::workspace::{Gate, Workspace};
+use super::workspace::{Forward, Gate, Workspace};
 use super::{adam, passes};
 use crate::learned::Learned;
 use crate::shape::{Layer, Shape};
@@ -23,6 +22,7 @@ pub(super) struct Network {
     layout: Layout,
     learned: Learned<PanelRow>,
     activation: Activation,
+    precision: Precision,
     /// Every layer's outputs from the last [`Network::forward`], the hidden ones after their
     /// activation.
     outputs: Vec<Panels>,
@@ -49,7 +49,8 @@ struct Turned {
 
 impl Network {
     /// A network that goes on from what was learned.
-    pub fn new(shape: Shape, activation: Activation, learned: &Learned) -> Self {
+    pub fn new(shape: Shape, networks: &Networks, learned: &Learned) -> Self {
+        let Networks { activation, precision, .. } = *networks;
         let layout = Layout::new(shape);
         let outputs = vec![Panels::default(); layout.maps().len()];
         let smooth = activation != Activation::Relu;
@@ -59,11 +60,17 @@ impl Network {
             learned,
             layout,
             activation,
+            precision,
             outputs,
             slopes,
             begun: Begun::default(),
             turned: Turned::default(),
         }
+    }
+
+    /// Whether the way back is in bf16.
+    fn is_half(&self) -> bool {
+        self.precision != Precision::F32
     }
 
     /// Its layers.
@@ -113,22 +120,35 @@ impl Network {
         self.turned.is_present = false;
     }
 
-    /// Runs a batch through.
-    pub fn values(&self, net: Net, input: &Panels, out: &mut [f32], workspace: &mut Workspace) {
+    /// Runs a batch through; in bf16 between hidden layers, or in f32.
+    pub fn values(
+        &self,
+        net: Net,
+        input: &Panels,
+        in_half: bool,
+        out: &mut [f32],
+        workspace: &mut Workspace,
+    ) {
         let (parameters, input) = match net {
             Net::Online => (&self.learned.online, self.begun.on(input)),
             Net::Target => (&self.learned.target, Inputs::all(input)),
         };
-        let (outputs, threads) = workspace.outputs(self.layout.maps().len());
-        run(&self.layout, parameters, self.activation, input, outputs, &mut [], threads);
+        let (outputs, forward) = workspace.outputs(self.layout.maps().len(), in_half);
+        run(&self.layout, parameters, self.activation, input, outputs, &mut [], forward);
         outputs[self.layout.maps().len() - 1].get(0, out);
     }
 
     /// Runs a batch through the online network, and remembers what a backward pass needs.
-    pub fn forward(&mut self, input: &Panels, out: &mut [f32], workspace: &Workspace) {
+    pub fn forward(
+        &mut self,
+        input: &Panels,
+        in_half: bool,
+        out: &mut [f32],
+        workspace: &mut Workspace,
+    ) {
         let Self { layout, learned, activation, outputs, slopes, begun, .. } = self;
-        let input = begun.on(input);
-        run(layout, &learned.online, *activation, input, outputs, slopes, workspace.threads());
+        let forward = workspace.forward(in_half);
+        run(layout, &learned.online, *activation, begun.on(input), outputs, slopes, forward);
         outputs[outputs.len() - 1].get(0, out);
     }
 
@@ -144,8 +164,8 @@ impl Network {
     ) {
         let was_turned = self.turned.is_present;
         self.moved();
+        workspace.begin(input.rows(), grad_out, self.is_half());
         let Self { layout, learned, outputs, slopes, turned, .. } = self;
-        workspace.begin(input.rows(), grad_out);
         learned.steps += 1;
         for (i, (layer, map)) in layout.maps().enumerate().rev() {
             let below = i.checked_sub(1).map(|below| &outputs[below]);
@@ -170,7 +190,7 @@ impl Network {
         workspace: &mut Workspace,
     ) {
         out.resize(self.layout.len(), PanelRow::default());
-        workspace.begin(input.rows(), grad_out);
+        workspace.begin(input.rows(), grad_out, self.is_half());
         for (i, (layer, map)) in self.layout.maps().enumerate().rev() {
             let below = i.checked_sub(1).map(|below| &self.outputs[below]);
             workspace.gradient_into(below.unwrap_or(input), &mut out[map.clone()]);
@@ -270,9 +290,9 @@ impl Network {
         out: &mut [f32],
         workspace: &mut Workspace,
     ) {
+        workspace.begin(rows, grad_out, self.is_half());
         let Self { layout, learned, outputs, slopes, turned, .. } = self;
         turned.turn(layout, &learned.online);
-        workspace.begin(rows, grad_out);
         for (i, (layer, map)) in layout.maps().enumerate().rev() {
             if i > 0 {
                 let gate = gate(&outputs[i - 1], slopes.get(i - 1));
@@ -358,24 +378,24 @@ fn run(
     input: Inputs<'_>,
     outputs: &mut [Panels],
     slopes: &mut [Panels],
-    threads: &Threads,
+    mut forward: Forward<'_>,
 ) {
     let last = layout.maps().len() - 1; // A layout has at least one layer.
     for (i, (layer, map)) in layout.maps().enumerate() {
         let (below, here) = outputs.split_at_mut(i);
-        let hidden = i < last;
-        let finish =
-            if hidden && activation == Activation::Relu { Finish::Relu } else { Finish::Keep };
-        affine(
-            below.last().map_or(input, Inputs::all),
-            &parameters[map],
-            layer.output,
-            finish,
-            &mut here[0],
-            threads,
-        );
-        if hidden {
-            activate(activation, &mut here[0], slopes.get_mut(i));
+        let out = &mut here[0];
+        let map = &parameters[map];
+        let finish = if activation == Activation::Relu { Finish::Relu } else { Finish::Keep };
+        match below.last() {
+            Some(below) if i == last => {
+                forward.outer(Inputs::all(below), map, layer.output, Finish::Keep, out);
+            }
+            Some(below) => forward.inner(below, map, layer.output, finish, out),
+            None if i == last => forward.outer(input, map, layer.output, Finish::Keep, out),
+            None => forward.outer(input, map, layer.output, finish, out),
+        }
+        if i < last {
+            activate(activation, out, slopes.get_mut(i));
         }
     }
 }

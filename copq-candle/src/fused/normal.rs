@@ -77,7 +77,7 @@ impl Normal {
         let learned = Learned::new(&shape, networks.init, rng);
         let zeros = vec![0.0; spec.action_len()];
         Ok(Self {
-            network: Network::new(shape, networks.activation, &learned),
+            network: Network::new(shape, networks, &learned),
             input: Panels::default(),
             workspace: Workspace::default(),
             observation: spec.obs_len,
@@ -99,7 +99,7 @@ impl Normal {
         self.input.set(rows, &[obs]);
         let len = rows * self.log_std.online.len();
         let mean = room(&mut self.mean, len);
-        self.network.forward(&self.input, mean, &self.workspace);
+        self.network.forward(&self.input, false, mean, &mut self.workspace);
         let grad_mean = room(&mut self.grad_mean, len);
         grad(
             on_policy::Normal { mean, log_std: &self.log_std.online },
@@ -172,7 +172,7 @@ impl on_policy::Policy for Normal {
         let rows = check::rows(obs, self.observation)?;
         check::batch("means", mean, rows, self.log_std.online.len())?;
         self.input.set(rows, &[obs]);
-        self.network.values(Net::Online, &self.input, mean, &mut self.workspace);
+        self.network.values(Net::Online, &self.input, false, mean, &mut self.workspace);
         Ok(())
     }
 
@@ -207,7 +207,8 @@ impl on_policy::Policy for Normal {
         check::batch("direction", direction, self.parameters(), 1)?;
         check::batch("moved means", out, rows, self.log_std.online.len())?;
         self.input.set(rows, &[obs]);
-        self.network.forward(&self.input, room(&mut self.mean, out.len()), &self.workspace);
+        let mean = room(&mut self.mean, out.len());
+        self.network.forward(&self.input, false, mean, &mut self.workspace);
         let direction = &direction[..self.network.shape().len()];
         self.network.push_forward(&self.input, direction, out, &self.workspace);
         Ok(())

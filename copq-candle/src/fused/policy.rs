@@ -36,7 +36,7 @@ impl Policy {
         let shape = shape(spec, networks);
         let learned = Learned::new(&shape, networks.init, rng);
         Ok(Self {
-            network: Network::new(shape, networks.activation, &learned),
+            network: Network::new(shape, networks, &learned),
             input: Panels::default(),
             workspace: Workspace::default(),
             observation: spec.obs_len,
@@ -59,14 +59,14 @@ impl Policy {
     /// Runs a batch of observations through.
     pub fn values(&mut self, net: Net, obs: &[f32], rows: usize, out: &mut [f32]) {
         self.input.set(rows, &[obs]);
-        self.network.values(net, &self.input, out, &mut self.workspace);
+        self.network.values(net, &self.input, false, out, &mut self.workspace);
     }
 
     /// Runs a batch of observations through the online network, and remembers what a backward pass
     /// needs.
     pub fn forward(&mut self, obs: &[f32], rows: usize, out: &mut [f32]) {
         self.input.set(rows, &[obs]);
-        self.network.forward(&self.input, out, &self.workspace);
+        self.network.forward(&self.input, false, out, &mut self.workspace);
     }
 
     /// After [`Policy::forward`]: backward from dL/dout and one optimiser step. The target stays:

@@ -10,7 +10,7 @@ use pulp::{Arch, Simd};
 use super::panels::{PanelRow, Panels, WIDTH};
 use super::threads::Threads;
 use super::tiles::{
-    ByLanes, Kernel, Tiles, add_products, array, block, cover, put, vectors, vectors_mut,
+    ByLanes, Kernel, Sums, Tiles, add_products, array, block, cover, put, vectors, vectors_mut,
 };
 
 /// What becomes of a product's elements before they are stored.
@@ -26,7 +26,7 @@ pub(super) enum Finish<T> {
 }
 
 impl<T> Finish<T> {
-    fn map<U>(self, activation: impl FnOnce(T) -> U) -> Finish<U> {
+    pub fn map<U>(self, activation: impl FnOnce(T) -> U) -> Finish<U> {
         match self {
             Self::Keep => Finish::Keep,
             Self::Relu => Finish::Relu,
@@ -116,40 +116,40 @@ impl Kernel for Affine<'_> {
     fn run<S: Simd, const V: usize>(self, simd: S) {
         let Self { inputs, sums, map, cols, finish, out } = self;
         let rows = inputs.values.rows();
-        let sums = sums.map(vectors::<S, V>);
-        let map = vectors::<S, V>(map);
+        let before = sums.map(vectors::<S, V>);
+        let from = Products { inputs, before, map: vectors::<S, V>(map) };
         let finish = finish.map(vectors::<S, V>);
         let out = vectors_mut::<S, V>(out);
-        let tiles = &mut AffineTiles { simd, inputs, rows, sums, map, finish, out };
-        cover::<S, V>(rows, cols, tiles);
+        cover::<S, V>(rows, cols, &mut AffineTiles { simd, from, rows, finish, out });
     }
 }
 
-/// [`affine`]'s result in tiles, whose lines are rows.
-struct AffineTiles<'a, S: Simd, const V: usize> {
-    simd: S,
+/// The sums of [`affine`]'s result.
+struct Products<'a, S: Simd, const V: usize> {
     inputs: Inputs<'a>,
-    rows: usize,
-    sums: Option<&'a [[S::f32s; V]]>,
+    before: Option<&'a [[S::f32s; V]]>,
     map: &'a [[S::f32s; V]],
-    finish: Finish<&'a [[S::f32s; V]]>,
-    out: &'a mut [[S::f32s; V]],
 }
 
-impl<S: Simd, const V: usize> Tiles<S, V> for AffineTiles<'_, S, V> {
+impl<S: Simd, const V: usize> Sums<S, V> for Products<'_, S, V> {
     #[inline(always)]
-    fn tile<const HEIGHT: usize, const U: usize>(&mut self, panel: usize, row: usize) {
+    fn sums<const HEIGHT: usize, const U: usize>(
+        &self,
+        simd: S,
+        panel: usize,
+        row: usize,
+    ) -> [[S::f32s; U]; HEIGHT] {
         let Inputs { values, from, to, .. } = self.inputs;
         let lines = values.cols() + 1;
         let maps: [_; U] = block(self.map, lines, panel, 0..lines);
         let mut sums: [[S::f32s; U]; HEIGHT] = [array(|u| maps[u][lines - 1][u % V]); HEIGHT];
-        if let Some(before) = self.sums {
-            let before: [_; U] = block(before, self.rows, panel, row..row + HEIGHT);
+        if let Some(before) = self.before {
+            let before: [_; U] = block(before, values.rows(), panel, row..row + HEIGHT);
             for (h, sum) in sums.iter_mut().enumerate() {
                 *sum = array(|u| before[u][h][u % V]);
             }
         }
-        let lefts = values.lines().chunks_exact(self.rows).enumerate();
+        let lefts = values.lines().chunks_exact(values.rows()).enumerate();
         for (i, left) in lefts.take(to.div_ceil(WIDTH)).skip(from / WIDTH) {
             let left = &left[row..row + HEIGHT];
             let columns = from.max(i * WIDTH)..to.min((i + 1) * WIDTH);
@@ -158,16 +158,33 @@ impl<S: Simd, const V: usize> Tiles<S, V> for AffineTiles<'_, S, V> {
                 let maps: [&[_; WIDTH]; U] = array(|u| &maps[u].as_chunks().0[i]);
                 let line = |column: usize| array(|u| maps[u][column][u % V]);
                 for column in 0..WIDTH {
-                    add_products(self.simd, &mut sums, |h| left[h].0[column], line(column));
+                    add_products(simd, &mut sums, |h| left[h].0[column], line(column));
                 }
             } else {
                 for column in columns {
                     let line = array(|u| maps[u][column][u % V]);
-                    add_products(self.simd, &mut sums, |h| left[h].0[column % WIDTH], line);
+                    add_products(simd, &mut sums, |h| left[h].0[column % WIDTH], line);
                 }
             }
         }
-        self.finish(panel, row, &mut sums);
+        sums
+    }
+}
+
+/// A result in tiles whose lines are rows.
+pub(super) struct AffineTiles<'a, S: Simd, T, const V: usize> {
+    pub simd: S,
+    pub from: T,
+    pub rows: usize,
+    pub finish: Finish<&'a [[S::f32s; V]]>,
+    pub out: &'a mut [[S::f32s; V]],
+}
+
+impl<S: Simd, T: Sums<S, V>, const V: usize> Tiles<S, V> for AffineTiles<'_, S, T, V> {
+    #[inline(always)]
+    fn tile<const HEIGHT: usize, const U: usize>(&mut self, panel: usize, row: usize) {
+        let mut sums = self.from.sums(self.simd, panel, row);
+        self.finish::<HEIGHT, U>(panel, row, &mut sums);
         put(self.simd, &sums, panel, row, self);
     }
 
@@ -185,7 +202,7 @@ impl<S: Simd, const V: usize> Tiles<S, V> for AffineTiles<'_, S, V> {
     }
 }
 
-impl<S: Simd, const V: usize> AffineTiles<'_, S, V> {
+impl<S: Simd, T, const V: usize> AffineTiles<'_, S, T, V> {
     #[inline(always)]
     fn finish<const HEIGHT: usize, const U: usize>(
         &self,

@@ -56,6 +56,17 @@ pub(super) trait Tiles<S: Simd, const V: usize> {
     );
 }
 
+/// Where a tile's sums come from.
+pub(super) trait Sums<S: Simd, const V: usize> {
+    /// Those of a tile, from line `first` of a panel on.
+    fn sums<const HEIGHT: usize, const U: usize>(
+        &self,
+        simd: S,
+        panel: usize,
+        first: usize,
+    ) -> [[S::f32s; U]; HEIGHT];
+}
+
 /// Computes `count` lines of `cols` values in tiles.
 ///
 /// With AVX-512 there are 32 registers, and 6 lines of four panels take 10 loads for 24

@@ -53,7 +53,7 @@ impl Value {
         let shape = Shape::new(spec.obs_len, &networks.hidden, 1);
         let learned = Learned::new(&shape, networks.init, rng);
         Ok(Self {
-            network: Network::new(shape, networks.activation, &learned),
+            network: Network::new(shape, networks, &learned),
             input: Panels::default(),
             workspace: Workspace::default(),
             observation: spec.obs_len,
@@ -88,7 +88,7 @@ impl on_policy::Value for Value {
         let rows = check::rows(obs, self.observation)?;
         check::batch("values", value, rows, 1)?;
         self.input.set(rows, &[obs]);
-        self.network.values(copq::Net::Online, &self.input, value, &mut self.workspace);
+        self.network.values(copq::Net::Online, &self.input, false, value, &mut self.workspace);
         Ok(())
     }
 
@@ -96,7 +96,7 @@ impl on_policy::Value for Value {
         let rows = check::rows(obs, self.observation)?;
         self.input.set(rows, &[obs]);
         let value = room(&mut self.value, rows);
-        self.network.forward(&self.input, value, &self.workspace);
+        self.network.forward(&self.input, false, value, &mut self.workspace);
         let grad_value = room(&mut self.grad_value, rows);
         grad(value, grad_value)?;
         self.network.gradient(&self.input, grad_value, &mut self.grad, &mut self.workspace);

@@ -4,6 +4,7 @@ use copq::Result;
 
 use super::activation::multiply;
 use super::gradient::{Descent, descend, gradient};
+use super::half::{self, Across, Down};
 use super::panels::{PanelRow, Panels, WIDTH};
 use super::product::{Finish, Inputs, affine};
 use super::threads::Threads;
@@ -33,6 +34,20 @@ pub(super) struct Workspace {
     below: Panels,
     /// A layer's weight turned round.
     transposed: Panels,
+    halves: Halves,
+}
+
+/// What products in bf16 work on.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Halves {
+    /// Whether the present pass goes on in bf16 below its last layer.
+    wanted: bool,
+    /// Whether it is below, and `delta` what the workspace's is.
+    below: bool,
+    delta: Down,
+    across: Across,
+    left: Down,
+    map: Down,
 }
 
 impl Workspace {
@@ -46,27 +61,48 @@ impl Workspace {
         &self.threads
     }
 
-    /// Buffers for the outputs of so many layers, and the threads to compute them.
-    pub fn outputs(&mut self, layers: usize) -> (&mut [Panels], &Threads) {
+    /// Buffers for the outputs of so many layers, and what computes them.
+    pub fn outputs(&mut self, layers: usize, in_half: bool) -> (&mut [Panels], Forward<'_>) {
         if self.outputs.len() < layers {
             self.outputs.resize_with(layers, Panels::default);
         }
-        (&mut self.outputs[..layers], &self.threads)
+        let Self { outputs, threads, halves, .. } = self;
+        (&mut outputs[..layers], Forward { threads, halves: in_half.then_some(halves) })
     }
 
-    /// Begins at a network's outputs with dL/doutputs.
-    pub fn begin(&mut self, rows: usize, grad: &[f32]) {
+    /// What computes the outputs of a network's layers.
+    pub fn forward(&mut self, in_half: bool) -> Forward<'_> {
+        let Self { threads, halves, .. } = self;
+        Forward { threads, halves: in_half.then_some(halves) }
+    }
+
+    /// Begins at a network's outputs with dL/doutputs, and goes on in bf16 below the last layer or
+    /// not.
+    pub fn begin(&mut self, rows: usize, grad: &[f32], in_half: bool) {
         self.delta.set(rows, &[grad]);
+        (self.halves.wanted, self.halves.below) = (in_half, false);
     }
 
     /// A step of the present layer's parameters down their gradient, given its inputs.
-    pub fn descend(&self, input: &Panels, map: Descent<'_>) {
-        descend(input, &self.delta, map, &self.threads);
+    pub fn descend(&mut self, input: &Panels, map: Descent<'_>) {
+        let Halves { below, delta, left, .. } = &mut self.halves;
+        if *below {
+            left.set(input);
+            half::descend(left, delta, map, &self.threads);
+        } else {
+            descend(input, &self.delta, map, &self.threads);
+        }
     }
 
     /// dL/dparameters of the present layer, laid out as they are, given its inputs.
-    pub fn gradient_into(&self, input: &Panels, out: &mut [PanelRow]) {
-        gradient(input, &self.delta, out, &self.threads);
+    pub fn gradient_into(&mut self, input: &Panels, out: &mut [PanelRow]) {
+        let Halves { below, delta, left, .. } = &mut self.halves;
+        if *below {
+            left.set(input);
+            half::gradient(left, delta, out, &self.threads);
+        } else {
+            gradient(input, &self.delta, out, &self.threads);
+        }
     }
 
     /// Keeps the present layer's weight for the way down, for inputs from panel `first` on.
@@ -81,18 +117,17 @@ impl Workspace {
             Gate::Mask(output) => (output.cols(), Finish::Mask(output)),
             Gate::Slope(slope) => (slope.cols(), Finish::Keep),
         };
-        affine(
-            Inputs::all(&self.delta),
-            turned.unwrap_or(&self.transposed).lines(),
-            cols,
-            finish,
-            &mut self.below,
-            &self.threads,
-        );
+        let Self { delta, below, transposed, halves, threads, .. } = self;
+        let map = turned.unwrap_or(transposed);
+        halves.or_f32(delta, map.lines(), cols, finish, below, threads);
         if let Gate::Slope(slope) = gate {
-            multiply(&mut self.below, slope);
+            multiply(below, slope);
         }
-        std::mem::swap(&mut self.delta, &mut self.below);
+        std::mem::swap(delta, below);
+        if halves.wanted {
+            halves.delta.set(delta);
+            halves.below = true;
+        }
     }
 
     /// After [`Workspace::begin`] on the way through the first layer: dL/d(its inputs' columns from
@@ -100,9 +135,70 @@ impl Workspace {
     pub fn step_out(&mut self, layer: &Layer, map: &[PanelRow], first: usize, out: &mut [f32]) {
         let panel = first / WIDTH;
         self.transpose(layer, map, panel);
-        let map = self.transposed.lines();
         let cols = layer.input - panel * WIDTH;
-        affine(Inputs::all(&self.delta), map, cols, Finish::Keep, &mut self.below, &self.threads);
-        self.below.get(first % WIDTH, out);
+        let Self { delta, below, transposed, halves, threads, .. } = self;
+        halves.or_f32(delta, transposed.lines(), cols, Finish::Keep, below, threads);
+        below.get(first % WIDTH, out);
+    }
+}
+
+/// How layers' outputs are computed.
+pub(super) struct Forward<'a> {
+    threads: &'a Threads,
+    /// Present if it is in bf16 between hidden layers.
+    halves: Option<&'a mut Halves>,
+}
+
+impl Forward<'_> {
+    /// A layer's outputs from a network's inputs, or those of the last layer.
+    pub fn outer(
+        &self,
+        input: Inputs<'_>,
+        map: &[PanelRow],
+        cols: usize,
+        finish: Finish<&Panels>,
+        out: &mut Panels,
+    ) {
+        affine(input, map, cols, finish, out, self.threads);
+    }
+
+    /// A hidden layer's outputs from those of the one below.
+    pub fn inner(
+        &mut self,
+        input: &Panels,
+        map: &[PanelRow],
+        cols: usize,
+        finish: Finish<&Panels>,
+        out: &mut Panels,
+    ) {
+        match &mut self.halves {
+            None => self.outer(Inputs::all(input), map, cols, finish, out),
+            Some(Halves { across, map: weights, .. }) => {
+                across.set(input);
+                weights.set_map(map, cols);
+                half::affine(across, weights, finish, out, self.threads);
+            }
+        }
+    }
+}
+
+impl Halves {
+    /// A product on the way back: below the last layer in bf16, if that is wanted.
+    fn or_f32(
+        &mut self,
+        delta: &Panels,
+        map: &[PanelRow],
+        cols: usize,
+        finish: Finish<&Panels>,
+        out: &mut Panels,
+        threads: &Threads,
+    ) {
+        if self.below {
+            self.across.set(delta);
+            self.map.set_map(map, cols);
+            half::affine(&self.across, &self.map, finish, out, threads);
+        } else {
+            affine(Inputs::all(delta), map, cols, finish, out, threads);
+        }
     }
 }

@@ -76,7 +76,7 @@ impl Critics {
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        check::settings(spec, networks)?;
+        check::plain_settings(spec, networks)?;
         check::positive("critics", critics)?;
         let input = spec.obs_len + spec.action_len();
         let output = spec.objectives.len();

@@ -48,7 +48,7 @@ impl Normal {
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        check::settings(spec, networks)?;
+        check::plain_settings(spec, networks)?;
         let zeros = vec![0.0; spec.action_len()];
         let log_std = Tensor::from_slice(&zeros, zeros.len(), device).map_err(failed)?;
         Ok(Self {

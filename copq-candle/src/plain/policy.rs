@@ -37,7 +37,7 @@ impl Policy {
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        check::settings(spec, networks)?;
+        check::plain_settings(spec, networks)?;
         Ok(Self {
             network: network(make, spec.obs_len, output, networks, rng, device)?,
             observation: spec.obs_len,

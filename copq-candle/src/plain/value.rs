@@ -40,7 +40,7 @@ impl Value {
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        check::settings(spec, networks)?;
+        check::plain_settings(spec, networks)?;
         let network = network(None, spec.obs_len, 1, networks, rng, device)?;
         Ok(Self { network, observation: spec.obs_len, device: device.clone() })
     }

@@ -11,4 +11,5 @@ mod gradients;
 mod methods;
 mod modules;
 mod on_policy;
+mod precision;
 mod pytorch;

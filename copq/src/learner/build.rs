@@ -86,6 +86,7 @@ impl Learner {
             updates: 0,
             first_update: config.start_steps,
             scales: Scales::default(),
+            has_warned_of_rounding: false,
             config,
             actor,
             critic,

@@ -19,6 +19,7 @@ mod buffers;
 mod build;
 mod critics;
 mod policy;
+mod rounding;
 pub(crate) mod scales;
 mod streams;
 mod targets;
@@ -81,6 +82,7 @@ pub struct Learner {
     buffers: Buffers,
     names: Names,
     scales: Scales,
+    has_warned_of_rounding: bool,
 }
 
 impl fmt::Debug for Learner {
@@ -112,6 +114,7 @@ impl Learner {
         self.next_actions()?;
         self.targets(log)?;
         self.fit_critics(tau, log)?;
+        self.look_at_rounding(log)?;
         if self.updates.is_multiple_of(self.config.actor_delay) {
             self.estimate_costs()?;
             self.improve_actor(log)?;

@@ -4,7 +4,7 @@ mod config;
 mod ensemble;
 mod presets;
 
-pub use config::{Activation, Config, Init, Networks, Optimism, Smoothing, WarmUp};
+pub use config::{Activation, Config, Init, Networks, Optimism, Precision, Smoothing, WarmUp};
 pub use ensemble::Ensemble;
 
 use std::sync::Arc;

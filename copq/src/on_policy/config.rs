@@ -244,6 +244,7 @@ impl Default for Config {
                 actor_lr: 3e-4,
                 init: Init::Torch,
                 activation: Activation::Tanh,
+                ..Networks::default()
             },
         }
     }

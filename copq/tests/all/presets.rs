@@ -13,6 +13,7 @@ fn assert_common(name: &str, config: &Config) {
         actor_lr: 3e-4,
         init: if name == "cop_td3" { Init::Lecun } else { Init::Torch },
         activation: Activation::Relu,
+        precision: Precision::F32,
     };
     assert_eq!(config.networks, networks, "{name}");
     assert_eq!(config.check().map_err(|e| e.to_string()), Ok(()), "{name}");

@@ -1,0 +1,352 @@
+//! bf16 two in a word: the products of processors with AVX512-BF16.
+//!
+//! The one instruction that `pulp` does not wrap is the only unsafe code.
+#![allow(unsafe_code)]
+
+use std::arch::x86_64::{__cpuid, __m512, __m512bh, __m512i, _mm512_dpbf16_ps};
+use std::mem::transmute;
+
+use bytemuck::{Pod, Zeroable};
+use pulp::x86::V4;
+use pulp::{NullaryFnOnce, Simd, f32x16, u64x8};
+
+use super::super::gradient::{GradientTiles, Sink};
+use super::super::panels::{PanelRow, Panels, WIDTH};
+use super::super::product::{AffineTiles, Finish};
+use super::super::tiles::{Sums, array, cover, vectors, vectors_mut};
+use super::{round, start};
+
+pulp::simd_type! {
+    /// A processor with the instruction, and all that [`V4`] has.
+    pub struct Bf16 {
+        sse: "sse",
+        sse2: "sse2",
+        fxsr: "fxsr",
+        sse3: "sse3",
+        ssse3: "ssse3",
+        sse4_1: "sse4.1",
+        sse4_2: "sse4.2",
+        popcnt: "popcnt",
+        avx: "avx",
+        avx2: "avx2",
+        bmi1: "bmi1",
+        bmi2: "bmi2",
+        fma: "fma",
+        lzcnt: "lzcnt",
+        avx512f: "avx512f",
+        avx512bw: "avx512bw",
+        avx512cd: "avx512cd",
+        avx512dq: "avx512dq",
+        avx512vl: "avx512vl",
+        avx512bf16: "avx512bf16",
+    }
+}
+
+/// Sixteen words of two values each; the even one of a pair is in the lower half.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C, align(64))]
+struct Words([u32; WIDTH]);
+
+/// The instruction, if this processor has it and gains by it. AMD's do twice as many multiply-adds
+/// by it as by f32's; Intel's Sapphire Rapids does half as many (bench/RESULTS.md).
+pub fn where_faster() -> Option<Bf16> {
+    let vendor = __cpuid(0);
+    // "AuthenticAMD" in three registers.
+    let is_amd = [vendor.ebx, vendor.edx, vendor.ecx] == [0x6874_7541, 0x6974_6e65, 0x444d_4163];
+    if is_amd { Bf16::try_new() } else { None }
+}
+
+/// See [`super::Across`]: panel by panel, a row's eight pairs of columns.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Across {
+    bf16: Bf16,
+    rows: usize,
+    cols: usize,
+    words: Vec<[u32; WIDTH / 2]>,
+}
+
+impl Across {
+    pub fn new(bf16: Bf16) -> Self {
+        Self { bf16, rows: 0, cols: 0, words: Vec::new() }
+    }
+
+    pub fn set(&mut self, from: &Panels) {
+        (self.rows, self.cols) = (from.rows(), from.cols());
+        self.words.resize(from.lines().len(), [0; WIDTH / 2]);
+        self.bf16.vectorize(PackAcross {
+            simd: v4(self.bf16),
+            from: from.lines(),
+            to: &mut self.words,
+        });
+    }
+}
+
+struct PackAcross<'a> {
+    simd: V4,
+    from: &'a [PanelRow],
+    to: &'a mut [[u32; WIDTH / 2]],
+}
+
+impl NullaryFnOnce for PackAcross<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let simd = self.simd;
+        for (from, to) in vectors::<V4, 1>(self.from).iter().zip(self.to) {
+            let two: u64x8 = pulp::cast(round(simd, from[0]));
+            let odd = simd.shr_const_u64x8::<32>(two);
+            let words = simd.or_u64s(simd.shr_const_u64x8::<16>(two), odd);
+            *to = pulp::cast(simd.convert_u64x8_to_u32x8(words));
+        }
+    }
+}
+
+/// See [`super::Down`]: panel by panel, a pair of rows' sixteen columns.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Down {
+    bf16: Bf16,
+    rows: usize,
+    cols: usize,
+    words: Vec<Words>,
+    /// What a map's result starts from.
+    starts: Vec<PanelRow>,
+}
+
+impl Down {
+    pub fn new(bf16: Bf16) -> Self {
+        Self { bf16, rows: 0, cols: 0, words: Vec::new(), starts: Vec::new() }
+    }
+
+    pub fn set(&mut self, from: &Panels) {
+        self.pack(from.lines(), from.rows(), from.rows(), from.cols());
+    }
+
+    pub fn set_map(&mut self, map: &[PanelRow], cols: usize) {
+        let lines = map.len() / cols.div_ceil(WIDTH);
+        self.pack(map, lines, lines - 1, cols);
+        self.starts.clear();
+        self.starts.extend(map.chunks_exact(lines).map(|panel| start(&panel[lines - 1])));
+    }
+
+    /// The first `rows` of every `lines` lines.
+    fn pack(&mut self, from: &[PanelRow], lines: usize, rows: usize, cols: usize) {
+        (self.rows, self.cols) = (rows, cols);
+        let pairs = self.pairs();
+        self.words.resize(cols.div_ceil(WIDTH) * pairs, Words::default());
+        for (from, to) in from.chunks_exact(lines).zip(self.words.chunks_exact_mut(pairs)) {
+            self.bf16.vectorize(PackDown { simd: v4(self.bf16), from: &from[..rows], to });
+        }
+    }
+
+    fn pairs(&self) -> usize {
+        self.rows.div_ceil(2)
+    }
+
+    fn panel(&self, panel: usize) -> &[Words] {
+        &self.words[panel * self.pairs()..][..self.pairs()]
+    }
+}
+
+struct PackDown<'a> {
+    simd: V4,
+    from: &'a [PanelRow],
+    to: &'a mut [Words],
+}
+
+impl NullaryFnOnce for PackDown<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let simd = self.simd;
+        let bits = |line: &[f32x16; 1]| simd.transmute_u32s_f32s(round(simd, line[0]));
+        for (from, to) in vectors::<V4, 1>(self.from).chunks(2).zip(self.to) {
+            let even = simd.shr_const_u32x16::<16>(bits(&from[0]));
+            let odd = from.get(1).map_or(simd.splat_u32s(0), bits);
+            *to = Words(pulp::cast(simd.or_u32s(even, odd)));
+        }
+    }
+}
+
+/// All that [`Bf16`] is besides.
+#[inline(always)]
+fn v4(bf16: Bf16) -> V4 {
+    let Bf16 { sse, sse2, fxsr, sse3, ssse3, sse4_1, sse4_2, popcnt, avx, avx2, .. } = bf16;
+    let Bf16 { bmi1, bmi2, fma, lzcnt, avx512f, avx512bw, avx512cd, avx512dq, avx512vl, .. } = bf16;
+    V4 {
+        sse,
+        sse2,
+        fxsr,
+        sse3,
+        ssse3,
+        sse4_1,
+        sse4_2,
+        popcnt,
+        avx,
+        avx2,
+        bmi1,
+        bmi2,
+        fma,
+        lzcnt,
+        avx512f,
+        avx512bw,
+        avx512cd,
+        avx512dq,
+        avx512vl,
+    }
+}
+
+/// sum + the odd products, then + the even ones, lane by lane.
+#[inline(always)]
+fn dot(_: Bf16, sum: f32x16, pair: u32, words: &Words) -> f32x16 {
+    // SAFETY: the token says that the processor has the instruction. All types are 64 bytes of plain
+    // numbers, for which every pattern of bits is a value.
+    unsafe {
+        let pair: __m512bh = transmute::<[u32; WIDTH], _>([pair; WIDTH]);
+        let words: __m512bh = transmute::<__m512i, _>(transmute::<Words, __m512i>(*words));
+        transmute::<__m512, f32x16>(_mm512_dpbf16_ps(transmute::<f32x16, __m512>(sum), pair, words))
+    }
+}
+
+/// sums <- sums + pairs words
+#[inline(always)]
+fn add_pairs<const HEIGHT: usize, const U: usize>(
+    bf16: Bf16,
+    sums: &mut [[f32x16; U]; HEIGHT],
+    pair: impl Fn(usize) -> u32,
+    words: [&Words; U],
+) {
+    for (h, sum) in sums.iter_mut().enumerate() {
+        for (sum, words) in sum.iter_mut().zip(words) {
+            *sum = dot(bf16, *sum, pair(h), words);
+        }
+    }
+}
+
+/// See [`super::affine`].
+pub fn affine(left: &Across, map: &Down, finish: Finish<&Panels>, out: &mut Panels) {
+    let shape = (left.rows, map.cols);
+    assert_eq!(map.rows, left.cols, "lines of a map");
+    if let Finish::Mask(activation) = finish {
+        assert_eq!((activation.rows(), activation.cols()), shape, "shape of an activation");
+    }
+    let out = out.reshape(left.rows, map.cols);
+    let finish = finish.map(Panels::lines);
+    left.bf16.vectorize(Affine { left, map, finish, out });
+}
+
+struct Affine<'a> {
+    left: &'a Across,
+    map: &'a Down,
+    finish: Finish<&'a [PanelRow]>,
+    out: &'a mut [PanelRow],
+}
+
+impl NullaryFnOnce for Affine<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { left, map, finish, out } = self;
+        let simd = v4(left.bf16);
+        let rows = left.rows;
+        let finish = finish.map(vectors::<V4, 1>);
+        let out = vectors_mut::<V4, 1>(out);
+        let from = Rows { left, map };
+        cover::<V4, 1>(rows, map.cols, &mut AffineTiles { simd, from, rows, finish, out });
+    }
+}
+
+/// The sums of [`affine`]'s result.
+struct Rows<'a> {
+    left: &'a Across,
+    map: &'a Down,
+}
+
+impl Sums<V4, 1> for Rows<'_> {
+    #[inline(always)]
+    fn sums<const HEIGHT: usize, const U: usize>(
+        &self,
+        _: V4,
+        panel: usize,
+        row: usize,
+    ) -> [[f32x16; U]; HEIGHT] {
+        let Across { bf16, rows, ref words, .. } = *self.left;
+        let starts = vectors::<V4, 1>(&self.map.starts);
+        let maps: [_; U] = array(|u| self.map.panel(panel + u));
+        let mut sums = [array(|u| starts[panel + u][0]); HEIGHT];
+        for (i, left) in words.chunks_exact(rows).enumerate() {
+            let left = &left[row..row + HEIGHT];
+            let first = i * WIDTH / 2;
+            for pair in 0..(maps[0].len() - first).min(WIDTH / 2) {
+                let words = array(|u| &maps[u][first + pair]);
+                add_pairs(bf16, &mut sums, |h| left[h][pair], words);
+            }
+        }
+        sums
+    }
+}
+
+/// See [`super::gradient`].
+pub fn gradient(left: &Down, right: &Down, sink: impl Sink) {
+    assert_eq!(right.rows, left.rows, "rows of a gradient");
+    left.bf16.vectorize(Gradient { left, right, sink });
+}
+
+struct Gradient<'a, K> {
+    left: &'a Down,
+    right: &'a Down,
+    sink: K,
+}
+
+impl<K: Sink> NullaryFnOnce for Gradient<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(mut self) {
+        let Down { bf16, cols: inputs, .. } = *self.left;
+        let simd = v4(bf16);
+        let right = self.right;
+        let sink = &mut self.sink;
+        let one = f32::to_bits(1.0);
+        for panel in 0..right.cols.div_ceil(WIDTH) {
+            let mut sums = [[simd.splat_f32s(0.0)]];
+            for words in right.panel(panel) {
+                add_pairs(bf16, &mut sums, |_| one >> 16 | one, [words]);
+            }
+            sink.take::<V4, 1, 1>(simd, panel * (inputs + 1) + inputs, sums);
+        }
+        for (i, first) in (0..inputs).step_by(WIDTH).enumerate() {
+            let from = Columns { bf16, left: self.left.panel(i), right };
+            let tiles = &mut GradientTiles { simd, from, inputs, first, sink };
+            cover::<V4, 1>(WIDTH.min(inputs - first), right.cols, tiles);
+        }
+    }
+}
+
+/// The sums of the part of a gradient of one panel of inputs.
+struct Columns<'a> {
+    bf16: Bf16,
+    left: &'a [Words],
+    right: &'a Down,
+}
+
+impl Sums<V4, 1> for Columns<'_> {
+    #[inline(always)]
+    fn sums<const HEIGHT: usize, const U: usize>(
+        &self,
+        simd: V4,
+        panel: usize,
+        input: usize,
+    ) -> [[f32x16; U]; HEIGHT] {
+        let rights: [_; U] = array(|u| self.right.panel(panel + u));
+        let mut sums = [[simd.splat_f32s(0.0); U]; HEIGHT];
+        for (pair, left) in self.left.iter().enumerate() {
+            let left = &left.0[input..input + HEIGHT];
+            let words = array(|u| &rights[u][pair]);
+            add_pairs(self.bf16, &mut sums, |h| left[h], words);
+        }
+        sums
+    }
+}

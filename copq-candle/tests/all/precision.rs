@@ -1,0 +1,171 @@
+//! What fewer bits change, and what they do not.
+
+use crate::common;
+
+use common::{Case, fit, given, init, normals, saved};
+use copq::projection::{BoundQuery, Cholesky, Projection, QView, Scratch};
+use copq::{Critic, Net, Networks, Precision, State};
+use copq_candle::fused;
+
+fn case() -> Case {
+    Case { observation: 17, action: 6, ..Case::new(4, 3, &[64, 48], 101) }
+}
+
+fn networks(precision: Precision) -> Networks {
+    Networks { precision, ..case().networks() }
+}
+
+fn critics(precision: Precision) -> fused::Critics {
+    copq_candle::critic(&case().spec(), 4, &networks(precision), &mut init(1)).unwrap()
+}
+
+/// Critics of several ages, which have learned a function of observations and actions.
+fn ages() -> Vec<State> {
+    let case = case();
+    let mut critics = critics(Precision::F32);
+    let mut ages = Vec::new();
+    for i in 0..=300 {
+        if [0, 30, 300].contains(&i) {
+            ages.push(saved(&critics as &dyn Critic));
+        }
+        let (obs, act) = (case.obs(i), case.act(i));
+        let target: Vec<f32> = obs
+            .chunks(case.observation)
+            .zip(act.chunks(case.action))
+            .flat_map(|(obs, act)| [obs[0] * act[0], obs[1].sin() + act[1], 3.0 + obs[2]])
+            .collect();
+        fit(&mut critics, &obs, &act, &target);
+    }
+    ages
+}
+
+fn at_age(precision: Precision, age: &State) -> fused::Critics {
+    let mut critics = critics(precision);
+    critics.load(age).unwrap();
+    critics
+}
+
+fn values(critics: &mut fused::Critics, net: Net) -> Vec<f32> {
+    let mut q = vec![0.0; case().q_len()];
+    critics.values(net, &case().obs(900), &case().act(900), &mut q).unwrap();
+    q
+}
+
+/// dL/dparameters of all critics, for a given dL/dq: what one step adds to Adam's first moment.
+fn gradient(critics: &mut fused::Critics) -> Vec<f32> {
+    let moments = |critics: &fused::Critics| -> Vec<f32> {
+        let state = saved(critics as &dyn Critic);
+        let mut all = Vec::new();
+        for k in 0..4 {
+            let m = state.child(&format!("critic.{k}")).unwrap().child("adam_m").unwrap();
+            m.values().for_each(|(name, _)| all.extend_from_slice(m.get::<f32>(name).unwrap()));
+        }
+        all
+    };
+    let before = moments(critics);
+    let dq = normals(7, case().q_len());
+    critics.fit(&case().obs(900), &case().act(900), &mut given(&dq), 0.0).unwrap();
+    let after = moments(critics);
+    after.iter().zip(before).map(|(after, before)| (after - 0.9 * before) / 0.1).collect()
+}
+
+/// The gradient of the mean lower bound to the actions.
+fn bound_to_actions(critics: &mut fused::Critics) -> Vec<f32> {
+    let case = case();
+    let mut scratch = Scratch::default();
+    let mut out = vec![0.0; case.rows * case.action];
+    let up = vec![1.0; case.rows * case.objectives];
+    let bound = &mut |q: QView<'_>, grad: &mut [f32]| {
+        let query = BoundQuery { q, weights: &[1.0, 1.0, 1.0], step: -1.0 };
+        Cholesky.vjp(query, &mut scratch, &up, grad)
+    };
+    critics.action_grad(&case.obs(900), &case.act(900), bound, &mut out).unwrap();
+    out
+}
+
+/// The root mean square of a difference, in that of what is wanted.
+fn error(got: &[f32], wanted: &[f32]) -> f64 {
+    let square = |x: f32| f64::from(x).powi(2);
+    let difference: f64 = got.iter().zip(wanted).map(|(got, wanted)| square(got - wanted)).sum();
+    (difference / wanted.iter().map(|&x| square(x)).sum::<f64>()).sqrt()
+}
+
+#[test]
+fn backward_leaves_all_values_as_they_are_and_blurs_gradients_little() {
+    for age in ages() {
+        let [mut exact, mut half] =
+            [Precision::F32, Precision::Backward].map(|precision| at_age(precision, &age));
+        for net in [Net::Online, Net::Target] {
+            assert_eq!(values(&mut exact, net), values(&mut half, net));
+        }
+        let errors = [
+            error(&bound_to_actions(&mut half), &bound_to_actions(&mut exact)),
+            error(&gradient(&mut half), &gradient(&mut exact)),
+        ];
+        assert!(errors.iter().all(|&error| error > 0.0 && error < 0.005), "{errors:?}");
+        assert!(!half.exact_values(&case().obs(1), &case().act(1), &mut []).unwrap());
+    }
+}
+
+#[test]
+fn careful_blurs_values_by_less_than_two_thousandths() {
+    for age in ages() {
+        let [mut exact, mut half] =
+            [Precision::F32, Precision::Careful].map(|precision| at_age(precision, &age));
+        for net in [Net::Online, Net::Target] {
+            let error = error(&values(&mut half, net), &values(&mut exact, net));
+            assert!(error > 0.0 && error < 2e-3, "{error}");
+        }
+        let wanted = values(&mut exact, Net::Online);
+        let mut q = vec![0.0; wanted.len()];
+        assert!(half.exact_values(&case().obs(900), &case().act(900), &mut q).unwrap());
+        assert_eq!(q, wanted);
+        let bound = error(&bound_to_actions(&mut half), &bound_to_actions(&mut exact));
+        assert!(bound > 0.0 && bound < 0.01, "{bound}");
+        let loss = error(&gradient(&mut half), &gradient(&mut exact));
+        assert!(loss > 0.0 && loss < 0.1, "{loss}");
+    }
+}
+
+#[test]
+fn the_same_bits_again_on_more_threads_and_on_from_another_precision() {
+    let case = case();
+    let run = |precision, threads, from: Option<&State>| {
+        let mut critics = critics(precision).threads(threads).unwrap();
+        if let Some(state) = from {
+            critics.load(state).unwrap();
+        }
+        for i in 0..4 {
+            fit(&mut critics, &case.obs(i), &case.act(i), &normals(i, case.rows * 3));
+            bound_to_actions(&mut critics);
+        }
+        saved(&critics as &dyn Critic)
+    };
+    let all = [Precision::F32, Precision::Backward, Precision::Careful];
+    let once = all.map(|precision| run(precision, 1, None));
+    assert!(once[0] != once[1] && once[1] != once[2]);
+    for (precision, once) in all.into_iter().zip(&once) {
+        assert_eq!(run(precision, 3, None), *once);
+        // A state says nothing of the precision that made it.
+        assert_eq!(
+            run(precision, 1, Some(&once_in(Precision::F32))),
+            run(precision, 2, Some(&once_in(Precision::F32)))
+        );
+    }
+}
+
+fn once_in(precision: Precision) -> State {
+    saved(&critics(precision) as &dyn Critic)
+}
+
+#[test]
+fn networks_by_autograd_have_f32_alone() {
+    let networks = networks(Precision::Backward);
+    let device = copq_candle::Device::Cpu;
+    let made =
+        copq_candle::plain::Critics::new(&case().spec(), 2, &networks, &mut init(1), &device);
+    assert_eq!(
+        made.unwrap_err().to_string(),
+        "networks.precision: wanted F32, for networks by autograd, got Backward"
+    );
+}
