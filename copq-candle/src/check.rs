@@ -15,10 +15,7 @@ pub(crate) fn plain_settings(spec: &EnvSpec, networks: &Networks) -> Result<()> 
     settings(spec, networks)?;
     match networks.precision {
         Precision::F32 => Ok(()),
-        other => {
-            let got = format!("{other:?}");
-            Err(Error::invalid("networks.precision", "F32, for networks by autograd", got))
-        }
+        other => Err(Error::invalid("networks.precision", "f32, for networks by autograd", other)),
     }
 }
 

@@ -51,6 +51,7 @@ use copq::files;
 /// | `pessimism/target` | how far the bound lies below the mean of the critics that make it, at the targets' next actions: weights x (mean - bound), with the actor's weights; over all rows, those that terminate and CAL's own cost targets too |
 /// | `pessimism/actor` | the same at the policy's own actions, where the actor climbs the bound |
 /// | `clip_rate` | share of the targets in which the Cholesky bound's clip fired |
+/// | `q_rounding` | with `networks.precision = "careful"`, every 1,000 updates: how much 16 bits blur critics' values, in their standard deviations; the most blurred objective's |
 /// | `famo/NAME` | FAMO's weight of the loss; all together are 1 |
 /// | `actor/objective` | what the actor climbs, less the entropy bonus: weights x bound (in REDQ x mean) of its own actions |
 /// | `actor/entropy` | entropy of a stochastic policy, in nats of actions in \[-1, 1\] |

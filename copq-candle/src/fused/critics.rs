@@ -70,7 +70,7 @@ impl Critics {
             action: spec.action_len(),
             objectives: spec.objectives.len(),
             lr: networks.critic_lr,
-            is_careful: networks.precision == Precision::Careful,
+            is_careful: networks.precision == Precision::Careful && networks.hidden.len() > 1,
             workers: Workers::new(1)?,
             input: Panels::default(),
             q: Vec::new(),
@@ -119,7 +119,7 @@ impl Critics {
         let rows = check::rows(obs, self.observation)?;
         check::batch("actions", act, rows, self.action)?;
         check::finite("actions", act, self.action)?;
-        if !self.input.begins_with(rows, obs) {
+        if self.observation >= WORTH_KEEPING && !self.input.begins_with(rows, obs) {
             self.networks.iter_mut().for_each(Network::forget);
         }
         self.input.set(rows, &[obs, act]);

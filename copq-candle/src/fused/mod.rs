@@ -1,12 +1,12 @@
 //! The fast path for CPUs: networks whose parameters and activations lie as the matrix products
 //! read them.
 //!
-//! Bias and ReLU, forward and backward, and the optimiser's step down a gradient happen to a product's
-//! results while they are still in registers; everything else is a few passes over memory. A warm update on one thread allocates
-//! nothing. One thread is the default; [`Critics::threads`] spreads the critics over more,
-//! [`Deterministic::threads`] and [`Gaussian::threads`] an actor's products, and they change no bit
-//! of the result. Nor does the processor: each sum is taken in one order, by fused multiply-adds,
-//! whatever the width of its vectors.
+//! Bias and ReLU, forward and backward, and the optimiser's step down a gradient happen to a
+//! product's results while they are still in registers; everything else is a few passes over memory.
+//! A warm update on one thread allocates nothing. One thread is the default; [`Critics::threads`]
+//! spreads the critics over more, [`Deterministic::threads`] and [`Gaussian::threads`] an actor's
+//! products, and they change no bit of the result. Nor does the processor: each sum is taken in one
+//! order, by fused multiply-adds, whatever the width of its vectors.
 
 mod activation;
 mod actor;
@@ -15,6 +15,7 @@ mod critics;
 mod gaussian;
 mod gradient;
 mod half;
+mod kept;
 mod layout;
 mod network;
 mod normal;

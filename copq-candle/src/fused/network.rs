@@ -7,10 +7,10 @@ use copq::{Activation, Net, Networks, Precision, Result, State};
 use super::activation::{activate, multiply};
 use super::adam::Adam;
 use super::gradient::Descent;
+use super::kept::{Begun, Turned};
 use super::layout::Layout;
 use super::panels::{PanelRow, Panels};
 use super::product::{Finish, Inputs, affine};
-use super::transpose::transpose;
 use super::workspace::{Forward, Gate, Workspace};
 use super::{adam, passes};
 use crate::learned::Learned;
@@ -22,7 +22,8 @@ pub(super) struct Network {
     layout: Layout,
     learned: Learned<PanelRow>,
     activation: Activation,
-    precision: Precision,
+    /// Whether the way back of a step is in bf16.
+    is_half: bool,
     /// Every layer's outputs from the last [`Network::forward`], the hidden ones after their
     /// activation.
     outputs: Vec<Panels>,
@@ -30,21 +31,6 @@ pub(super) struct Network {
     slopes: Vec<Panels>,
     begun: Begun,
     turned: Turned,
-}
-
-/// What the first inputs have added up to in the first layer, until the weights move.
-#[derive(Clone, Debug, Default)]
-struct Begun {
-    /// How many there are; none, if nothing has begun.
-    inputs: usize,
-    sums: Panels,
-}
-
-/// Layers' weights turned round for the way back, until they move; not the first one's.
-#[derive(Clone, Debug, Default)]
-struct Turned {
-    is_present: bool,
-    layers: Vec<Panels>,
 }
 
 impl Network {
@@ -60,17 +46,12 @@ impl Network {
             learned,
             layout,
             activation,
-            precision,
+            is_half: precision != Precision::F32,
             outputs,
             slopes,
             begun: Begun::default(),
             turned: Turned::default(),
         }
-    }
-
-    /// Whether the way back is in bf16.
-    fn is_half(&self) -> bool {
-        self.precision != Precision::F32
     }
 
     /// Its layers.
@@ -93,31 +74,18 @@ impl Network {
     /// runs through it until the weights move or [`Network::forget`] is called.
     pub fn begin(&mut self, input: &Panels, count: usize, workspace: &Workspace) {
         let Self { layout, learned, begun, .. } = self;
-        if begun.inputs == count {
-            return;
-        }
-        if let Some((layer, map)) = layout.maps().next() {
-            affine(
-                Inputs::first(input, count),
-                &learned.online[map],
-                layer.output,
-                Finish::Keep,
-                &mut begun.sums,
-                workspace.threads(),
-            );
-            begun.inputs = count;
-        }
+        begun.begin(layout, &learned.online, input, count, workspace.threads());
     }
 
     /// The next batch has other first inputs than [`Network::begin`] had.
     pub fn forget(&mut self) {
-        self.begun.inputs = 0;
+        self.begun.forget();
     }
 
     /// The weights are no longer those of which anything was kept.
     fn moved(&mut self) {
         self.forget();
-        self.turned.is_present = false;
+        self.turned.forget();
     }
 
     /// Runs a batch through; in bf16 between hidden layers, or in f32.
@@ -162,41 +130,39 @@ impl Network {
         tau: f32,
         workspace: &mut Workspace,
     ) {
-        let was_turned = self.turned.is_present;
-        self.moved();
-        workspace.begin(input.rows(), grad_out, self.is_half());
+        workspace.begin(input.rows(), grad_out, self.is_half);
         let Self { layout, learned, outputs, slopes, turned, .. } = self;
+        turned.turn(layout, &learned.online);
         learned.steps += 1;
-        for (i, (layer, map)) in layout.maps().enumerate().rev() {
+        let adam = Adam::new(lr, learned.steps, tau);
+        for (i, (_, map)) in layout.maps().enumerate().rev() {
             let below = i.checked_sub(1).map(|below| &outputs[below]);
-            let kept = was_turned.then(|| &turned.layers[i]);
-            if below.is_some() && kept.is_none() {
-                workspace.transpose(layer, &learned.online[map.clone()], 0);
-            }
-            let adam = Adam::new(lr, learned.steps, tau);
             workspace.descend(below.unwrap_or(input), descent(learned, map, adam));
             if let Some(below) = below {
-                workspace.step_down(kept, gate(below, slopes.get(i - 1)));
+                workspace.step_down(turned.layer(i), gate(below, slopes.get(i - 1)));
             }
         }
+        self.moved();
     }
 
-    /// After [`Network::forward`] on the same input: writes dL/dparameters, laid out as they are.
+    /// After [`Network::forward`] on the same input: writes dL/dparameters, laid out as they are, in
+    /// f32.
     pub fn gradient(
-        &self,
+        &mut self,
         input: &Panels,
         grad_out: &[f32],
         out: &mut Vec<PanelRow>,
         workspace: &mut Workspace,
     ) {
-        out.resize(self.layout.len(), PanelRow::default());
-        workspace.begin(input.rows(), grad_out, self.is_half());
-        for (i, (layer, map)) in self.layout.maps().enumerate().rev() {
-            let below = i.checked_sub(1).map(|below| &self.outputs[below]);
-            workspace.gradient_into(below.unwrap_or(input), &mut out[map.clone()]);
+        let Self { layout, learned, outputs, slopes, turned, .. } = self;
+        turned.turn(layout, &learned.online);
+        out.resize(layout.len(), PanelRow::default());
+        workspace.begin(input.rows(), grad_out, false);
+        for (i, (_, map)) in layout.maps().enumerate().rev() {
+            let below = i.checked_sub(1).map(|below| &outputs[below]);
+            workspace.gradient_into(below.unwrap_or(input), &mut out[map]);
             if let Some(below) = below {
-                workspace.transpose(layer, &self.learned.online[map], 0);
-                workspace.step_down(None, gate(below, self.slopes.get(i - 1)));
+                workspace.step_down(turned.layer(i), gate(below, slopes.get(i - 1)));
             }
         }
     }
@@ -290,13 +256,13 @@ impl Network {
         out: &mut [f32],
         workspace: &mut Workspace,
     ) {
-        workspace.begin(rows, grad_out, self.is_half());
+        workspace.begin(rows, grad_out, self.is_half);
         let Self { layout, learned, outputs, slopes, turned, .. } = self;
         turned.turn(layout, &learned.online);
         for (i, (layer, map)) in layout.maps().enumerate().rev() {
             if i > 0 {
                 let gate = gate(&outputs[i - 1], slopes.get(i - 1));
-                workspace.step_down(Some(&turned.layers[i]), gate);
+                workspace.step_down(turned.layer(i), gate);
             } else {
                 workspace.step_out(layer, &learned.online[map], first, out);
             }
@@ -317,29 +283,6 @@ impl Network {
     pub fn load(&mut self, state: &State) -> Result<()> {
         self.set_learned(&Learned::load(&self.shape().arrays(), state)?);
         Ok(())
-    }
-}
-
-impl Turned {
-    fn turn(&mut self, layout: &Layout, parameters: &[PanelRow]) {
-        if self.is_present {
-            return;
-        }
-        self.layers.resize_with(layout.maps().len(), Panels::default);
-        for ((layer, map), turned) in layout.maps().zip(&mut self.layers).skip(1) {
-            transpose(layer, &parameters[map], 0, turned);
-        }
-        self.is_present = true;
-    }
-}
-
-impl Begun {
-    /// What is left of a batch for the first layer.
-    fn on<'a>(&'a self, input: &'a Panels) -> Inputs<'a> {
-        match self.inputs {
-            0 => Inputs::all(input),
-            count => Inputs::rest(input, count, &self.sums),
-        }
     }
 }
 

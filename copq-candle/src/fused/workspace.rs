@@ -32,18 +32,18 @@ pub(super) struct Workspace {
     delta: Panels,
     /// What becomes `delta` next.
     below: Panels,
-    /// A layer's weight turned round.
-    transposed: Panels,
+    /// The first layer's weight turned round, for the columns that are asked for.
+    turned: Panels,
     halves: Halves,
 }
 
 /// What products in bf16 work on.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Halves {
-    /// Whether the present pass goes on in bf16 below its last layer.
+    /// Whether the present pass is to be in bf16 below its last layer.
     wanted: bool,
-    /// Whether it is below, and `delta` what the workspace's is.
-    below: bool,
+    /// Whether it is there; then `delta` is the workspace's.
+    has_begun: bool,
     delta: Down,
     across: Across,
     left: Down,
@@ -80,13 +80,13 @@ impl Workspace {
     /// not.
     pub fn begin(&mut self, rows: usize, grad: &[f32], in_half: bool) {
         self.delta.set(rows, &[grad]);
-        (self.halves.wanted, self.halves.below) = (in_half, false);
+        (self.halves.wanted, self.halves.has_begun) = (in_half, false);
     }
 
     /// A step of the present layer's parameters down their gradient, given its inputs.
     pub fn descend(&mut self, input: &Panels, map: Descent<'_>) {
-        let Halves { below, delta, left, .. } = &mut self.halves;
-        if *below {
+        let Halves { has_begun, delta, left, .. } = &mut self.halves;
+        if *has_begun {
             left.set(input);
             half::descend(left, delta, map, &self.threads);
         } else {
@@ -95,38 +95,26 @@ impl Workspace {
     }
 
     /// dL/dparameters of the present layer, laid out as they are, given its inputs.
-    pub fn gradient_into(&mut self, input: &Panels, out: &mut [PanelRow]) {
-        let Halves { below, delta, left, .. } = &mut self.halves;
-        if *below {
-            left.set(input);
-            half::gradient(left, delta, out, &self.threads);
-        } else {
-            gradient(input, &self.delta, out, &self.threads);
-        }
+    pub fn gradient_into(&self, input: &Panels, out: &mut [PanelRow]) {
+        gradient(input, &self.delta, out, &self.threads);
     }
 
-    /// Keeps the present layer's weight for the way down, for inputs from panel `first` on.
-    pub fn transpose(&mut self, layer: &Layer, map: &[PanelRow], first: usize) {
-        transpose(layer, map, first, &mut self.transposed);
-    }
-
-    /// Goes down to the layer below, back through its activation, by a weight that was turned round
-    /// before or by the last [`Workspace::transpose`].
-    pub fn step_down(&mut self, turned: Option<&Panels>, gate: Gate<'_>) {
+    /// Goes down to the layer below, back through its activation, by the present layer's weight
+    /// turned round.
+    pub fn step_down(&mut self, turned: &Panels, gate: Gate<'_>) {
         let (cols, finish) = match gate {
             Gate::Mask(output) => (output.cols(), Finish::Mask(output)),
             Gate::Slope(slope) => (slope.cols(), Finish::Keep),
         };
-        let Self { delta, below, transposed, halves, threads, .. } = self;
-        let map = turned.unwrap_or(transposed);
-        halves.or_f32(delta, map.lines(), cols, finish, below, threads);
+        let Self { delta, below, halves, threads, .. } = self;
+        halves.or_f32(delta, turned.lines(), cols, finish, below, threads);
         if let Gate::Slope(slope) = gate {
             multiply(below, slope);
         }
         std::mem::swap(delta, below);
         if halves.wanted {
             halves.delta.set(delta);
-            halves.below = true;
+            halves.has_begun = true;
         }
     }
 
@@ -134,10 +122,10 @@ impl Workspace {
     /// `first` on).
     pub fn step_out(&mut self, layer: &Layer, map: &[PanelRow], first: usize, out: &mut [f32]) {
         let panel = first / WIDTH;
-        self.transpose(layer, map, panel);
         let cols = layer.input - panel * WIDTH;
-        let Self { delta, below, transposed, halves, threads, .. } = self;
-        halves.or_f32(delta, transposed.lines(), cols, Finish::Keep, below, threads);
+        let Self { delta, below, turned, halves, threads, .. } = self;
+        transpose(layer, map, panel, turned);
+        halves.or_f32(delta, turned.lines(), cols, Finish::Keep, below, threads);
         below.get(first % WIDTH, out);
     }
 }
@@ -193,7 +181,7 @@ impl Halves {
         out: &mut Panels,
         threads: &Threads,
     ) {
-        if self.below {
+        if self.has_begun {
             self.across.set(delta);
             self.map.set_map(map, cols);
             half::affine(&self.across, &self.map, finish, out, threads);

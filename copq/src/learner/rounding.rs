@@ -16,6 +16,7 @@ impl Learner {
             return Ok(());
         }
         let batch = &self.batch;
+        // A look every now and then may allocate.
         let mut exact = vec![0.0; self.buffers.q.len()];
         if !self.critic.exact_values(&batch.obs, &batch.action, &mut exact)? {
             return Ok(());
@@ -23,13 +24,16 @@ impl Learner {
         let q = &mut self.buffers.q;
         self.critic.values(Net::Online, &batch.obs, &batch.action, q)?;
         let exact = QView::new(&exact, self.critic.critics(), self.objectives.len())?;
-        let rounding = rounding(q, exact);
+        let blurred = rounding(q, exact).into_iter().flatten().zip(&self.objectives);
+        let Some((rounding, objective)) = blurred.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return Ok(());
+        };
         log.scalar(self.steps, "q_rounding", rounding);
         if rounding > LARGE && !self.has_warned_of_rounding {
             self.has_warned_of_rounding = true;
             let text = format!(
-                "16 bits blur the critics' values by {rounding:.2} of their standard deviation, and bounds \
-                 with them: go on with networks.precision = \"backward\" or \"f32\""
+                "16 bits blur the critics' values of {objective} by {rounding:.2} of their standard deviation, and \
+                 its bound with them: go on with networks.precision = \"backward\" or \"f32\""
             );
             log.warn(self.steps, &text);
         }
@@ -37,37 +41,48 @@ impl Learner {
     }
 }
 
-/// The root mean square of what values differ from exact ones by, in critics' standard deviations.
-fn rounding(q: &[f32], exact: QView<'_>) -> f64 {
+/// The root mean square of what an objective's values differ from exact ones by, in critics' standard
+/// deviations; of none that critics agree about.
+fn rounding(q: &[f32], exact: QView<'_>) -> Vec<Option<f64>> {
     let critics = exact.critics();
+    let n = exact.objectives();
     let share = exact.values().len() / critics;
     let of = |values: &[f32], k: usize, at: usize| f64::from(values[k * share + at]);
-    let mut differences = 0.0;
-    let mut spread = 0.0;
-    for at in 0..share {
-        let mean = (0..critics).map(|k| of(exact.values(), k, at)).sum::<f64>() / critics as f64;
-        for k in 0..critics {
-            let value = of(exact.values(), k, at);
-            differences += (of(q, k, at) - value).powi(2);
-            spread += (value - mean).powi(2);
+    let of_objective = |objective: usize| {
+        let mut differences = 0.0;
+        let mut spread = 0.0;
+        for at in (objective..share).step_by(n) {
+            let mean =
+                (0..critics).map(|k| of(exact.values(), k, at)).sum::<f64>() / critics as f64;
+            for k in 0..critics {
+                let value = of(exact.values(), k, at);
+                differences += (of(q, k, at) - value).powi(2);
+                spread += (value - mean).powi(2);
+            }
         }
-    }
-    (differences / spread).sqrt()
+        (spread > 0.0).then(|| (differences / spread).sqrt())
+    };
+    (0..n).map(of_objective).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use approx::assert_abs_diff_eq;
-
     use super::*;
 
     #[test]
-    fn rounding_is_in_standard_deviations() {
-        // Two critics one apart from their mean, at two rows; values off by 0.1 and 0.
-        let exact = [1.0, 5.0, 3.0, 7.0];
-        let q = [1.1, 5.0, 3.0, 6.9];
-        let view = QView::new(&exact, 2, 1).unwrap();
-        assert_abs_diff_eq!(rounding(&q, view), (0.02f64 / 4.0).sqrt(), epsilon = 1e-6);
-        assert_eq!(rounding(&exact, view), 0.0);
+    fn rounding_is_in_each_objectives_standard_deviations() {
+        // Two critics, two rows: one apart from their mean about the first objective, a tenth about
+        // the second, not at all about the third.
+        let exact = [1.0, 0.1, 5.0, 5.0, 0.1, 5.0, 3.0, 0.3, 5.0, 7.0, 0.3, 5.0];
+        let mut q = exact;
+        let view = QView::new(&exact, 2, 3).unwrap();
+        assert_eq!(rounding(&q, view), [Some(0.0), Some(0.0), None]);
+        q[0] += 0.1;
+        q[9] -= 0.1;
+        q[4] += 0.1;
+        let wanted = [(0.02f64 / 4.0).sqrt(), (0.01f64 / 0.04).sqrt()];
+        for (got, wanted) in rounding(&q, view).iter().zip(wanted) {
+            assert!((got.unwrap() - wanted).abs() < 1e-5, "{got:?} is not {wanted}");
+        }
     }
 }

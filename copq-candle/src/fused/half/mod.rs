@@ -1,5 +1,4 @@
-//! Products of numbers of sixteen bits (bf16): on a processor with the instruction, twice the
-//! multiply-adds.
+//! Products of numbers of sixteen bits (bf16), for which some processors have an instruction.
 //!
 //! What they are is defined once, for every processor. Both factors are rounded to the nearest bf16,
 //! ties to even; what is below 2^-55 becomes zero, so that no sum is ever too small for a normal
@@ -14,7 +13,7 @@ mod tests;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::gradient::{self, Descent, Stored};
+use super::gradient::{self, Descent};
 use super::panels::{PanelRow, Panels, WIDTH};
 use super::product::{self, Finish, Inputs};
 use super::threads::Threads;
@@ -30,7 +29,7 @@ pub(super) enum Across {
     Packed(packed::Across),
 }
 
-/// A factor whose rows are added up: the map of [`affine`], and both of [`gradient`].
+/// A factor whose rows are added up: the map of [`affine`], and both of [`descend`].
 #[derive(Clone, Debug)]
 pub(super) enum Down {
     /// Rounded, neighbouring rows exchanged.
@@ -112,7 +111,7 @@ impl Down {
     }
 }
 
-/// `out = finish(left * map + start)`.
+/// `out = finish(left * map + start)`; the packed kind on one thread.
 ///
 /// # Panics
 /// If the shapes do not fit together or the two are of different kinds, as in all of this module.
@@ -134,20 +133,8 @@ pub(super) fn affine(
     }
 }
 
-/// `out = left^T right`, then the sums of `right`'s columns.
-pub(super) fn gradient(left: &Down, right: &Down, out: &mut [PanelRow], threads: &Threads) {
-    match (left, right) {
-        (Down::Rounded(left), Down::Rounded(right)) => {
-            gradient::gradient(left, right, out, threads);
-        }
-        #[cfg(target_arch = "x86_64")]
-        (Down::Packed(left), Down::Packed(right)) => packed::gradient(left, right, Stored(out)),
-        #[cfg(target_arch = "x86_64")]
-        _ => unreachable!("all factors of a process are of one kind"),
-    }
-}
-
-/// One step of a map along what [`gradient`] would write.
+/// One step of a map along `left^T right` and the sums of `right`'s columns; the packed kind on one
+/// thread.
 pub(super) fn descend(left: &Down, right: &Down, map: Descent<'_>, threads: &Threads) {
     match (left, right) {
         (Down::Rounded(left), Down::Rounded(right)) => {

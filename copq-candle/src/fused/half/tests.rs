@@ -4,8 +4,18 @@ use super::super::adam::Adam;
 use super::*;
 
 /// Odd and even sizes, whole and partial panels, tiles of every height.
-const SHAPES: [(usize, usize, usize); 7] =
-    [(1, 1, 1), (3, 16, 17), (37, 23, 5), (13, 40, 32), (64, 3, 16), (29, 18, 101), (256, 64, 64)];
+const SHAPES: [(usize, usize, usize); 10] = [
+    (1, 1, 1),
+    (3, 16, 17),
+    (37, 23, 5),
+    (13, 40, 32),
+    (64, 3, 16),
+    (29, 18, 101),
+    (1, 1, 64),
+    (3, 3, 64),
+    (4, 4, 64),
+    (256, 64, 64),
+];
 
 /// Numbers of many sizes, and special ones.
 fn values(count: usize, rng: &mut Rng) -> Vec<f32> {
@@ -37,12 +47,29 @@ fn dense(panels: &Panels) -> Vec<u32> {
 
 /// Both factors, of every kind that this processor has.
 fn kinds() -> Vec<(Across, Down)> {
-    let mut kinds = vec![(Across::Rounded(Panels::default()), Down::Rounded(Panels::default()))];
     #[cfg(target_arch = "x86_64")]
-    kinds.extend(packed::Bf16::try_new().map(|bf16| {
+    let packed = packed::Bf16::try_new().map(|bf16| {
         (Across::Packed(packed::Across::new(bf16)), Down::Packed(packed::Down::new(bf16)))
-    }));
-    kinds
+    });
+    #[cfg(not(target_arch = "x86_64"))]
+    let packed = None;
+    let rounded = (Across::Rounded(Panels::default()), Down::Rounded(Panels::default()));
+    std::iter::once(rounded).chain(packed).collect()
+}
+
+/// `left^T right`, then the sums of `right`'s columns.
+fn gradient(left: &Down, right: &Down, out: &mut [PanelRow]) {
+    match (left, right) {
+        (Down::Rounded(left), Down::Rounded(right)) => {
+            super::gradient::gradient(left, right, out, &Threads::default());
+        }
+        #[cfg(target_arch = "x86_64")]
+        (Down::Packed(left), Down::Packed(right)) => {
+            packed::gradient(left, right, super::gradient::Stored(out));
+        }
+        #[cfg(target_arch = "x86_64")]
+        _ => panic!("two kinds"),
+    }
 }
 
 fn down(kind: &Down, from: &Panels) -> Down {
@@ -151,7 +178,7 @@ fn a_gradient_is_its_sums_to_the_bit() {
             let left = down(&kind, &panels(rows, &left));
             let right = down(&kind, &panels(rows, &right));
             let mut out = Panels::default();
-            gradient(&left, &right, out.reshape(inputs + 1, cols), &Threads::default());
+            gradient(&left, &right, out.reshape(inputs + 1, cols));
             assert_eq!(dense(&out), wanted, "{rows} {inputs} {cols}");
         }
     }
