@@ -51,21 +51,23 @@ fn values(critics: &mut fused::Critics, net: Net) -> Vec<f32> {
     q
 }
 
+/// Adam's first moments of so many critics.
+fn moments(critics: &fused::Critics, count: usize) -> Vec<f32> {
+    let state = saved(critics as &dyn Critic);
+    let mut all = Vec::new();
+    for k in 0..count {
+        let m = state.child(&format!("critic.{k}")).unwrap().child("adam_m").unwrap();
+        m.values().for_each(|(name, _)| all.extend_from_slice(m.get::<f32>(name).unwrap()));
+    }
+    all
+}
+
 /// dL/dparameters of all critics, for a given dL/dq: what one step adds to Adam's first moment.
 fn gradient(critics: &mut fused::Critics) -> Vec<f32> {
-    let moments = |critics: &fused::Critics| -> Vec<f32> {
-        let state = saved(critics as &dyn Critic);
-        let mut all = Vec::new();
-        for k in 0..4 {
-            let m = state.child(&format!("critic.{k}")).unwrap().child("adam_m").unwrap();
-            m.values().for_each(|(name, _)| all.extend_from_slice(m.get::<f32>(name).unwrap()));
-        }
-        all
-    };
-    let before = moments(critics);
+    let before = moments(critics, 4);
     let dq = normals(7, case().q_len());
     critics.fit(&case().obs(900), &case().act(900), &mut given(&dq), 0.0).unwrap();
-    let after = moments(critics);
+    let after = moments(critics, 4);
     after.iter().zip(before).map(|(after, before)| (after - 0.9 * before) / 0.1).collect()
 }
 
@@ -124,6 +126,31 @@ fn careful_blurs_values_by_less_than_two_thousandths() {
         assert!(bound > 0.0 && bound < 0.01, "{bound}");
         let loss = error(&gradient(&mut half), &gradient(&mut exact));
         assert!(loss > 0.0 && loss < 0.1, "{loss}");
+    }
+}
+
+/// Odd sizes, one row, one hidden layer, smooth activations: a first step's moments.
+#[test]
+fn every_shape_and_activation_steps_as_f32_does() {
+    for case in Case::all() {
+        let step = |precision| {
+            let networks = Networks { precision, ..case.networks() };
+            let mut critics =
+                copq_candle::critic(&case.spec(), case.critics, &networks, &mut init(1)).unwrap();
+            let mut grad = vec![0.0; case.rows * case.action];
+            let (obs, act, dq) = (case.obs(1), case.act(1), normals(7, case.q_len()));
+            critics.action_grad(&obs, &act, &mut given(&dq), &mut grad).unwrap();
+            critics.fit(&obs, &act, &mut given(&dq), 0.0).unwrap();
+            [moments(&critics, case.critics), grad]
+        };
+        let wanted = step(Precision::F32);
+        // Careful's activations may open a ReLU that is shut in f32.
+        for (precision, limit) in [(Precision::Backward, 0.01), (Precision::Careful, 0.1)] {
+            for (got, wanted) in step(precision).iter().zip(&wanted) {
+                let error = error(got, wanted);
+                assert!(error < limit, "{case:?}, {precision}: {error}");
+            }
+        }
     }
 }
 
