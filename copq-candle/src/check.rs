@@ -2,7 +2,7 @@
 //! and what came.
 
 use copq::error::check_len;
-use copq::{EnvSpec, Error, Networks, Precision, Result};
+use copq::{EnvSpec, Error, Networks, Result};
 
 /// An error unless networks can be built from these settings.
 pub(crate) fn settings(spec: &EnvSpec, networks: &Networks) -> Result<()> {
@@ -12,11 +12,8 @@ pub(crate) fn settings(spec: &EnvSpec, networks: &Networks) -> Result<()> {
 
 /// The same for networks that have f32 alone.
 pub(crate) fn plain_settings(spec: &EnvSpec, networks: &Networks) -> Result<()> {
-    settings(spec, networks)?;
-    match networks.precision {
-        Precision::F32 => Ok(()),
-        other => Err(Error::invalid("networks.precision", "f32, for networks by autograd", other)),
-    }
+    spec.check()?;
+    networks.check_f32("networks by autograd")
 }
 
 /// The number of rows in a batch of observations.

@@ -17,6 +17,8 @@ mod gradient;
 mod half;
 mod kept;
 mod layout;
+#[cfg(test)]
+mod matrices;
 mod network;
 mod normal;
 mod panels;

@@ -186,6 +186,6 @@ fn networks_by_autograd_have_f32_alone() {
         copq_candle::plain::Critics::new(&case().spec(), 2, &networks, &mut init(1), &device);
     assert_eq!(
         made.unwrap_err().to_string(),
-        "networks.precision: wanted f32, for networks by autograd, got backward"
+        "networks.precision: wanted f32 for networks by autograd, got backward"
     );
 }

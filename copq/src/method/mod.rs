@@ -2,10 +2,12 @@
 
 mod config;
 mod ensemble;
+mod networks;
 mod presets;
 
-pub use config::{Activation, Config, Init, Networks, Optimism, Precision, Smoothing, WarmUp};
+pub use config::{Config, Optimism, Smoothing, WarmUp};
 pub use ensemble::Ensemble;
+pub use networks::{Activation, Init, Networks, Precision};
 
 use std::sync::Arc;
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::check_not_negative;
-use crate::{Activation, Error, Init, Networks, PidConfig, Precision, Result};
+use crate::{Activation, Error, Init, Networks, PidConfig, Result};
 
 /// The numbers of an on-policy [`Method`](super::Method): how an epoch is gathered, how the policy
 /// and its critics learn from it, and how costs are held. A run's `config.toml` lists them all.
@@ -306,13 +306,7 @@ impl Config {
             let wanted = "none without a constraint, whose multipliers weigh it";
             return Err(Error::invalid("second", wanted, "one"));
         }
-        self.networks.check()?;
-        match self.networks.precision {
-            Precision::F32 => Ok(()),
-            other => {
-                Err(Error::invalid("networks.precision", "f32 for an on-policy method", other))
-            }
-        }
+        self.networks.check_f32("an on-policy method")
     }
 }
 

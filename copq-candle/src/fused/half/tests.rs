@@ -1,21 +1,8 @@
 use copq::Rng;
 
 use super::super::adam::Adam;
+use super::super::matrices::{self, SHAPES, panels};
 use super::*;
-
-/// Odd and even sizes, whole and partial panels, tiles of every height.
-const SHAPES: [(usize, usize, usize); 10] = [
-    (1, 1, 1),
-    (3, 16, 17),
-    (37, 23, 5),
-    (13, 40, 32),
-    (64, 3, 16),
-    (29, 18, 101),
-    (1, 1, 64),
-    (3, 3, 64),
-    (4, 4, 64),
-    (256, 64, 64),
-];
 
 /// Numbers of many sizes, and special ones.
 fn values(count: usize, rng: &mut Rng) -> Vec<f32> {
@@ -33,16 +20,8 @@ fn values(count: usize, rng: &mut Rng) -> Vec<f32> {
     (0..count).map(draw).collect()
 }
 
-fn panels(rows: usize, dense: &[f32]) -> Panels {
-    let mut panels = Panels::default();
-    panels.set(rows, &[dense]);
-    panels
-}
-
 fn dense(panels: &Panels) -> Vec<u32> {
-    let mut out = vec![0.0; panels.rows() * panels.cols()];
-    panels.get(0, &mut out);
-    out.iter().map(|x| x.to_bits()).collect()
+    matrices::dense(panels).iter().map(|x| x.to_bits()).collect()
 }
 
 /// Both factors, of every kind that this processor has.

@@ -2,37 +2,11 @@ use copq::Rng;
 
 use super::super::adam::{self, Adam};
 use super::super::gradient::{Descent, Gradient, Stored, descend, gradient};
+use super::super::matrices::{SHAPES, dense, panels};
 use super::*;
-
-/// Shapes with whole and partial panels, and tiles of every height.
-const SHAPES: [(usize, usize, usize); 11] = [
-    (1, 1, 1),
-    (3, 16, 17),
-    (37, 23, 5),
-    (13, 40, 32),
-    (64, 3, 16),
-    (29, 18, 101),
-    (70, 40, 3),
-    (131, 33, 8),
-    (1, 1, 64),
-    (3, 3, 64),
-    (4, 4, 64),
-];
 
 fn values(count: usize, rng: &mut Rng) -> Vec<f32> {
     (0..count).map(|_| rng.normal() as f32).collect()
-}
-
-fn panels(rows: usize, dense: &[f32]) -> Panels {
-    let mut panels = Panels::default();
-    panels.set(rows, &[dense]);
-    panels
-}
-
-fn dense(panels: &Panels) -> Vec<f32> {
-    let mut out = vec![0.0; panels.rows() * panels.cols()];
-    panels.get(0, &mut out);
-    out
 }
 
 /// start + sum of products, one fused multiply-add after another.
@@ -192,7 +166,7 @@ fn threads_that_share_a_product_give_the_same_bits() {
 fn a_step_in_registers_is_the_step_in_memory() {
     let mut rng = Rng::with_stream(4, 0);
     let shapes = SHAPES.into_iter().chain([(257, 130, 74)]);
-    for ((rows, inputs, cols), threads) in shapes.zip([1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 3]) {
+    for ((rows, inputs, cols), threads) in shapes.zip([1; 12].into_iter().chain([3])) {
         let threads = Threads::new(threads).unwrap();
         let left = panels(rows, &values(rows * inputs, &mut rng));
         let right = panels(rows, &values(rows * cols, &mut rng));
