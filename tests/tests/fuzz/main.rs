@@ -12,6 +12,7 @@ use std::path::Path;
 use bolero::check;
 use copq::{Config, EnvSpec, Method, OrderedEnv, State};
 use copq_experiments::{Plan, RunFolder, Sheet, read_config, with_changes};
+use safetensors::SafeTensors;
 
 /// Changes to a file: where (as a part of its length), what is done there, and how much of its end is
 /// cut off.
@@ -58,23 +59,39 @@ fn checkpoint() {
     });
 }
 
-/// Files from before there were checksums, and strangers' with the right ones.
+/// A file damaged by somebody who then writes the checksums that go with it.
 #[test]
-fn checkpoint_without_checksums() {
+fn checkpoint_with_right_checksums() {
     let sound = file_of(&state());
-    let at = sound.windows(17).position(|part| part == b"copq checkpoint 2").unwrap();
-    let mut unchecked = sound;
-    unchecked[at + 16] = b'1';
-    // A file that says so may not have checksums, so these become an array like others.
-    let at = unchecked.windows(10).position(|part| part == b"%checksums").unwrap();
-    unchecked[at] = b'x';
+    assert!(with_right_checksums(sound.clone()) == sound, "checksums are written otherwise");
     check!().with_type::<Damage>().for_each(|damage| {
-        let bytes = damaged(&unchecked, damage);
+        let bytes = with_right_checksums(damaged(&sound, damage));
         // Nothing that is read is larger than the file.
         if let Ok(read) = State::from_bytes("checkpoint", &bytes) {
             assert!(format!("{read:?}").len() < 100 * bytes.len());
         }
     });
+}
+
+/// The file as it is where its header cannot be read.
+fn with_right_checksums(mut bytes: Vec<u8>) -> Vec<u8> {
+    let Ok((header, metadata)) = SafeTensors::read_metadata(&bytes) else { return bytes };
+    let Some(sums) = metadata.info("%checksums") else { return bytes };
+    let data = 8 + header;
+    let sums = data + sums.data_offsets.0..data + sums.data_offsets.1;
+    let mut infos: Vec<_> = metadata.tensors().into_iter().collect();
+    infos.retain(|(name, _)| name != "%checksums");
+    infos.sort_by_key(|(_, info)| info.data_offsets);
+    let parts =
+        infos.iter().map(|(_, info)| data + info.data_offsets.0..data + info.data_offsets.1);
+    let right: Vec<u64> = std::iter::once(8..data)
+        .chain(parts)
+        .map(|part| u64::from(crc32c::crc32c(&bytes[part])))
+        .collect();
+    for (place, sum) in bytes[sums].chunks_exact_mut(8).zip(right) {
+        place.copy_from_slice(&sum.to_le_bytes());
+    }
+    bytes
 }
 
 #[test]
