@@ -1,6 +1,7 @@
 //! `copq`, the program: trains, resumes, evaluates, draws and compares. `copq --help` teaches.
 
 mod bounds;
+mod coverage;
 mod doctor;
 mod evaluate;
 mod export;
@@ -46,6 +47,7 @@ enum Command {
     Plot(plot::Plot),
     Report(report::Report),
     Bounds(bounds::Bounds),
+    Coverage(coverage::CoverageOf),
     Export(export::Export),
     Tasks(lists::Tasks),
     Methods(lists::Methods),
@@ -80,6 +82,7 @@ fn run(command: Command) -> anyhow::Result<()> {
         Command::Plot(plot) => plot.run(),
         Command::Report(report) => report.run(),
         Command::Bounds(bounds) => bounds.run(),
+        Command::Coverage(coverage) => coverage.run(),
         Command::Export(export) => export.run(),
         Command::Tasks(tasks) => tasks.run(),
         Command::Methods(methods) => methods.run(),

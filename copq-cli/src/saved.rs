@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use copq::on_policy::{self, SauteConfig};
-use copq::{ActorKind, Config, Env, EnvSpec, Error, Method, Networks, Policy, projection};
+use copq::{ActorKind, Config, Env, EnvSpec, Error, Networks, Policy};
 use copq_candle::Candle;
 use copq_experiments::{MadeWith, Plan, read_checkpoint, read_config, read_plan};
 
@@ -19,23 +19,8 @@ pub fn run(folder: &Path) -> copq::Result<(Plan, Recipe)> {
         method.config = read_config(folder)?.settings;
         return Ok((plan, Recipe::OnPolicy(method)));
     }
-    let method = method(&plan, read_config(folder)?.settings)?;
+    let method = plan.method(read_config(folder)?.settings)?;
     Ok((plan, Recipe::OffPolicy(method)))
-}
-
-/// The off-policy method of a run.
-fn method(plan: &Plan, settings: Config) -> copq::Result<Method> {
-    let method = Method::by_name(&plan.method).map_err(|_| {
-        let got = format!("one of '{}', which another program trains", plan.method);
-        Error::invalid("the run", "one of copq's own methods (copq methods)", got)
-    })?;
-    let mut method = match &plan.bound {
-        Some(bound) if bound != method.bound.name() => method.bound(projection::by_name(bound)?),
-        _ => method,
-    };
-    method.critics = plan.critics.unwrap_or(method.critics);
-    method.config = settings;
-    Ok(method)
 }
 
 /// A run's own copy of the policy that it began with.

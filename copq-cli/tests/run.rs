@@ -145,6 +145,20 @@ fn a_run_is_evaluated_exported_and_compared() {
         .unwrap();
     assert!((total["mean"].as_f64().unwrap() - last).abs() < 1e-9, "{json}");
 
+    // Its critics have a bound, once for each checkpoint that is kept.
+    let coverage = run(&["coverage", &path("0"), "--episodes", "2", "--every", "1", "--csv"]);
+    let rows: Vec<Vec<&str>> = coverage.lines().map(|row| row.split(',').collect()).collect();
+    assert_eq!(rows.len(), 1 + 3, "{coverage}");
+    for (row, objective) in rows[1..].iter().zip(["safety", "velocity", "control"]) {
+        assert_eq!((row[0], row[2]), ("200", objective), "{coverage}");
+        let [came, believed, bound, std, error, kept] =
+            [3, 4, 5, 6, 7, 8].map(|i| row[i].parse::<f64>().unwrap());
+        assert!(bound.is_finite() && std > 0.0 && (0.0..=1.0).contains(&kept), "{coverage}");
+        assert!(error >= (came - believed).abs(), "{coverage}");
+    }
+    let table = run(&["coverage", &path("0"), "--episodes", "2", "--every", "1"]);
+    assert!(table.contains("step 200") && table.contains("| safety |"), "{table}");
+
     let said = run(&["export", &path("0")]);
     assert!(
         said.contains("policy.safetensors")

@@ -102,13 +102,38 @@ impl Checkpoints {
         (1..=MAX_KEEP).find(|&age| self.file(age).exists())
     }
 
-    /// The file of the checkpoint that is so many older than the newest.
     fn file(&self, age: usize) -> PathBuf {
-        match age {
-            0 => self.folder.join("checkpoint.safetensors"),
-            _ => self.folder.join(format!("checkpoint.{age}.safetensors")),
-        }
+        file(&self.folder, age)
     }
+}
+
+/// The file of a folder's checkpoint that is so many older than the newest.
+fn file(folder: &Path, age: usize) -> PathBuf {
+    match age {
+        0 => folder.join("checkpoint.safetensors"),
+        _ => folder.join(format!("checkpoint.{age}.safetensors")),
+    }
+}
+
+/// The last checkpoint of the run in a folder, for programs that only look: the run may go on
+/// meanwhile.
+pub fn read_checkpoint(folder: &Path) -> Result<State> {
+    let newest = file(folder, 0);
+    if newest.is_file() { State::read_file(&newest) } else { Err(without(folder)) }
+}
+
+/// All checkpoints that a run's folder keeps, the oldest first. An error if there is none.
+pub fn checkpoint_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let files = (0..=MAX_KEEP).rev().map(|age| file(folder, age));
+    let there: Vec<_> = files.filter(|file| file.is_file()).collect();
+    if there.is_empty() { Err(without(folder)) } else { Ok(there) }
+}
+
+fn without(folder: &Path) -> Error {
+    let what = format!("run folder '{}'", folder.display());
+    let wanted = "one with a checkpoint (runs write it every --checkpoint-every steps, on Ctrl-C \
+         and at their end)";
+    Error::invalid(what, wanted, "one without")
 }
 
 /// Takes the replay out of a checkpoint.

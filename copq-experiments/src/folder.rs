@@ -237,19 +237,6 @@ pub fn read_config<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
     config::read(&file)
 }
 
-/// The last checkpoint of the run in a folder, for programs that only look: the run may go on
-/// meanwhile.
-pub fn read_checkpoint(path: &Path) -> Result<State> {
-    let file = path.join("checkpoint.safetensors");
-    if !file.is_file() {
-        let what = format!("run folder '{}'", path.display());
-        let wanted = "one with a checkpoint (runs write it every --checkpoint-every steps, on \
-             Ctrl-C and at their end)";
-        return Err(Error::invalid(what, wanted, "one without"));
-    }
-    State::read_file(&file)
-}
-
 /// Written last by a run that has all its steps.
 const DONE: &str = "DONE";
 

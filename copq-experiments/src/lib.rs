@@ -54,11 +54,12 @@ mod table;
 pub mod tensorboard;
 mod timings;
 
+pub use checkpoints::{checkpoint_files, read_checkpoint};
 pub use config::{MadeWith, RunConfig, with_changes};
 pub use ending::Ending;
 pub use figure::{Labelled, Limit, compare, comparison_table};
 pub use fingerprint::fingerprint;
-pub use folder::{RunFolder, read_checkpoint, read_config, read_done, read_plan};
+pub use folder::{RunFolder, read_config, read_done, read_plan};
 pub use lock::held_by;
 pub use metrics::Metrics;
 pub use numbers::Numbers;

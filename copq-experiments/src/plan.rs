@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use copq::{Ensemble, Error, Method, Result};
+use copq::{Config, Ensemble, Error, Method, Result, projection};
 use serde::{Deserialize, Serialize};
 
 /// More than any update can use.
@@ -247,6 +247,24 @@ impl Plan {
             threads: 1,
             run: RunSettings::default(),
         }
+    }
+
+    /// The off-policy method of such a run, with its settings. An error for a method that is not
+    /// copq's own.
+    pub fn method(&self, settings: Config) -> Result<Method> {
+        let method = Method::by_name(&self.method).map_err(|_| {
+            let got = format!("one of '{}', which another program trains", self.method);
+            Error::invalid("the run", "one of copq's own methods (copq methods)", got)
+        })?;
+        let mut method = match &self.bound {
+            Some(bound) if bound != method.bound.name() => {
+                method.bound(projection::by_name(bound)?)
+            }
+            _ => method,
+        };
+        method.critics = self.critics.unwrap_or(method.critics);
+        method.config = settings;
+        Ok(method)
     }
 
     /// An error that names the first setting that cannot be used.

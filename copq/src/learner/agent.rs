@@ -47,7 +47,7 @@ impl Learner {
     }
 
     /// Keeps one observation as the networks see it.
-    fn take_in(&mut self, obs: &[f32]) -> Result<()> {
+    pub(super) fn take_in(&mut self, obs: &[f32]) -> Result<()> {
         check_len("observation", obs.len(), self.obs.len())?;
         self.obs.copy_from_slice(obs);
         self.normaliser.as_ref().map_or(Ok(()), |normaliser| normaliser.normalise(&mut self.obs))

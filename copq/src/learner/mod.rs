@@ -10,11 +10,13 @@ use crate::{
     Projection, Replay, Result, State,
 };
 pub(crate) use agent::{check_made_by, method_of};
+pub use belief::Belief;
 use buffers::{Buffers, Names};
 use scales::Scales;
 use streams::Streams;
 
 mod agent;
+mod belief;
 mod buffers;
 mod build;
 mod critics;

@@ -4,6 +4,7 @@ mod allocations;
 mod backend;
 mod bounds;
 mod check_env;
+mod coverage;
 mod exploration;
 mod learner;
 mod methods;
