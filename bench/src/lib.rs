@@ -2,6 +2,7 @@
 
 #![allow(missing_debug_implementations)] // Programs, not values to print.
 
+pub mod coarse;
 pub mod rounds;
 pub mod update;
 pub mod workload;

@@ -1,20 +1,22 @@
 //! bf16 two in a word: the products of processors with AVX512-BF16.
 //!
-//! The one instruction that `pulp` does not wrap is the only unsafe code.
+//! The two instructions that `pulp` does not wrap are the only unsafe code.
 #![allow(unsafe_code)]
 
 mod products;
 
-use std::arch::x86_64::{__cpuid, __m512, __m512bh, __m512i, _mm512_dpbf16_ps};
+use std::arch::x86_64::{
+    __cpuid, __m256bh, __m512, __m512bh, __m512i, _mm512_dpbf16_ps, _mm512_maskz_cvtneps_pbh,
+};
 use std::mem::transmute;
 
 use bytemuck::{Pod, Zeroable};
 use pulp::x86::V4;
-use pulp::{NullaryFnOnce, Simd, f32x16, u64x8};
+use pulp::{NullaryFnOnce, Simd, f32x16, u16x16, u32x16};
 
 use super::super::panels::{PanelRow, Panels, WIDTH};
 use super::super::tiles::vectors;
-use super::{round, start};
+use super::{TINY, start};
 pub use products::{affine, gradient};
 
 pulp::simd_type! {
@@ -48,6 +50,11 @@ pulp::simd_type! {
 #[repr(C, align(64))]
 struct Words([u32; WIDTH]);
 
+/// Eight words of a row, none of which lies in two cache lines.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C, align(32))]
+struct RowWords([u32; WIDTH / 2]);
+
 /// The instruction, if this processor has it and gains by it. AMD's do twice as many multiply-adds
 /// by it as by f32's; Intel's Sapphire Rapids does half as many (bench/RESULTS.md).
 pub fn where_faster() -> Option<Bf16> {
@@ -75,7 +82,7 @@ pub(in super::super) struct Across {
     bf16: Bf16,
     rows: usize,
     cols: usize,
-    words: Vec<[u32; WIDTH / 2]>,
+    words: Vec<RowWords>,
 }
 
 impl Across {
@@ -85,19 +92,16 @@ impl Across {
 
     pub fn set(&mut self, from: &Panels) {
         (self.rows, self.cols) = (from.rows(), from.cols());
-        self.words.resize(from.lines().len(), [0; WIDTH / 2]);
-        self.bf16.vectorize(PackAcross {
-            simd: v4(self.bf16),
-            from: from.lines(),
-            to: &mut self.words,
-        });
+        self.words.resize(from.lines().len(), RowWords::default());
+        let to = &mut self.words;
+        self.bf16.vectorize(PackAcross { bf16: self.bf16, from: from.lines(), to });
     }
 }
 
 struct PackAcross<'a> {
-    simd: V4,
+    bf16: Bf16,
     from: &'a [PanelRow],
-    to: &'a mut [[u32; WIDTH / 2]],
+    to: &'a mut [RowWords],
 }
 
 impl NullaryFnOnce for PackAcross<'_> {
@@ -105,12 +109,8 @@ impl NullaryFnOnce for PackAcross<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let simd = self.simd;
         for (from, to) in vectors::<V4, 1>(self.from).iter().zip(self.to) {
-            let two: u64x8 = pulp::cast(round(simd, from[0]));
-            let odd = simd.shr_const_u64x8::<32>(two);
-            let words = simd.or_u64s(simd.shr_const_u64x8::<16>(two), odd);
-            *to = pulp::cast(simd.convert_u64x8_to_u32x8(words));
+            *to = RowWords(pulp::cast(round(self.bf16, from[0])));
         }
     }
 }
@@ -148,7 +148,7 @@ impl Down {
         let pairs = self.pairs();
         self.words.resize(cols.div_ceil(WIDTH) * pairs, Words::default());
         for (from, to) in from.chunks_exact(lines).zip(self.words.chunks_exact_mut(pairs)) {
-            self.bf16.vectorize(PackDown { simd: v4(self.bf16), from: &from[..rows], to });
+            self.bf16.vectorize(PackDown { bf16: self.bf16, from: &from[..rows], to });
         }
     }
 
@@ -162,7 +162,7 @@ impl Down {
 }
 
 struct PackDown<'a> {
-    simd: V4,
+    bf16: Bf16,
     from: &'a [PanelRow],
     to: &'a mut [Words],
 }
@@ -172,12 +172,14 @@ impl NullaryFnOnce for PackDown<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let simd = self.simd;
-        let bits = |line: &[f32x16; 1]| simd.transmute_u32s_f32s(round(simd, line[0]));
+        let simd = v4(self.bf16);
+        let wide = |line: &[f32x16; 1]| -> u32x16 {
+            simd.convert_u16x16_to_u32x16(round(self.bf16, line[0]))
+        };
         for (from, to) in vectors::<V4, 1>(self.from).chunks(2).zip(self.to) {
-            let even = simd.shr_const_u32x16::<16>(bits(&from[0]));
-            let odd = from.get(1).map_or(simd.splat_u32s(0), bits);
-            *to = Words(pulp::cast(simd.or_u32s(even, odd)));
+            let odd = from.get(1).map_or(simd.splat_u32s(0), wide);
+            let words = simd.or_u32s(wide(&from[0]), simd.shl_const_u32x16::<16>(odd));
+            *to = Words(pulp::cast(words));
         }
     }
 }
@@ -219,5 +221,18 @@ fn dot(_: Bf16, sum: f32x16, pair: u32, words: &Words) -> f32x16 {
         let pair: __m512bh = transmute::<[u32; WIDTH], _>([pair; WIDTH]);
         let words: __m512bh = transmute::<__m512i, _>(transmute::<Words, __m512i>(*words));
         transmute::<__m512, f32x16>(_mm512_dpbf16_ps(transmute::<f32x16, __m512>(sum), pair, words))
+    }
+}
+
+/// [`super::round`], the upper halves alone.
+#[inline(always)]
+fn round(bf16: Bf16, x: f32x16) -> u16x16 {
+    let simd = v4(bf16);
+    let is_tiny = simd.less_than_f32s(simd.abs_f32s(x), simd.splat_f32s(TINY));
+    // SAFETY: the token says that the processor has the instruction. Both types are plain numbers of
+    // the size that they become, for which every pattern of bits is a value.
+    unsafe {
+        let x = transmute::<f32x16, __m512>(x);
+        transmute::<__m256bh, u16x16>(_mm512_maskz_cvtneps_pbh(!is_tiny.0, x))
     }
 }

@@ -81,7 +81,7 @@ impl Sums<V4, 1> for Rows<'_> {
             let first = i * WIDTH / 2;
             for pair in 0..(maps[0].len() - first).min(WIDTH / 2) {
                 let words = array(|u| &maps[u][first + pair]);
-                add_pairs(bf16, &mut sums, |h| left[h][pair], words);
+                add_pairs(bf16, &mut sums, |h| left[h].0[pair], words);
             }
         }
         sums
