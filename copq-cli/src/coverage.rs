@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use copq::{Agent, Coverage, Error, Learner, State};
+use copq::{Agent, Coverage, Error, Learner, Looks, State};
 use copq_candle::Candle;
 use copq_experiments::checkpoint_files;
 
@@ -14,8 +14,8 @@ use crate::world::make_env;
 
 /// Says how often what comes is at least as good as the bound that a run's critics put on it.
 ///
-/// Plays episodes of the policy in each checkpoint that the run's folder keeps (copq train --keep),
-/// without exploration, and holds the discounted return after an action against what the critics
+/// Plays episodes of the policy in each checkpoint that the run's folder keeps (copq train --keep), without
+/// exploration, and holds the discounted return after an action against what the critics
 /// say of it: their mean, the bound that targets use, and their standard deviation. An action whose
 /// return is mostly after an episode's time limit is left out. If critics err as they disagree, the
 /// error is as large as the standard deviation, and a bound is kept as often as a normal number is
@@ -45,6 +45,10 @@ pub struct CoverageOf {
     )]
     every: usize,
 
+    /// Play with the noise that the targets' actions have (TD3): what critics are taught to value.
+    #[arg(long)]
+    smoothed: bool,
+
     /// Print CSV instead of tables.
     #[arg(long)]
     csv: bool,
@@ -70,7 +74,8 @@ impl CoverageOf {
             let (candle, seed) = (Candle::default(), plan.run.seed);
             let mut learner = Learner::new(method.clone(), env.spec(), &candle, seed)?;
             let step = load(&mut learner, &file)?;
-            let coverage = Coverage::of(&mut learner, env, self.episodes, self.every)?;
+            let Self { episodes, every, smoothed, .. } = self;
+            let coverage = Coverage::of(&mut learner, env, Looks { episodes, every, smoothed })?;
             say(&if self.csv {
                 rows(step, &coverage)
             } else {

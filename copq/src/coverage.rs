@@ -16,15 +16,15 @@ const REST: f64 = 0.1;
 ///
 /// Where states and policy decide what comes, an action has one discounted return. If critics err as
 /// they disagree, what comes is at least as good as a bound of k standard deviations as often as a
-/// normal number is above -k: 82 % for the paper's 0.92. Critics are taught with target smoothing or
-/// entropy and the policy is played without, which favours what comes.
+/// normal number is above -k: 82 % for the paper's 0.92. Critics are taught with the noise of target
+/// smoothing (TD3) or with entropy (SAC); that is told from their error by [`Looks::smoothed`].
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
 /// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
 /// # use still::Still;
 /// # let backend = Still;
-/// use copq::{AdjustedEnv, Coverage, Env, Learner, Method};
+/// use copq::{AdjustedEnv, Coverage, Env, Learner, Looks, Method};
 ///
 /// // Episodes of 3 steps that cost 0.5 each and are worth 0.5 each; these critics say 0 of both.
 /// let env = AdjustedEnv::new(world::World::with_cost()).weights("-1,1")?;
@@ -32,7 +32,8 @@ const REST: f64 = 0.1;
 /// method.config.discount = 0.2;
 /// let mut learner = Learner::new(method, env.spec(), &backend, 0)?;
 ///
-/// let coverage = Coverage::of(&mut learner, env, 2, 1)?;
+/// let looks = Looks { episodes: 2, every: 1, ..Looks::default() };
+/// let coverage = Coverage::of(&mut learner, env, looks)?;
 /// let [time, rest] = &coverage.objectives[..] else { unreachable!() };
 /// // More cost came than the bound said, and more reward.
 /// assert_eq!((time.kept, rest.kept), (0.0, 1.0));
@@ -48,6 +49,32 @@ pub struct Coverage {
     pub actions: usize,
     /// Highest priority first.
     pub objectives: Vec<Covered>,
+}
+
+/// Which episodes and actions a [`Coverage`] is of.
+///
+/// ```
+/// use copq::Looks;
+///
+/// let looks = Looks { episodes: 100, ..Looks::default() };
+/// assert_eq!((looks.every, looks.smoothed), (10, false));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Looks {
+    /// Episodes to play.
+    pub episodes: usize,
+    /// Actions of an episode from one look to the next.
+    pub every: usize,
+    /// Plays with the noise that target actions have (TD3): what critics are taught to value. What
+    /// comes is then by chance, too, and its error a little larger for that.
+    pub smoothed: bool,
+}
+
+impl Default for Looks {
+    /// Every tenth action of ten episodes, without noise.
+    fn default() -> Self {
+        Self { episodes: 10, every: 10, smoothed: false }
+    }
 }
 
 /// One objective of a [`Coverage`]; all are means over the actions.
@@ -71,21 +98,26 @@ pub struct Covered {
 }
 
 impl Coverage {
-    /// Plays a learner's policy without exploration, in the episodes in which it is evaluated, and
-    /// looks at every so many-th action.
-    pub fn of(learner: &mut Learner, env: impl Env, episodes: usize, every: usize) -> Result<Self> {
-        for (what, count) in [("episodes", episodes), ("actions from look to look", every)] {
+    /// Plays a learner's policy in the episodes in which it is evaluated, and looks at some of its
+    /// actions.
+    pub fn of(learner: &mut Learner, env: impl Env, looks: Looks) -> Result<Self> {
+        for (what, count) in
+            [("episodes", looks.episodes), ("actions from look to look", looks.every)]
+        {
             if count == 0 {
                 return Err(Error::invalid(what, "at least 1", 0));
             }
         }
+        if looks.smoothed && learner.smoothing().is_none() {
+            let what = "episodes with the targets' noise";
+            return Err(Error::invalid(what, "a method with target smoothing", "none"));
+        }
         let mut sums = Sums::new(env.spec());
         let discount = learner.discount();
         let mut seeds = Rng::new(learner.seed(), Stream::Evaluation);
-        let mut rollout = Rollout::new(env)?;
-        for _ in 0..episodes {
-            rollout.reset(seeds.next_u64())?;
-            sums.add_episode(&play(learner, &mut rollout, every)?, discount);
+        let mut player = Player::new(learner, Rollout::new(env)?, looks);
+        for _ in 0..looks.episodes {
+            sums.add_episode(&player.play(seeds.next_u64())?, discount);
         }
         sums.means()
     }
@@ -114,30 +146,57 @@ struct Played {
     rest: Option<Vec<f32>>,
 }
 
-fn play<E: Env>(learner: &mut Learner, rollout: &mut Rollout<E>, every: usize) -> Result<Played> {
-    let mut played = Played { rewards: Vec::new(), beliefs: Vec::new(), rest: None };
-    let mut action = vec![0.0; rollout.env().spec().action_len()];
-    let mut belief = Belief::default();
-    for step in 0.. {
-        learner.act(rollout.obs(), Mode::Exploit, &mut action)?;
-        if step % every == 0 {
-            learner.belief(rollout.obs(), &action, &mut belief)?;
-            played.beliefs.push((step, belief.clone()));
-        }
-        let outcome = rollout.step(&action)?;
-        played.rewards.extend_from_slice(rollout.reward());
-        match outcome {
-            Outcome::Running => {}
-            Outcome::Terminated => break,
-            Outcome::Truncated => {
-                learner.act(rollout.obs(), Mode::Exploit, &mut action)?;
-                learner.belief(rollout.obs(), &action, &mut belief)?;
-                played.rest = Some(belief.mean);
+struct Player<'a, E> {
+    learner: &'a mut Learner,
+    rollout: Rollout<E>,
+    looks: Looks,
+    noise: Rng,
+    action: Vec<f32>,
+    belief: Belief,
+}
+
+impl<'a, E: Env> Player<'a, E> {
+    fn new(learner: &'a mut Learner, rollout: Rollout<E>, looks: Looks) -> Self {
+        let noise = Rng::new(learner.seed(), Stream::Smoothing);
+        let action = vec![0.0; rollout.env().spec().action_len()];
+        Self { learner, rollout, looks, noise, action, belief: Belief::default() }
+    }
+
+    fn play(&mut self, seed: u64) -> Result<Played> {
+        let mut played = Played { rewards: Vec::new(), beliefs: Vec::new(), rest: None };
+        self.rollout.reset(seed)?;
+        for step in 0.. {
+            self.act()?;
+            if step % self.looks.every == 0 {
+                played.beliefs.push((step, self.belief()?.clone()));
+            }
+            let outcome = self.rollout.step(&self.action)?;
+            played.rewards.extend_from_slice(self.rollout.reward());
+            if outcome == Outcome::Truncated {
+                self.act()?;
+                played.rest = Some(self.belief()?.mean.clone());
+            }
+            if outcome != Outcome::Running {
                 break;
             }
         }
+        Ok(played)
     }
-    Ok(played)
+
+    fn act(&mut self) -> Result<()> {
+        self.learner.act(self.rollout.obs(), Mode::Exploit, &mut self.action)?;
+        if let Some(smoothing) = self.learner.smoothing().filter(|_| self.looks.smoothed) {
+            let mut noise = vec![0.0; self.action.len()];
+            self.noise.fill_normal(&mut noise);
+            smoothing.add(&noise, &mut self.action);
+        }
+        Ok(())
+    }
+
+    fn belief(&mut self) -> Result<&Belief> {
+        self.learner.belief(self.rollout.obs(), &self.action, &mut self.belief)?;
+        Ok(&self.belief)
+    }
 }
 
 /// What is added up over actions.

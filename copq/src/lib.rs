@@ -124,7 +124,7 @@ pub use agent::{Agent, Mode, Transition};
 pub use backend::{ActorKind, Backend};
 pub use batch::Batch;
 pub use check_env::{EnvReport, check_env};
-pub use coverage::{Coverage, Covered};
+pub use coverage::{Coverage, Covered, Looks};
 pub use critic::{Critic, Net, QGrad};
 pub use env::{Env, Outcome};
 pub use error::{Error, Result};

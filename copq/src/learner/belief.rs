@@ -3,6 +3,7 @@
 use super::Learner;
 use crate::error::check_len;
 use crate::loss::mean_and_std;
+use crate::method::Smoothing;
 use crate::{BoundQuery, Net, QView, Result};
 
 /// What a learner's critics believe of one action's discounted returns, a number for each objective.
@@ -51,5 +52,10 @@ impl Learner {
         let step = -self.config.pessimism as f32;
         let bound = BoundQuery { q, weights: self.multiplier.weights(), step };
         self.projection.project(bound, &mut self.buffers.scratch, &mut belief.bound)
+    }
+
+    /// The noise of its target actions, if they have some.
+    pub(crate) fn smoothing(&self) -> Option<Smoothing> {
+        self.config.smoothing
     }
 }

@@ -18,12 +18,8 @@ impl Learner {
             self.actor.sample(Net::Online, next_obs, policy_noise, next_action, log_prob)?;
         }
         if let Some(smoothing) = self.config.smoothing {
-            let std = smoothing.std as f32;
-            let clip = smoothing.clip as f32;
             self.streams.smoothing.fill_normal(noise);
-            for (action, noise) in next_action.iter_mut().zip(noise) {
-                *action = (*action + (std * *noise).clamp(-clip, clip)).clamp(-1.0, 1.0);
-            }
+            smoothing.add(noise, next_action);
         }
         Ok(())
     }

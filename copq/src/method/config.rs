@@ -47,6 +47,16 @@ pub struct Smoothing {
     pub clip: f64,
 }
 
+impl Smoothing {
+    /// Adds normal noise to actions in [-1, 1].
+    pub(crate) fn add(self, noise: &[f32], action: &mut [f32]) {
+        let (std, clip) = (self.std as f32, self.clip as f32);
+        for (action, noise) in action.iter_mut().zip(noise) {
+            *action = (*action + (std * *noise).clamp(-clip, clip)).clamp(-1.0, 1.0);
+        }
+    }
+}
+
 impl Default for Smoothing {
     /// 0.2, clipped at 0.5 (TD3; paper Table D.3).
     fn default() -> Self {

@@ -88,7 +88,7 @@ fn coverage_at(pessimism: f64) -> Coverage {
     method.config.pessimism = pessimism;
     let (critic, actor) = (Box::new(Unsure), Box::new(Resting));
     let mut learner = Learner::with_networks(method, env.spec(), critic, actor, 0).unwrap();
-    Coverage::of(&mut learner, env, 20_000, 1).unwrap()
+    Coverage::of(&mut learner, env, Looks { episodes: 20_000, every: 1, smoothed: false }).unwrap()
 }
 
 #[test]
@@ -106,10 +106,15 @@ fn a_bound_is_kept_as_often_as_a_normal_number_is_above_it() {
 
 #[test]
 fn what_nobody_can_know_is_an_error() {
-    let env = Guess::new();
     let (critic, actor) = (Box::new(Unsure), Box::new(Resting));
-    let mut learner =
-        Learner::with_networks(Method::cop_td3(), env.spec(), critic, actor, 0).unwrap();
-    let none = Coverage::of(&mut learner, env, 0, 1).unwrap_err().to_string();
-    assert_eq!(none, "episodes: wanted at least 1, got 0");
+    let mut method = Method::cop_td3();
+    method.config.smoothing = None;
+    let spec = Guess::new().spec;
+    let mut learner = Learner::with_networks(method, &spec, critic, actor, 0).unwrap();
+    let mut said = |looks| Coverage::of(&mut learner, Guess::new(), looks).unwrap_err().to_string();
+    let none = Looks { episodes: 0, ..Looks::default() };
+    assert_eq!(said(none), "episodes: wanted at least 1, got 0");
+    let smoothed = Looks { smoothed: true, ..Looks::default() };
+    let words = "episodes with the targets' noise: wanted a method with target smoothing, got none";
+    assert_eq!(said(smoothed), words);
 }
