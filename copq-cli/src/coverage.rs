@@ -1,27 +1,36 @@
 //! `copq coverage`: how honest a run's bounds are.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use copq::{Agent, Coverage, Error, Learner, Looks, State};
+use copq::{Agent, Coverage, CoverageConfig, Env, Error, Learner, State, files};
 use copq_candle::Candle;
-use copq_experiments::checkpoint_files;
+use copq_experiments::{Plan, checkpoint_files};
+use serde::Serialize;
 
 use crate::options::{count, say};
 use crate::python::PythonProcess;
 use crate::recipe::Recipe;
-use crate::saved;
+use crate::saved::{self, note_other_versions};
 use crate::world::make_env;
 
-/// Says how often what comes is at least as good as the bound that a run's critics put on it.
+/// Says how often discounted returns are at least as good as the bound that a run's critics put on
+/// them.
 ///
-/// Plays episodes of the policy in each checkpoint that the run's folder keeps (copq train --keep), without
-/// exploration, and holds the discounted return after an action against what the critics
-/// say of it: their mean, the bound that targets use, and their standard deviation. An action whose
-/// return is mostly after an episode's time limit is left out. If critics err as they disagree, the
-/// error is as large as the standard deviation, and a bound is kept as often as a normal number is
-/// above it: 82 % for the paper's 0.92.
+/// Plays episodes of the policy in each checkpoint that the run's folder keeps (copq train --keep),
+/// and holds the discounted return after some actions against what the critics say of them: mean,
+/// bound, standard deviation. The policy is the one that critics are taught to value: with the noise
+/// of target smoothing (TD3), or sampled and with its entropy bonus (SAC). Actions so near to the
+/// time limit that over a tenth of a return may come after it are left out.
+///
+/// "coverage" is how often the return is at least as good as the bound (of a cost: at most as large),
+/// with a standard error over episodes; "nominal" what it would be if returns were normal, with the
+/// critics' mean and standard deviation. The bound is low for the weighted total; of an objective
+/// alone it may be above the mean. Of REDQ it is the bound of all critics, where targets draw two; of
+/// CAL's costs it is the actor's, for their targets have none.
 #[derive(clap::Args)]
-pub struct CoverageOf {
+pub struct CoverageCommand {
     /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
     run: PathBuf,
 
@@ -43,11 +52,11 @@ pub struct CoverageOf {
         value_parser = count,
         allow_negative_numbers = true
     )]
-    every: usize,
+    stride: usize,
 
-    /// Play with the noise that the targets' actions have (TD3): what critics are taught to value.
+    /// Play the policy without noise, as it is evaluated.
     #[arg(long)]
-    smoothed: bool,
+    bare: bool,
 
     /// Print CSV instead of tables.
     #[arg(long)]
@@ -57,7 +66,7 @@ pub struct CoverageOf {
     process: PythonProcess,
 }
 
-impl CoverageOf {
+impl CoverageCommand {
     pub fn run(self) -> anyhow::Result<()> {
         let (mut plan, recipe) = saved::run(&self.run)?;
         let Recipe::OffPolicy(method) = recipe else {
@@ -65,40 +74,92 @@ impl CoverageOf {
             Err(Error::invalid("the run", "one whose critics value actions (off-policy)", got))?
         };
         self.process.over(&mut plan)?;
-        let files = checkpoint_files(&self.run)?;
-        if self.csv {
-            say("step,actions,objective,came,believed,bound,std,error,kept\n")?;
+        // Opened before anything is played, for a run that goes on renames them.
+        let files = checkpoint_files(&self.run)?.into_iter().map(|path| Ok((open(&path)?, path)));
+        let files = files.collect::<copq::Result<Vec<_>>>()?;
+        let mut env = make_env(&plan, None, Some(&self.run))?;
+        note_other_versions(&plan, env.spec());
+        let mut learner = Learner::new(method, env.spec(), &Candle::default(), plan.run.seed)?;
+        let Self { episodes, stride, bare, .. } = self;
+        let config = CoverageConfig { episodes, stride, bare };
+        let mut rows = csv::Writer::from_writer(Vec::new());
+        if !self.csv {
+            let (Plan { method, task, engine, run, .. }, policy) =
+                (&plan, if bare { "bare" } else { "as it is valued" });
+            say(&format!(
+                "{method} on {task} ({engine}), {episodes} episodes of seed {}, the policy {policy}\n\n",
+                run.seed
+            ))?;
         }
-        for file in files {
-            let env = make_env(&plan, None, Some(&self.run))?;
-            let (candle, seed) = (Candle::default(), plan.run.seed);
-            let mut learner = Learner::new(method.clone(), env.spec(), &candle, seed)?;
-            let step = load(&mut learner, &file)?;
-            let Self { episodes, every, smoothed, .. } = self;
-            let coverage = Coverage::of(&mut learner, env, Looks { episodes, every, smoothed })?;
-            say(&if self.csv {
-                rows(step, &coverage)
+        for (mut file, path) in files {
+            let step = load(&mut learner, &mut file, &path)?;
+            let coverage = copq::coverage(&mut learner, &mut env, config)?;
+            if self.csv {
+                write_rows(&mut rows, step, config, &coverage)?;
             } else {
-                format!("step {step}\n{coverage}\n")
-            })?;
+                say(&format!("step {step}\n{coverage}\n"))?;
+            }
         }
-        Ok(())
+        Ok(say(&String::from_utf8(rows.into_inner()?)?)?)
     }
 }
 
-/// A learner as a checkpoint has it, and its step.
-fn load(learner: &mut Learner, file: &Path) -> copq::Result<u64> {
-    let checkpoint = State::read_file(file)?;
-    let agent = checkpoint.child("trainer")?.child("agent")?;
+fn open(path: &Path) -> copq::Result<File> {
+    File::open(path).map_err(files::failed("opening", path))
+}
+
+/// A learner as a checkpoint has it, without its replay, and its step.
+fn load(learner: &mut Learner, file: &mut File, path: &Path) -> copq::Result<u64> {
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(files::failed("reading", path))?;
+    let mut checkpoint = State::from_bytes(path, &bytes)?;
+    let agent = checkpoint.child_mut("trainer").child_mut("agent");
+    agent.remove_child("replay");
     learner.load(agent)?;
     agent.get_one("steps")
 }
 
-fn rows(step: u64, coverage: &Coverage) -> String {
-    let row = |of: &copq::Covered| {
-        let copq::Covered { name, came, believed, bound, std, error, kept, .. } = of;
-        let actions = coverage.actions;
-        format!("{step},{actions},{name},{came},{believed},{bound},{std},{error},{kept}\n")
-    };
-    coverage.objectives.iter().map(row).collect()
+fn write_rows(
+    rows: &mut csv::Writer<Vec<u8>>,
+    step: u64,
+    config: CoverageConfig,
+    coverage: &Coverage,
+) -> csv::Result<()> {
+    for of in coverage.objectives.iter().chain([&coverage.total]) {
+        rows.serialize(Row {
+            step,
+            episodes: config.episodes,
+            stride: config.stride,
+            bare: config.bare,
+            actions: coverage.actions,
+            objective: &of.name,
+            discounted: of.discounted,
+            q_mean: of.q_mean,
+            bound: of.bound,
+            q_std: of.q_std,
+            rmse: of.rmse,
+            coverage: of.coverage,
+            coverage_se: of.coverage_se,
+            nominal: of.nominal,
+        })?;
+    }
+    Ok(())
+}
+
+#[derive(Serialize)]
+struct Row<'a> {
+    step: u64,
+    episodes: usize,
+    stride: usize,
+    bare: bool,
+    actions: usize,
+    objective: &'a str,
+    discounted: f64,
+    q_mean: f64,
+    bound: f64,
+    q_std: f64,
+    rmse: f64,
+    coverage: f64,
+    coverage_se: f64,
+    nominal: f64,
 }

@@ -47,7 +47,7 @@ enum Command {
     Plot(plot::Plot),
     Report(report::Report),
     Bounds(bounds::Bounds),
-    Coverage(coverage::CoverageOf),
+    Coverage(coverage::CoverageCommand),
     Export(export::Export),
     Tasks(lists::Tasks),
     Methods(lists::Methods),

@@ -19,7 +19,7 @@ pub fn run(folder: &Path) -> copq::Result<(Plan, Recipe)> {
         method.config = read_config(folder)?.settings;
         return Ok((plan, Recipe::OnPolicy(method)));
     }
-    let method = plan.method(read_config(folder)?.settings)?;
+    let method = plan.off_policy_method(read_config(folder)?.settings)?;
     Ok((plan, Recipe::OffPolicy(method)))
 }
 

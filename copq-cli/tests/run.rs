@@ -145,19 +145,30 @@ fn a_run_is_evaluated_exported_and_compared() {
         .unwrap();
     assert!((total["mean"].as_f64().unwrap() - last).abs() < 1e-9, "{json}");
 
-    // Its critics have a bound, once for each checkpoint that is kept.
-    let coverage = run(&["coverage", &path("0"), "--episodes", "2", "--every", "1", "--csv"]);
-    let rows: Vec<Vec<&str>> = coverage.lines().map(|row| row.split(',').collect()).collect();
-    assert_eq!(rows.len(), 1 + 3, "{coverage}");
-    for (row, objective) in rows[1..].iter().zip(["safety", "velocity", "control"]) {
-        assert_eq!((row[0], row[2]), ("200", objective), "{coverage}");
-        let [came, believed, bound, std, error, kept] =
-            [3, 4, 5, 6, 7, 8].map(|i| row[i].parse::<f64>().unwrap());
-        assert!(bound.is_finite() && std > 0.0 && (0.0..=1.0).contains(&kept), "{coverage}");
-        assert!(error >= (came - believed).abs(), "{coverage}");
+    // What its critics' bound is worth, once for each checkpoint that is kept.
+    let args = |more: &[&'static str]| {
+        let zero = path("0");
+        let args = [&["coverage", &zero, "--episodes", "2", "--stride", "1"], more].concat();
+        run(&args)
+    };
+    let rows = args(&["--bare", "--csv"]);
+    let rows: Vec<Vec<&str>> = rows.lines().map(|row| row.split(',').collect()).collect();
+    assert_eq!(rows.len(), 1 + 4, "{rows:?}");
+    let names = ["safety", "velocity", "control", "weighted total"];
+    for (row, objective) in rows[1..].iter().zip(names) {
+        assert_eq!((row[0], row[1], row[5]), ("200", "2", objective), "{row:?}");
+        let numbers: Vec<f64> = row[6..].iter().map(|number| number.parse().unwrap()).collect();
+        let [discounted, q_mean, bound, q_std, rmse, coverage, se, nominal] = numbers[..] else {
+            panic!("{row:?}")
+        };
+        assert!(bound.is_finite() && q_std > 0.0 && se >= 0.0, "{row:?}");
+        assert!([coverage, nominal].iter().all(|share| (0.0..=1.0).contains(share)), "{row:?}");
+        assert!(rmse >= (discounted - q_mean).abs(), "{row:?}");
     }
-    let table = run(&["coverage", &path("0"), "--episodes", "2", "--every", "1"]);
-    assert!(table.contains("step 200") && table.contains("| safety |"), "{table}");
+    let table = args(&[]);
+    for words in ["the policy as it is valued", "step 200", "| safety |", "| weighted total |"] {
+        assert!(table.contains(words), "{table}");
+    }
 
     let said = run(&["export", &path("0")]);
     assert!(

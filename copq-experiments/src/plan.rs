@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use copq::{Config, Ensemble, Error, Method, Result, projection};
+use copq::{Config, Ensemble, Error, Method, Result, on_policy, projection};
 use serde::{Deserialize, Serialize};
 
 /// More than any update can use.
@@ -249,12 +249,30 @@ impl Plan {
         }
     }
 
-    /// The off-policy method of such a run, with its settings. An error for a method that is not
-    /// copq's own.
-    pub fn method(&self, settings: Config) -> Result<Method> {
+    /// The method of an off-policy run, with its settings. An error for an on-policy method, and for
+    /// one that is not copq's own.
+    ///
+    /// ```
+    /// use copq::Method;
+    /// use copq_experiments::Plan;
+    ///
+    /// let method = Method::cop_cal();
+    /// let again = Plan::new(&method).off_policy_method(method.config.clone())?;
+    /// assert_eq!((again.name, again.critics), (method.name, method.critics));
+    ///
+    /// let error = Plan::on_policy("ppo").off_policy_method(method.config).unwrap_err();
+    /// assert!(error.to_string().starts_with("the run: wanted one by an off-policy method"));
+    /// # Ok::<(), copq::Error>(())
+    /// ```
+    pub fn off_policy_method(&self, settings: Config) -> Result<Method> {
+        let what = "the run";
+        if on_policy::Method::by_name(&self.method).is_ok() {
+            let got = format!("one by {}", self.method);
+            return Err(Error::invalid(what, "one by an off-policy method", got));
+        }
         let method = Method::by_name(&self.method).map_err(|_| {
             let got = format!("one of '{}', which another program trains", self.method);
-            Error::invalid("the run", "one of copq's own methods (copq methods)", got)
+            Error::invalid(what, "one of copq's own methods (copq methods)", got)
         })?;
         let mut method = match &self.bound {
             Some(bound) if bound != method.bound.name() => {

@@ -266,13 +266,12 @@ fn value(path: &Path, dtype: Dtype, data: &[u8]) -> Result<Value> {
 
 fn check_format(path: &Path, metadata: &Metadata) -> Result<()> {
     let format = metadata.metadata().as_ref().and_then(|entries| entries.get("format"));
-    match format.map_or("none", String::as_str) {
-        FORMAT => Ok(()),
-        other => {
-            let what = format!("format of the checkpoint '{}'", path.display());
-            Err(Error::invalid(what, FORMAT, other))
-        }
-    }
+    let got = match format.map_or("none", String::as_str) {
+        FORMAT => return Ok(()),
+        "copq checkpoint 1" => "copq checkpoint 1, which has no checksums: begin the run anew",
+        other => other,
+    };
+    Err(Error::invalid(format!("format of the checkpoint '{}'", path.display()), FORMAT, got))
 }
 
 #[cfg(test)]

@@ -1,30 +1,90 @@
-//! How honest a learner's bounds are: what its critics believe, beside what comes.
+//! How honest a learner's bounds are: what its critics say, beside what comes.
 
 use std::fmt;
 
 use crate::{
-    Agent, Belief, Env, EnvSpec, Error, Learner, Mode, Objective, Outcome, Result, Rng, Rollout,
-    Stream,
+    Agent, Env, EnvSpec, Error, Learner, Mode, Outcome, QEstimate, Result, Rng, Rollout, Stream,
 };
 
-/// What comes after an episode's time limit may be this part of a return at most; it counts as the
+/// What may come after an episode's time limit is this part of a return at most; it counts as the
 /// critics have it.
 const REST: f64 = 0.1;
 
-/// What critics believed of actions in a policy's episodes, and what came, by objective. Prints as a
-/// table.
+/// Which episodes and actions are looked at by [`coverage()`], and whose.
 ///
-/// Where states and policy decide what comes, an action has one discounted return. If critics err as
-/// they disagree, what comes is at least as good as a bound of k standard deviations as often as a
-/// normal number is above -k: 82 % for the paper's 0.92. Critics are taught with the noise of target
-/// smoothing (TD3) or with entropy (SAC); that is told from their error by [`Looks::smoothed`].
+/// ```
+/// use copq::CoverageConfig;
+///
+/// let config = CoverageConfig { episodes: 100, ..CoverageConfig::default() };
+/// assert_eq!((config.stride, config.bare), (10, false));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CoverageConfig {
+    /// Episodes to play.
+    pub episodes: usize,
+    /// Actions of an episode from one look to the next.
+    pub stride: usize,
+    /// Plays the policy without noise, as it is evaluated, and not the one that critics are taught
+    /// to value: with target smoothing (TD3), or sampled and with its entropy bonus (SAC).
+    pub bare: bool,
+}
+
+impl Default for CoverageConfig {
+    /// Every tenth action of ten episodes of the policy that is valued.
+    fn default() -> Self {
+        Self { episodes: 10, stride: 10, bare: false }
+    }
+}
+
+/// How often discounted returns are at least as good as the critics' bound. Prints as a table.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Coverage {
+    /// Actions that were looked at.
+    pub actions: usize,
+    /// The objectives, highest priority first.
+    pub objectives: Vec<ObjectiveCoverage>,
+    /// Their weighted total, of which the bound is low: by its step times the standard deviation at
+    /// most.
+    pub total: ObjectiveCoverage,
+}
+
+/// One objective of a [`Coverage`]; all numbers are means over the actions.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct ObjectiveCoverage {
+    /// The objective.
+    pub name: String,
+    /// The discounted return that came.
+    pub discounted: f64,
+    /// The critics' mean.
+    pub q_mean: f64,
+    /// Their bound.
+    pub bound: f64,
+    /// Their standard deviation (root mean square).
+    pub q_std: f64,
+    /// What came, less their mean (root mean square).
+    pub rmse: f64,
+    /// How often what came was at least as good as the bound; of a cost, at most as large.
+    pub coverage: f64,
+    /// Standard error of `coverage`; an episode's actions count as one.
+    pub coverage_se: f64,
+    /// What `coverage` would be if what came were normal, with the critics' mean and standard
+    /// deviation.
+    pub nominal: f64,
+}
+
+/// Plays a learner's policy in the episodes in which it is evaluated, and holds the discounted return
+/// after some of its actions against what the critics say of them. Actions so near to an episode's
+/// time limit that over a tenth of a return may come after it are left out, however the episode ends;
+/// what comes after the limit counts as the critics have it.
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
 /// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
 /// # use still::Still;
 /// # let backend = Still;
-/// use copq::{AdjustedEnv, Coverage, Env, Learner, Looks, Method};
+/// use copq::{AdjustedEnv, CoverageConfig, Env, Learner, Method, coverage};
 ///
 /// // Episodes of 3 steps that cost 0.5 each and are worth 0.5 each; these critics say 0 of both.
 /// let env = AdjustedEnv::new(world::World::with_cost()).weights("-1,1")?;
@@ -32,149 +92,97 @@ const REST: f64 = 0.1;
 /// method.config.discount = 0.2;
 /// let mut learner = Learner::new(method, env.spec(), &backend, 0)?;
 ///
-/// let looks = Looks { episodes: 2, every: 1, ..Looks::default() };
-/// let coverage = Coverage::of(&mut learner, env, looks)?;
+/// let config = CoverageConfig { episodes: 2, stride: 1, bare: true };
+/// let coverage = coverage(&mut learner, env, config)?;
 /// let [time, rest] = &coverage.objectives[..] else { unreachable!() };
 /// // More cost came than the bound said, and more reward.
-/// assert_eq!((time.kept, rest.kept), (0.0, 1.0));
-/// // 0.5 + 0.1 + 0.02 and 0.5 + 0.1; an episode's last action is worth mostly what comes after it.
+/// assert_eq!((time.coverage, rest.coverage), (0.0, 1.0));
+/// // 0.5 + 0.1 + 0.02 and 0.5 + 0.1; an episode's last action is left out.
 /// assert_eq!(coverage.actions, 4);
-/// assert!((time.came - 0.61).abs() < 1e-6);
+/// assert!((time.discounted - 0.61).abs() < 1e-6);
 /// # Ok::<(), copq::Error>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Coverage {
-    /// Actions that were looked at.
-    pub actions: usize,
-    /// Highest priority first.
-    pub objectives: Vec<Covered>,
-}
-
-/// Which episodes and actions a [`Coverage`] is of.
-///
-/// ```
-/// use copq::Looks;
-///
-/// let looks = Looks { episodes: 100, ..Looks::default() };
-/// assert_eq!((looks.every, looks.smoothed), (10, false));
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Looks {
-    /// Episodes to play.
-    pub episodes: usize,
-    /// Actions of an episode from one look to the next.
-    pub every: usize,
-    /// Plays with the noise that target actions have (TD3): what critics are taught to value. What
-    /// comes is then by chance, too, and its error a little larger for that.
-    pub smoothed: bool,
-}
-
-impl Default for Looks {
-    /// Every tenth action of ten episodes, without noise.
-    fn default() -> Self {
-        Self { episodes: 10, every: 10, smoothed: false }
+pub fn coverage(learner: &mut Learner, env: impl Env, config: CoverageConfig) -> Result<Coverage> {
+    for (what, count) in [("episodes", config.episodes), ("stride", config.stride)] {
+        if count == 0 {
+            return Err(Error::invalid(what, "at least 1", 0));
+        }
     }
-}
-
-/// One objective of a [`Coverage`]; all are means over the actions.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Covered {
-    /// The objective.
-    pub name: String,
-    /// The discounted return that came.
-    pub came: f64,
-    /// The critics' mean.
-    pub believed: f64,
-    /// Their bound on the careful side.
-    pub bound: f64,
-    /// Their standard deviation (root mean square).
-    pub std: f64,
-    /// What came, less what was believed (root mean square).
-    pub error: f64,
-    /// How often what came was at least as good as the bound.
-    pub kept: f64,
-}
-
-impl Coverage {
-    /// Plays a learner's policy in the episodes in which it is evaluated, and looks at some of its
-    /// actions.
-    pub fn of(learner: &mut Learner, env: impl Env, looks: Looks) -> Result<Self> {
-        for (what, count) in
-            [("episodes", looks.episodes), ("actions from look to look", looks.every)]
-        {
-            if count == 0 {
-                return Err(Error::invalid(what, "at least 1", 0));
-            }
-        }
-        if looks.smoothed && learner.smoothing().is_none() {
-            let what = "episodes with the targets' noise";
-            return Err(Error::invalid(what, "a method with target smoothing", "none"));
-        }
-        let mut sums = Sums::new(env.spec());
-        let discount = learner.discount();
-        let mut seeds = Rng::new(learner.seed(), Stream::Evaluation);
-        let mut player = Player::new(learner, Rollout::new(env)?, looks);
-        for _ in 0..looks.episodes {
-            sums.add_episode(&player.play(seeds.next_u64())?, discount);
-        }
-        sums.means()
+    learner.check_spec(env.spec())?;
+    let mut sums = Sums::new(env.spec(), learner.discount());
+    let mut seeds = Rng::new(learner.seed(), Stream::Evaluation);
+    let mut player = Player::new(learner, Rollout::new(env)?, config);
+    for _ in 0..config.episodes {
+        sums.add_episode(&player.play(seeds.next_u64())?);
     }
+    sums.means()
 }
 
 impl fmt::Display for Coverage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "| {} actions | came | believed | bound | std | error | kept |", self.actions)?;
-        writeln!(f, "|---|--:|--:|--:|--:|--:|--:|")?;
-        for Covered { name, came, believed, bound, std, error, kept } in &self.objectives {
-            let kept = 100.0 * kept;
+        let actions = self.actions;
+        writeln!(
+            f,
+            "| {actions} actions | discounted return | Q mean | Q bound | Q std | RMSE | coverage | nominal |"
+        )?;
+        writeln!(f, "|---|--:|--:|--:|--:|--:|--:|--:|")?;
+        for of in self.objectives.iter().chain([&self.total]) {
+            let ObjectiveCoverage { name, discounted, q_mean, bound, q_std, rmse, .. } = of;
+            let [coverage, se, nominal] =
+                [of.coverage, of.coverage_se, of.nominal].map(|share| 100.0 * share);
             writeln!(
                 f,
-                "| {name} | {came:.1} | {believed:.1} | {bound:.1} | {std:.2} | {error:.2} | {kept:.0} % |"
+                "| {name} | {discounted:.2} | {q_mean:.2} | {bound:.2} | {q_std:.2} | {rmse:.2} | {coverage:.0} ± {se:.0} % | {nominal:.0} % |"
             )?;
         }
         Ok(())
     }
 }
 
-/// An episode: rewards, `steps x objectives`, beliefs of some steps' actions, and the critics' mean of
-/// what comes after its end, if something does.
+/// What an episode left: a return is added up from its end.
 struct Played {
+    /// `steps x objectives`
     rewards: Vec<f32>,
-    beliefs: Vec<(usize, Belief)>,
-    rest: Option<Vec<f32>>,
+    /// The entropy bonus of each step's action.
+    bonuses: Vec<Option<(usize, f64)>>,
+    /// What critics said of some steps' actions.
+    looks: Vec<(usize, QEstimate)>,
+    /// What they say of what comes after the end, if something does.
+    rest: Option<Vec<f64>>,
 }
 
 struct Player<'a, E> {
     learner: &'a mut Learner,
     rollout: Rollout<E>,
-    looks: Looks,
+    config: CoverageConfig,
     noise: Rng,
     action: Vec<f32>,
-    belief: Belief,
 }
 
 impl<'a, E: Env> Player<'a, E> {
-    fn new(learner: &'a mut Learner, rollout: Rollout<E>, looks: Looks) -> Self {
-        let noise = Rng::new(learner.seed(), Stream::Smoothing);
+    fn new(learner: &'a mut Learner, rollout: Rollout<E>, config: CoverageConfig) -> Self {
+        let noise = Rng::new(learner.seed(), Stream::Coverage);
         let action = vec![0.0; rollout.env().spec().action_len()];
-        Self { learner, rollout, looks, noise, action, belief: Belief::default() }
+        Self { learner, rollout, config, noise, action }
     }
 
     fn play(&mut self, seed: u64) -> Result<Played> {
-        let mut played = Played { rewards: Vec::new(), beliefs: Vec::new(), rest: None };
+        let mut played =
+            Played { rewards: Vec::new(), bonuses: Vec::new(), looks: Vec::new(), rest: None };
         self.rollout.reset(seed)?;
         for step in 0.. {
-            self.act()?;
-            if step % self.looks.every == 0 {
-                played.beliefs.push((step, self.belief()?.clone()));
+            let bonus = self.act()?;
+            played.bonuses.push(bonus);
+            if step % self.config.stride == 0 {
+                played.looks.push((step, self.estimate()?));
             }
             let outcome = self.rollout.step(&self.action)?;
             played.rewards.extend_from_slice(self.rollout.reward());
             if outcome == Outcome::Truncated {
-                self.act()?;
-                played.rest = Some(self.belief()?.mean.clone());
+                let bonus = self.act()?;
+                let mut rest = self.estimate()?.mean;
+                add_bonus(&mut rest, bonus);
+                played.rest = Some(rest);
             }
             if outcome != Outcome::Running {
                 break;
@@ -183,93 +191,128 @@ impl<'a, E: Env> Player<'a, E> {
         Ok(played)
     }
 
-    fn act(&mut self) -> Result<()> {
-        self.learner.act(self.rollout.obs(), Mode::Exploit, &mut self.action)?;
-        if let Some(smoothing) = self.learner.smoothing().filter(|_| self.looks.smoothed) {
-            let mut noise = vec![0.0; self.action.len()];
-            self.noise.fill_normal(&mut noise);
-            smoothing.add(&noise, &mut self.action);
+    fn act(&mut self) -> Result<Option<(usize, f64)>> {
+        let obs = self.rollout.obs();
+        if self.config.bare {
+            self.learner.act(obs, Mode::Exploit, &mut self.action)?;
+            return Ok(None);
         }
-        Ok(())
+        self.learner.taught_action(obs, &mut self.noise, &mut self.action)
     }
 
-    fn belief(&mut self) -> Result<&Belief> {
-        self.learner.belief(self.rollout.obs(), &self.action, &mut self.belief)?;
-        Ok(&self.belief)
+    fn estimate(&mut self) -> Result<QEstimate> {
+        self.learner.estimate(self.rollout.obs(), &self.action)
     }
 }
 
-/// What is added up over actions.
+fn add_bonus(values: &mut [f64], bonus: Option<(usize, f64)>) {
+    if let Some((objective, bonus)) = bonus {
+        values[objective] += bonus;
+    }
+}
+
+/// What is added up over actions; the total is the last of the objectives.
 struct Sums {
-    is_cost: Vec<bool>,
-    coverage: Coverage,
+    discount: f64,
+    horizon: usize,
+    actions: usize,
+    of: Vec<ObjectiveCoverage>,
+    /// Of each episode, its actions and how many of them are covered, by objective.
+    episodes: Vec<(usize, Vec<usize>)>,
 }
 
 impl Sums {
-    fn new(spec: &EnvSpec) -> Self {
-        let of = |objective: &Objective| Covered {
-            name: objective.name.clone(),
-            came: 0.0,
-            believed: 0.0,
-            bound: 0.0,
-            std: 0.0,
-            error: 0.0,
-            kept: 0.0,
-        };
-        let is_cost = spec.objectives.iter().map(|objective| objective.limit.is_some()).collect();
-        let objectives = spec.objectives.iter().map(of).collect();
-        Self { is_cost, coverage: Coverage { actions: 0, objectives } }
+    fn new(spec: &EnvSpec, discount: f64) -> Self {
+        let names = spec.names().into_iter().chain(["weighted total"]);
+        let of = names
+            .map(|name| ObjectiveCoverage { name: name.to_owned(), ..Default::default() })
+            .collect();
+        Self { discount, horizon: spec.horizon, actions: 0, of, episodes: Vec::new() }
     }
 
     /// Goes back from an episode's end, where it is known what came after.
-    fn add_episode(&mut self, played: &Played, discount: f64) {
-        let n = self.is_cost.len();
-        let mut rest = if played.rest.is_some() { 1.0 } else { 0.0 };
-        let mut came: Vec<f64> = match &played.rest {
-            Some(values) => values.iter().map(|&value| value.into()).collect(),
-            None => vec![0.0; n],
-        };
-        let mut beliefs = played.beliefs.iter().rev().peekable();
+    fn add_episode(&mut self, played: &Played) {
+        let n = self.of.len() - 1;
+        self.episodes.push((0, vec![0; n + 1]));
+        let mut to_come = played.rest.clone().unwrap_or_else(|| vec![0.0; n]);
+        let mut looks = played.looks.iter().rev().peekable();
         for (step, reward) in played.rewards.chunks_exact(n).enumerate().rev() {
-            rest *= discount;
-            came.iter_mut().zip(reward).for_each(|(g, &r)| *g = f64::from(r) + discount * *g);
-            if let Some((_, belief)) = beliefs.next_if(|(at, _)| *at == step)
-                && rest <= REST
-            {
-                self.add(belief, &came);
+            for (g, &r) in to_come.iter_mut().zip(reward) {
+                *g = f64::from(r) + self.discount * *g;
             }
+            if let Some((_, estimate)) = looks.next_if(|(at, _)| *at == step)
+                && self.is_known(step)
+            {
+                self.add(estimate, &to_come);
+            }
+            // What Q of the step before has, and this step's own has not.
+            add_bonus(&mut to_come, played.bonuses[step]);
         }
     }
 
-    fn add(&mut self, belief: &Belief, came: &[f64]) {
-        self.coverage.actions += 1;
-        for (i, of) in self.coverage.objectives.iter_mut().enumerate() {
-            let [mean, std, bound] =
-                [&belief.mean, &belief.std, &belief.bound].map(|of| f64::from(of[i]));
-            of.came += came[i];
-            of.believed += mean;
-            of.bound += bound;
-            of.std += std * std;
-            of.error += (came[i] - mean).powi(2);
-            let is_kept = if self.is_cost[i] { came[i] <= bound } else { came[i] >= bound };
-            of.kept += f64::from(u8::from(is_kept));
+    /// Whether most of a return comes before the time limit.
+    fn is_known(&self, step: usize) -> bool {
+        self.discount.powf(self.horizon.saturating_sub(step) as f64) <= REST
+    }
+
+    fn add(&mut self, estimate: &QEstimate, came: &[f64]) {
+        let QEstimate { mean, std, bound, weights, total_std } = estimate;
+        let total = |values: &[f64]| values.iter().zip(weights).map(|(x, w)| x * w).sum::<f64>();
+        self.actions += 1;
+        for i in 0..came.len() {
+            let sign = if weights[i] < 0.0 { -1.0 } else { 1.0 };
+            self.add_one(i, sign, came[i], mean[i], std[i], bound[i]);
+        }
+        self.add_one(came.len(), 1.0, total(came), total(mean), *total_std, total(bound));
+        if let Some((actions, _)) = self.episodes.last_mut() {
+            *actions += 1;
+        }
+    }
+
+    /// `sign` is that of the objective's weight: more is better, or worse.
+    fn add_one(&mut self, i: usize, sign: f64, came: f64, mean: f64, std: f64, bound: f64) {
+        let of = &mut self.of[i];
+        of.discounted += came;
+        of.q_mean += mean;
+        of.bound += bound;
+        of.q_std += std * std;
+        of.rmse += (came - mean).powi(2);
+        of.nominal += normal_share(sign * (mean - bound), std);
+        if sign * (came - bound) >= 0.0
+            && let Some((_, covered)) = self.episodes.last_mut()
+        {
+            covered[i] += 1;
         }
     }
 
     fn means(mut self) -> Result<Coverage> {
-        if self.coverage.actions == 0 {
-            let wanted = "episodes that end, or run on until nine tenths of a return have come";
-            return Err(Error::invalid("coverage", wanted, "none"));
+        if self.actions == 0 {
+            let wanted = "a time limit that leaves nine tenths of an action's return before it (a smaller \
+                 discount, a longer horizon)";
+            return Err(Error::invalid("coverage", wanted, format!("{} steps", self.horizon)));
         }
-        let count = self.coverage.actions as f64;
-        for of in &mut self.coverage.objectives {
-            for sum in [&mut of.came, &mut of.believed, &mut of.bound, &mut of.kept] {
+        let count = self.actions as f64;
+        for (i, of) in self.of.iter_mut().enumerate() {
+            for sum in [&mut of.discounted, &mut of.q_mean, &mut of.bound, &mut of.nominal] {
                 *sum /= count;
             }
-            for sum in [&mut of.std, &mut of.error] {
+            for sum in [&mut of.q_std, &mut of.rmse] {
                 *sum = (*sum / count).sqrt();
             }
+            let covered: usize = self.episodes.iter().map(|(_, covered)| covered[i]).sum();
+            of.coverage = covered as f64 / count;
+            let apart = |(actions, covered): &(usize, Vec<usize>)| {
+                (covered[i] as f64 - of.coverage * *actions as f64).powi(2)
+            };
+            of.coverage_se = self.episodes.iter().map(apart).sum::<f64>().sqrt() / count;
         }
-        Ok(self.coverage)
+        // One more than objectives, of which there is one at least.
+        let total = self.of.pop().unwrap_or_default();
+        Ok(Coverage { actions: self.actions, objectives: self.of, total })
     }
+}
+
+/// How often a normal number of this standard deviation is above `-distance`.
+fn normal_share(distance: f64, std: f64) -> f64 {
+    if std > 0.0 { 0.5 * libm::erfc(-distance / (std * 2f64.sqrt())) } else { 0.5 }
 }

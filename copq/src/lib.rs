@@ -124,14 +124,14 @@ pub use agent::{Agent, Mode, Transition};
 pub use backend::{ActorKind, Backend};
 pub use batch::Batch;
 pub use check_env::{EnvReport, check_env};
-pub use coverage::{Coverage, Covered, Looks};
+pub use coverage::{Coverage, CoverageConfig, ObjectiveCoverage, coverage};
 pub use critic::{Critic, Net, QGrad};
 pub use env::{Env, Outcome};
 pub use error::{Error, Result};
 pub use evaluation::{Evaluation, evaluate, evaluate_while};
 pub use explore::{Context, Explore, GaussianNoise, Optimistic, PolicySamples, UniformActions};
 pub use famo::{Famo, FamoConfig, FamoDecay};
-pub use learner::{Belief, Learner};
+pub use learner::{Learner, QEstimate};
 pub use method::{
     Activation, Config, Ensemble, Init, Method, Networks, Optimism, Precision, Smoothing, WarmUp,
 };

@@ -34,6 +34,8 @@ pub enum Stream {
     Env = 5,
     /// Episode seeds of the evaluation environment.
     Evaluation = 6,
+    /// Noise of the policy whose [`coverage()`](crate::coverage()) is measured.
+    Coverage = 7,
     /// Yours, such as an environment's noise in an episode of its own seed.
     Custom = 100,
 }

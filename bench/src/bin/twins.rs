@@ -1,18 +1,18 @@
 //! What fewer bits do to what is learned, without the noise of acting: learners go on from one run's
-//! checkpoint with the same batches of its replay, in every precision, and are compared with f32's.
+//! checkpoint with the same batches of its replay, in every precision. What they have learned is then
+//! looked at in f32, and its distance from f32's told.
 //!
-//! Learning magnifies any difference, so two others tell what one means. `autograd` adds the same
-//! numbers up in another order: what is not farther from f32 than it is, harms nothing that could be
-//! seen. `bf16 throughout` has inputs and values in bf16 as well: it must be farther.
+//! Learning magnifies any difference, so others tell what one means. Nulls are f32 after every weight
+//! of the critics was moved by a unit in its last place, up or down by chance, and candle's autograd,
+//! which adds the same numbers up in another order. A positive control has inputs and values in bf16
+//! as well.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::Parser;
-use copq::{
-    Actor, ActorKind, Agent, Backend, Batch, Config, Critic, Env, EnvSpec, Learner, Method,
-};
+use copq::{Actor, ActorKind, Agent, Backend, Batch, Config, Critic, Env, EnvSpec, Learner};
 use copq::{Mode, Networks, Precision, Rng, State, Stream};
 use copq_bench::coarse::Coarse;
 use copq_candle::{Candle, Device, plain};
@@ -36,7 +36,7 @@ struct Cli {
 
 /// A learner and what was logged of its last thousand updates, by name.
 struct Twin {
-    name: &'static str,
+    name: String,
     learner: Learner,
     logged: BTreeMap<String, Vec<f64>>,
 }
@@ -54,50 +54,81 @@ fn main() -> Result<()> {
     let mut batch = Batch::default();
     let mut rng = Rng::new(0, Stream::Batch);
     twins[0].learner.replay().sample(cli.rows, &mut rng, &mut batch)?;
-    table(&mut twins, &spec, &batch)
+    let candle = Candle::default();
+    let mut by = learner(&config, &spec, Precision::F32, &candle, &checkpoint(&cli.run)?)?;
+    table(&twins, &mut by, &spec, &batch)
 }
 
+/// The run's learner as it was saved.
+fn checkpoint(run: &Path) -> Result<State> {
+    Ok(read_checkpoint(run)?.child("trainer")?.child("agent")?.clone())
+}
+
+/// Nulls that begin a unit in the last place away.
+const NULLS: u64 = 3;
+
 fn twins(run: &Path, config: &RunConfig<Config>, spec: &EnvSpec) -> Result<Vec<Twin>> {
-    let method = config.plan.method(config.settings.clone())?;
-    let saved = read_checkpoint(run)?;
-    let saved = saved.child("trainer")?.child("agent")?;
+    let saved = &checkpoint(run)?;
     if saved.child("replay").is_err() {
         bail!("{}: wanted a checkpoint with its replay, got one without", run.display());
     }
     let candle = Candle::default();
-    let kinds: [(_, &dyn Backend, _); 5] = [
-        ("f32", &candle, Precision::F32),
-        ("autograd", &Autograd, Precision::F32),
-        ("backward", &candle, Precision::Backward),
-        ("careful", &candle, Precision::Careful),
-        ("bf16 throughout", &Coarse, Precision::Careful),
-    ];
-    kinds
-        .into_iter()
-        .map(|(name, backend, precision)| {
-            let learner =
-                learner(method.clone(), precision, backend, spec, config.plan.run.seed, saved)?;
-            Ok(Twin { name, learner, logged: BTreeMap::new() })
-        })
-        .collect()
+    let twin = |name: &str, backend: &dyn Backend, precision, saved: &State| -> Result<Twin> {
+        let learner = learner(config, spec, precision, backend, saved)?;
+        Ok(Twin { name: name.to_owned(), learner, logged: BTreeMap::new() })
+    };
+    let mut twins = vec![twin("f32", &candle, Precision::F32, saved)?];
+    for i in 1..=NULLS {
+        let mut moved = saved.clone();
+        move_last_places(moved.child_mut("critic"), &mut Rng::new(i, Stream::Custom));
+        twins.push(twin(&format!("null {i}"), &candle, Precision::F32, &moved)?);
+    }
+    twins.push(twin("null, autograd", &Autograd, Precision::F32, saved)?);
+    twins.push(twin("backward", &candle, Precision::Backward, saved)?);
+    twins.push(twin("careful", &candle, Precision::Careful, saved)?);
+    twins.push(twin("bf16 inputs and values", &Coarse, Precision::Careful, saved)?);
+    Ok(twins)
 }
 
 fn learner(
-    mut method: Method,
+    config: &RunConfig<Config>,
+    spec: &EnvSpec,
     precision: Precision,
     backend: &dyn Backend,
-    spec: &EnvSpec,
-    seed: u64,
     saved: &State,
 ) -> Result<Learner> {
+    let mut method = config.plan.off_policy_method(config.settings.clone())?;
     method.config.networks.precision = precision;
-    let mut learner = Learner::new(method, spec, backend, seed)?;
+    let mut learner = Learner::new(method, spec, backend, config.plan.run.seed)?;
     learner.load(saved)?;
     Ok(learner)
 }
 
+/// Moves every f32 by a unit in the last place, up or down.
+fn move_last_places(state: &mut State, rng: &mut Rng) {
+    let names: Vec<_> = state.values().map(|(name, _)| name.to_owned()).collect();
+    for name in names {
+        let Ok(values) = state.get::<f32>(&name) else { continue };
+        let moved: Vec<_> = values
+            .iter()
+            .map(|x| if rng.below(2) == 0 { x.next_up() } else { x.next_down() })
+            .collect();
+        match state.shape(&name).map(<[_]>::to_vec) {
+            Some(shape) => state.put_shaped(&name, &shape, moved),
+            None => state.put(&name, moved),
+        }
+    }
+    let children: Vec<_> = state.children().map(|(name, _)| name.to_owned()).collect();
+    for name in children.iter().filter(|name| !name.starts_with("adam")) {
+        move_last_places(state.child_mut(name), rng);
+    }
+}
+
 /// The run's task, without its world.
 fn spec(plan: &Plan) -> Result<EnvSpec> {
+    if plan.order.is_some() || plan.weights.is_some() || !plan.limits.is_empty() {
+        bail!("the run: wanted one of a task as it is, got one with an order, weights or limits");
+    }
     let options = Options { preset: plan.preset.parse()?, ..Options::default() };
     let world = Locomotion::make(&plan.task, &options, copq_envs_rapier::Rapier::new)?;
     Ok(world.spec().clone())
@@ -106,13 +137,17 @@ fn spec(plan: &Plan) -> Result<EnvSpec> {
 impl Twin {
     fn learn(&mut self, updates: u64) -> Result<()> {
         while self.learner.updates() < updates {
-            let is_late = self.learner.updates() + 1_000 >= updates;
+            let before = self.learner.updates();
+            let is_late = before + 1_000 >= updates;
             let logged = &mut self.logged;
             self.learner.update(&mut |_: u64, name: &str, value: f64| {
                 if is_late {
                     logged.entry(name.to_owned()).or_default().push(value);
                 }
             })?;
+            if self.learner.updates() == before {
+                bail!("the run: wanted one that has begun to update, got one in its warm-up");
+            }
         }
         Ok(())
     }
@@ -122,58 +157,63 @@ impl Twin {
         let logged = self.logged.get(name).map_or(&[][..], Vec::as_slice);
         logged.iter().sum::<f64>() / logged.len() as f64
     }
-
-    /// What it thinks of some transitions.
-    fn look(&mut self, batch: &Batch, n: usize) -> copq::Result<Seen> {
-        let rows = batch.reward.len() / n;
-        let mut action = vec![0.0; batch.action.len() / rows];
-        let mut q = vec![0.0; n];
-        let mut seen = Seen { q: vec![Vec::new(); n], action: Vec::new() };
-        let lines = batch.obs.chunks_exact(batch.obs.len() / rows);
-        for (obs, done) in lines.zip(batch.action.chunks_exact(action.len())) {
-            self.learner.value(obs, done, &mut q)?;
-            self.learner.act(obs, Mode::Exploit, &mut action)?;
-            seen.q.iter_mut().zip(&q).for_each(|(all, &q)| all.push(f64::from(q)));
-            seen.action.extend(action.iter().map(|&a| f64::from(a)));
-        }
-        Ok(seen)
-    }
 }
 
-/// The mean critic's values of some transitions, by objective, and the policy's actions.
-struct Seen {
+/// What a learner thinks of some transitions, by objective.
+struct Look {
     q: Vec<Vec<f64>>,
+    /// The critics' standard deviation, root mean square.
+    std: Vec<f64>,
     action: Vec<f64>,
 }
 
+/// What a twin has learned, looked at by another learner.
+fn look(twin: &Twin, by: &mut Learner, batch: &Batch, n: usize) -> copq::Result<Look> {
+    let mut state = State::default();
+    twin.learner.save(&mut state)?;
+    by.load(&state)?;
+    let rows = batch.reward.len() / n;
+    let mut action = vec![0.0; batch.action.len() / rows];
+    let mut look = Look { q: vec![Vec::new(); n], std: Vec::new(), action: Vec::new() };
+    let mut stds = vec![Vec::new(); n];
+    let lines = batch.obs.chunks_exact(batch.obs.len() / rows);
+    for (obs, done) in lines.zip(batch.action.chunks_exact(action.len())) {
+        let estimate = by.estimate(obs, done)?;
+        look.q.iter_mut().zip(&estimate.mean).for_each(|(all, &q)| all.push(q));
+        stds.iter_mut().zip(&estimate.std).for_each(|(all, &std)| all.push(std));
+        by.act(obs, Mode::Exploit, &mut action)?;
+        look.action.extend(action.iter().map(|&a| f64::from(a)));
+    }
+    look.std = stds.iter().map(|stds| size(stds)).collect();
+    Ok(look)
+}
+
 /// How far each is from the first.
-fn table(twins: &mut [Twin], spec: &EnvSpec, batch: &Batch) -> Result<()> {
-    let names: Vec<_> = spec.objectives.iter().map(|objective| objective.name.as_str()).collect();
-    let looks = twins.iter_mut().map(|twin| twin.look(batch, names.len()));
+fn table(twins: &[Twin], by: &mut Learner, spec: &EnvSpec, batch: &Batch) -> Result<()> {
+    let names: Vec<_> = spec.names();
+    let looks = twins.iter().map(|twin| look(twin, by, batch, names.len()));
     let looks = looks.collect::<copq::Result<Vec<_>>>()?;
-    println!(
-        "| objectives: {} | Q, % | Q, in critics' deviations | deviations, ratio | loss, ratio | actions |",
-        names.join(", ")
-    );
+    let first = names.join(", ");
+    println!("| {first} | Q, % | Q, in stds | std, ratio | loss, ratio | actions |");
     println!("|---|--:|--:|--:|--:|--:|");
-    for (twin, seen) in twins.iter().zip(&looks).skip(1) {
-        let (first, exact) = (&twins[0], &looks[0]);
+    for (twin, look) in twins.iter().zip(&looks).skip(1) {
+        let exact = &looks[0];
         let cell = |of: &dyn Fn(usize) -> f64| {
             (0..names.len()).map(|i| format!("{:.3}", of(i))).collect::<Vec<_>>().join(", ")
         };
-        let apart = |i: usize| distance(&seen.q[i], &exact.q[i]);
-        let ratio = |kind: &str, i: usize| {
-            let name = format!("{kind}/{}", names[i]);
-            twin.mean(&name) / first.mean(&name)
+        let apart = |i: usize| distance(&look.q[i], &exact.q[i]);
+        let loss = |i: usize| {
+            let name = format!("critic_loss/{}", names[i]);
+            twin.mean(&name) / twins[0].mean(&name)
         };
         println!(
             "| {} | {} | {} | {} | {} | {:.4} |",
             twin.name,
             cell(&|i| 100.0 * apart(i) / size(&exact.q[i])),
-            cell(&|i| apart(i) / first.mean(&format!("q_std/{}", names[i]))),
-            cell(&|i| ratio("q_std", i)),
-            cell(&|i| ratio("critic_loss", i)),
-            distance(&seen.action, &exact.action),
+            cell(&|i| apart(i) / exact.std[i]),
+            cell(&|i| look.std[i] / exact.std[i]),
+            cell(&loss),
+            distance(&look.action, &exact.action),
         );
     }
     Ok(())

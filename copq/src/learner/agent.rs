@@ -157,11 +157,10 @@ impl Agent for Learner {
 
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()> {
         check_len("values", q.len(), self.objectives.len())?;
+        self.online_values(obs, action)?;
         let critics = self.critic.critics();
         let n = self.objectives.len();
-        self.take_in(obs)?;
-        let values = &mut self.buffers.q[..critics * n];
-        self.critic.values(Net::Online, &self.obs, action, values)?;
+        let values = &self.buffers.q[..critics * n];
         for (i, q) in q.iter_mut().enumerate() {
             *q = (0..critics).map(|k| values[k * n + i]).sum::<f32>() / critics as f32;
         }

@@ -10,16 +10,16 @@ use crate::{
     Projection, Replay, Result, State,
 };
 pub(crate) use agent::{check_made_by, method_of};
-pub use belief::Belief;
 use buffers::{Buffers, Names};
+pub use estimate::QEstimate;
 use scales::Scales;
 use streams::Streams;
 
 mod agent;
-mod belief;
 mod buffers;
 mod build;
 mod critics;
+mod estimate;
 mod policy;
 mod rounding;
 pub(crate) mod scales;

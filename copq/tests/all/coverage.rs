@@ -2,15 +2,18 @@
 
 use copq::*;
 
-/// Episodes of one step whose reward, seen before, is a number from 0 to 1.
+/// Episodes of one step whose rewards, seen before, are numbers from 0 to 1.
 struct Guess {
     spec: EnvSpec,
-    luck: f32,
+    luck: Vec<f32>,
 }
 
 impl Guess {
-    fn new() -> Self {
-        Self { spec: EnvSpec::new("guess", 1, 1).reward("luck", 1.0), luck: 0.0 }
+    fn new(objectives: usize) -> Self {
+        let names = ["first", "second", "third"];
+        let spec = EnvSpec::new("guess", objectives, 1);
+        let spec = names[..objectives].iter().fold(spec, |spec, name| spec.reward(*name, 1.0));
+        Self { spec, luck: vec![0.0; objectives] }
     }
 }
 
@@ -20,35 +23,44 @@ impl Env for Guess {
     }
 
     fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
-        self.luck = Rng::new(seed, Stream::Init).uniform_in(0.0, 1.0) as f32;
-        obs[0] = self.luck;
+        let mut rng = Rng::new(seed, Stream::Custom);
+        self.luck.fill_with(|| rng.uniform_in(0.0, 1.0) as f32);
+        obs.copy_from_slice(&self.luck);
         Ok(())
     }
 
-    fn step(&mut self, _: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
-        (obs[0], reward[0]) = (0.0, self.luck);
+    fn step(&mut self, _: &[f32], _: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+        reward.copy_from_slice(&self.luck);
         Ok(Outcome::Terminated)
     }
 }
 
-/// Two critics whose mean is wrong by a normal number, a tenth in size, and who differ from it by a
-/// tenth.
-struct Unsure;
+/// Critics whose mean is wrong by normal numbers, a tenth in size, and who differ from it by as much:
+/// two for each objective, so that objectives do not go together.
+struct Unsure {
+    objectives: usize,
+}
 
 impl Critic for Unsure {
     fn critics(&self) -> usize {
-        2
+        2 * self.objectives
     }
 
     fn objectives(&self) -> usize {
-        1
+        self.objectives
     }
 
     fn values(&mut self, _: Net, obs: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
-        let mut error = [0.0];
+        let n = self.objectives;
+        let mut error = vec![0.0; n];
         Rng::new(obs[0].to_bits().into(), Stream::Init).fill_normal(&mut error);
-        let mean = obs[0] + 0.1 * error[0];
-        q.copy_from_slice(&[mean - 0.1, mean + 0.1]);
+        let apart = 0.1 * (n as f32).sqrt();
+        for (k, q) in q.chunks_exact_mut(n).enumerate() {
+            for i in 0..n {
+                q[i] = obs[i] + 0.1 * error[i];
+            }
+            q[k / 2] += if k % 2 == 0 { apart } else { -apart };
+        }
         Ok(())
     }
 
@@ -82,39 +94,94 @@ impl Actor for Resting {
     }
 }
 
-fn coverage_at(pessimism: f64) -> Coverage {
-    let env = Guess::new();
+fn learner(objectives: usize, pessimism: f64) -> Learner {
     let mut method = Method::cop_td3();
     method.config.pessimism = pessimism;
-    let (critic, actor) = (Box::new(Unsure), Box::new(Resting));
-    let mut learner = Learner::with_networks(method, env.spec(), critic, actor, 0).unwrap();
-    Coverage::of(&mut learner, env, Looks { episodes: 20_000, every: 1, smoothed: false }).unwrap()
+    let (critic, actor) = (Box::new(Unsure { objectives }), Box::new(Resting));
+    Learner::with_networks(method, &Guess::new(objectives).spec, critic, actor, 0).unwrap()
 }
 
 #[test]
-fn a_bound_is_kept_as_often_as_a_normal_number_is_above_it() {
-    for pessimism in [0.0, 0.92, 2.0] {
-        let coverage = coverage_at(pessimism);
-        let luck = &coverage.objectives[0];
-        // One objective: the bound is `pessimism` standard deviations below the mean.
-        let wanted = 0.5 * (1.0 + libm::erf(pessimism / 2f64.sqrt()));
-        assert!((luck.kept - wanted).abs() < 0.01, "{pessimism}: {} is not {wanted}", luck.kept);
-        assert!((luck.std - 0.1).abs() < 1e-6 && (luck.error - 0.1).abs() < 2e-3, "{luck:?}");
-        assert_eq!(coverage.actions, 20_000);
+fn a_bound_covers_as_often_as_a_normal_number_is_above_it() {
+    let config = CoverageConfig { episodes: 20_000, stride: 1, bare: false };
+    for (objectives, pessimism) in [(1, 0.0), (1, 0.92), (1, 2.0), (2, 1.0), (3, 1.5)] {
+        let mut learner = learner(objectives, pessimism);
+        let all = coverage(&mut learner, Guess::new(objectives), config).unwrap();
+        assert_eq!(all.actions, 20_000);
+        // Objectives that do not go together: along the weights, an equal share of the step each.
+        for (of, step) in all
+            .objectives
+            .iter()
+            .map(|of| (of, pessimism / (objectives as f64).sqrt()))
+            .chain([(&all.total, pessimism)])
+        {
+            let wanted = 0.5 * (1.0 + libm::erf(step / 2f64.sqrt()));
+            assert!((of.nominal - wanted).abs() < 1e-3, "{objectives}, {pessimism}: {of:?}");
+            assert!((of.coverage - wanted).abs() < 0.012, "{objectives}, {pessimism}: {of:?}");
+            assert!((of.rmse / of.q_std - 1.0).abs() < 0.02, "{objectives}, {pessimism}: {of:?}");
+            // Independent episodes: a coin's standard error.
+            let se = (of.coverage * (1.0 - of.coverage) / 20_000.0).sqrt();
+            assert!((of.coverage_se - se).abs() < 1e-6, "{of:?}");
+        }
+    }
+}
+
+/// Falls at step 8 in half of the episodes, and is worth 1 a step.
+struct Late {
+    spec: EnvSpec,
+    step: u32,
+    falls: bool,
+}
+
+impl Env for Late {
+    fn spec(&self) -> &EnvSpec {
+        &self.spec
+    }
+
+    fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
+        (self.step, self.falls) = (0, seed.is_multiple_of(2));
+        obs.fill(0.0);
+        Ok(())
+    }
+
+    fn step(&mut self, _: &[f32], _: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+        self.step += 1;
+        reward.fill(1.0);
+        Ok(match self.step {
+            8 if self.falls => Outcome::Terminated,
+            10 => Outcome::Truncated,
+            _ => Outcome::Running,
+        })
     }
 }
 
 #[test]
-fn what_nobody_can_know_is_an_error() {
-    let (critic, actor) = (Box::new(Unsure), Box::new(Resting));
+fn how_an_episode_ends_does_not_decide_what_is_looked_at() {
+    let spec = EnvSpec::new("late", 1, 1).reward("time", 1.0).horizon(10);
     let mut method = Method::cop_td3();
-    method.config.smoothing = None;
-    let spec = Guess::new().spec;
+    method.config.discount = 0.5;
+    let (critic, actor) = (Box::new(Unsure { objectives: 1 }), Box::new(Resting));
     let mut learner = Learner::with_networks(method, &spec, critic, actor, 0).unwrap();
-    let mut said = |looks| Coverage::of(&mut learner, Guess::new(), looks).unwrap_err().to_string();
-    let none = Looks { episodes: 0, ..Looks::default() };
-    assert_eq!(said(none), "episodes: wanted at least 1, got 0");
-    let smoothed = Looks { smoothed: true, ..Looks::default() };
-    let words = "episodes with the targets' noise: wanted a method with target smoothing, got none";
-    assert_eq!(said(smoothed), words);
+    let config = CoverageConfig { episodes: 40, stride: 1, bare: true };
+    let late = Late { spec, step: 0, falls: false };
+    // 0.5^4 is less than a tenth: the first seven actions of every episode.
+    assert_eq!(coverage(&mut learner, late, config).unwrap().actions, 7 * 40);
+}
+
+#[test]
+fn what_cannot_be_looked_at_is_an_error() {
+    let said = |episodes, stride, env| {
+        let config = CoverageConfig { episodes, stride, bare: false };
+        coverage(&mut learner(1, 1.0), env, config).unwrap_err().to_string()
+    };
+    assert_eq!(said(0, 1, Guess::new(1)), "episodes: wanted at least 1, got 0");
+    assert_eq!(said(1, 0, Guess::new(1)), "stride: wanted at least 1, got 0");
+    assert!(said(1, 1, Guess::new(2)).contains("another"), "{}", said(1, 1, Guess::new(2)));
+    let short = Guess { spec: Guess::new(1).spec.horizon(10), luck: vec![0.0] };
+    let mut method = Method::cop_td3();
+    method.config.discount = 0.999;
+    let (critic, actor) = (Box::new(Unsure { objectives: 1 }), Box::new(Resting));
+    let mut far = Learner::with_networks(method, &short.spec, critic, actor, 0).unwrap();
+    let error = coverage(&mut far, short, CoverageConfig::default()).unwrap_err().to_string();
+    assert!(error.contains("got 10 steps"), "{error}");
 }

@@ -224,7 +224,7 @@ fn dot(_: Bf16, sum: f32x16, pair: u32, words: &Words) -> f32x16 {
     }
 }
 
-/// [`super::round`], the upper halves alone.
+/// [`super::round`], the upper halves alone; a NaN keeps its sign and what fits of its payload.
 #[inline(always)]
 fn round(bf16: Bf16, x: f32x16) -> u16x16 {
     let simd = v4(bf16);

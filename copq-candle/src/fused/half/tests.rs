@@ -83,10 +83,10 @@ fn sum(start: f32, terms: &[(f32, f32)]) -> u32 {
     sum.to_bits()
 }
 
-#[test]
-fn rounding_is_to_the_nearest_and_to_even() {
+/// Where roundings could differ, and what becomes of it.
+fn edges() -> [(f32, f32); 10] {
     let near = 1.0 + 2f32.powi(-8); // Half way between two.
-    for (x, wanted) in [
+    [
         (1.0, 1.0),
         (near, 1.0),
         (f32::from_bits(near.to_bits() + 1), 1.0 + 2f32.powi(-7)),
@@ -97,7 +97,29 @@ fn rounding_is_to_the_nearest_and_to_even() {
         (-f32::MIN_POSITIVE, 0.0),
         (f32::MAX, f32::INFINITY),
         (f32::NEG_INFINITY, f32::NEG_INFINITY),
-    ] {
+    ]
+}
+
+#[test]
+fn every_kind_rounds_alike() {
+    for (x, wanted) in edges().into_iter().chain([(f32::NAN, f32::NAN)]) {
+        for (mut across, mut weights) in kinds() {
+            // x times one, and one times x.
+            for (left, map) in [(x, 1.0), (1.0, x)] {
+                across.set(&panels(1, &[left]));
+                weights.set_map(panels(2, &[map, 0.0]).lines(), 1);
+                let mut out = Panels::default();
+                affine(&across, &weights, Finish::Keep, &mut out, &Threads::default());
+                let got = matrices::dense(&out)[0];
+                assert!(got == wanted || got.is_nan() && wanted.is_nan(), "{x}: {got}");
+            }
+        }
+    }
+}
+
+#[test]
+fn rounding_is_to_the_nearest_and_to_even() {
+    for (x, wanted) in edges() {
         assert_eq!(rounded(x).to_bits(), wanted.to_bits(), "{x}");
     }
     assert!(rounded(f32::NAN).is_nan());

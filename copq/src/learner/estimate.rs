@@ -1,0 +1,102 @@
+//! What the critics say of one action.
+
+use super::Learner;
+use crate::error::check_len;
+use crate::loss::{check_finite, mean_and_std};
+use crate::{BoundQuery, Net, QView, Result, Rng};
+
+/// What a learner's online critics say of one action's discounted return, a number for each
+/// objective.
+///
+/// ```
+/// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
+/// # use still::Still;
+/// # let backend = Still;
+/// use copq::{EnvSpec, Learner, Method};
+///
+/// let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("speed", 1.0);
+/// // `copq_candle::Candle::default()` builds networks that learn; these say the same of everything.
+/// let mut learner = Learner::new(Method::cop_td3(), &spec, &backend, 0)?;
+/// let estimate = learner.estimate(&[0.1, 0.2], &[0.5])?;
+///
+/// // Critics that agree leave nothing to be careful about.
+/// assert_eq!(estimate.std, [0.0, 0.0]);
+/// assert_eq!(estimate.bound, estimate.mean);
+/// # Ok::<(), copq::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct QEstimate {
+    /// The critics' mean.
+    pub mean: Vec<f64>,
+    /// Their standard deviation.
+    pub std: Vec<f64>,
+    /// Their lower bound, as far from the mean as in TD targets. It is low for the weighted total: of
+    /// an objective alone it may be above the mean, and of a cost it is the upper one.
+    pub bound: Vec<f64>,
+    /// The weights of that total.
+    pub weights: Vec<f64>,
+    /// The standard deviation of that total.
+    pub total_std: f64,
+}
+
+impl Learner {
+    /// What the online critics say of an action in [-1, 1]. Where targets draw a few critics (REDQ)
+    /// or have none but a cost's own (CAL), the bound here is still that of all.
+    pub fn estimate(&mut self, obs: &[f32], action: &[f32]) -> Result<QEstimate> {
+        self.online_values(obs, action)?;
+        let (critics, n) = (self.critic.critics(), self.objectives.len());
+        let values = &self.buffers.q[..critics * n];
+        check_finite("Q", values, &self.objectives, self.steps)?;
+        let q = QView::new(values, critics, n)?;
+        let (mean, std) = (0..n).map(|objective| mean_and_std(q, objective)).unzip();
+        let weights = self.multiplier.weights();
+        let mut bound = vec![0.0; n];
+        let step = -self.config.pessimism as f32;
+        let query = BoundQuery { q, weights, step };
+        self.projection.project(query, &mut self.buffers.scratch, &mut bound)?;
+        let weights: Vec<_> = weights.iter().map(|&w| f64::from(w)).collect();
+        let total = |values: &[f32]| -> f32 {
+            values.iter().zip(&weights).map(|(&q, w)| f64::from(q) * w).sum::<f64>() as f32
+        };
+        let totals: Vec<_> = values.chunks_exact(n).map(total).collect();
+        let (_, total_std) = mean_and_std(QView::new(&totals, critics, 1)?, 0);
+        let bound = bound.into_iter().map(f64::from).collect();
+        Ok(QEstimate { mean, std, bound, weights, total_std })
+    }
+
+    /// Leaves what the online critics say of an action at the beginning of the buffer `q`.
+    pub(super) fn online_values(&mut self, obs: &[f32], action: &[f32]) -> Result<()> {
+        check_len("action", action.len(), self.actor.action_len())?;
+        self.take_in(obs)?;
+        let values = &mut self.buffers.q[..self.critic.critics() * self.objectives.len()];
+        self.critic.values(Net::Online, &self.obs, action, values)
+    }
+
+    /// An action of the policy that targets value: the slow actor's with its smoothing noise, or a
+    /// stochastic policy's sample, whose entropy bonus comes with it, and the objective of that.
+    pub(crate) fn taught_action(
+        &mut self,
+        obs: &[f32],
+        rng: &mut Rng,
+        action: &mut [f32],
+    ) -> Result<Option<(usize, f64)>> {
+        self.take_in(obs)?;
+        let is_stochastic = self.actor.noise_len() > 0;
+        let mut noise = vec![0.0; self.actor.noise_len().max(action.len())];
+        rng.fill_normal(&mut noise);
+        let mut log_prob = [0.0];
+        if is_stochastic {
+            noise.truncate(self.actor.noise_len());
+            self.actor.sample(Net::Online, &self.obs, &noise, action, &mut log_prob)?;
+        } else {
+            self.actor.mode(Net::Target, &self.obs, action)?;
+        }
+        if let Some(smoothing) = self.config.smoothing {
+            rng.fill_normal(&mut noise);
+            smoothing.add(&noise, action);
+        }
+        let bonus = |log_prob: f32, alpha: f64| -alpha * f64::from(log_prob);
+        Ok(self.temperature.as_ref().map(|t| (t.objective(), bonus(log_prob[0], t.alpha()))))
+    }
+}
