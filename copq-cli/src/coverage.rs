@@ -84,11 +84,11 @@ impl CoverageCommand {
         let config = CoverageConfig { episodes, stride, bare };
         let mut rows = csv::Writer::from_writer(Vec::new());
         if !self.csv {
-            let (Plan { method, task, engine, run, .. }, policy) =
-                (&plan, if bare { "bare" } else { "as it is valued" });
+            let Plan { method, task, engine, .. } = &plan;
+            let seed = plan.run.seed;
+            let policy = if bare { "bare" } else { "as it is valued" };
             say(&format!(
-                "{method} on {task} ({engine}), {episodes} episodes of seed {}, the policy {policy}\n\n",
-                run.seed
+                "{method} on {task} ({engine}), {episodes} episodes of seed {seed}, the policy {policy}\n\n"
             ))?;
         }
         for (mut file, path) in files {

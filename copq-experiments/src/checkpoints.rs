@@ -162,3 +162,22 @@ fn move_if_there(from: &Path, to: &Path) -> Result<()> {
     fs::rename(from, to).map_err(files::failed("moving", from))?;
     files::sync_folder_of(to)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checkpoints_come_oldest_first_and_none_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = checkpoint_files(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("wanted one with a checkpoint"), "{error}");
+        let names =
+            ["checkpoint.10.safetensors", "checkpoint.2.safetensors", "checkpoint.safetensors"];
+        for name in names {
+            fs::write(folder.path().join(name), "").unwrap();
+        }
+        let wanted = names.map(|name| folder.path().join(name));
+        assert_eq!(checkpoint_files(folder.path()).unwrap(), wanted);
+    }
+}
