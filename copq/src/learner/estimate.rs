@@ -82,21 +82,20 @@ impl Learner {
         action: &mut [f32],
     ) -> Result<Option<(usize, f64)>> {
         self.take_in(obs)?;
-        let is_stochastic = self.actor.noise_len() > 0;
-        let mut noise = vec![0.0; self.actor.noise_len().max(action.len())];
-        rng.fill_normal(&mut noise);
         let mut log_prob = [0.0];
-        if is_stochastic {
-            noise.truncate(self.actor.noise_len());
+        if self.actor.noise_len() > 0 {
+            let mut noise = vec![0.0; self.actor.noise_len()];
+            rng.fill_normal(&mut noise);
             self.actor.sample(Net::Online, &self.obs, &noise, action, &mut log_prob)?;
         } else {
             self.actor.mode(Net::Target, &self.obs, action)?;
         }
         if let Some(smoothing) = self.config.smoothing {
+            let mut noise = vec![0.0; action.len()];
             rng.fill_normal(&mut noise);
             smoothing.add(&noise, action);
         }
-        let bonus = |log_prob: f32, alpha: f64| -alpha * f64::from(log_prob);
-        Ok(self.temperature.as_ref().map(|t| (t.objective(), bonus(log_prob[0], t.alpha()))))
+        let bonus = |alpha: f64| -alpha * f64::from(log_prob[0]);
+        Ok(self.temperature.as_ref().map(|t| (t.objective(), bonus(t.alpha()))))
     }
 }
