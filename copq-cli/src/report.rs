@@ -1,6 +1,6 @@
 //! `copq report`: many runs on one page.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use anyhow::ensure;
 use copq::files;
 use copq_envs::{Options, task_with};
-use copq_experiments::{Plan, Report as Page, ReportRun, Stop, read_config, read_plan};
+use copq_experiments::{Paper, Plan, Report as Page, ReportRun, Stop, read_config, read_plan};
 
 use crate::options::{note, number_of, positive, say};
 use crate::rollout::film;
@@ -60,6 +60,9 @@ pub struct Making {
     /// be given several times.
     #[arg(long, value_name = "TASK=SCORE", value_parser = number_of)]
     reference: Vec<(String, f64)>,
+
+    #[arg(skip)]
+    paper: Paper,
 
     /// Films a policy of every method on each task first (rollout.gif in the run's folder), and
     /// shows the films.
@@ -157,10 +160,9 @@ pub fn of_task(mut run: ReportRun, plan: &Plan) -> ReportRun {
 }
 
 impl Making {
-    /// With the scores of a sweep's file, under those of the command line.
-    pub fn references_of(mut self, scores: &BTreeMap<String, f64>) -> Self {
-        self.reference.extend(scores.iter().map(|(task, &score)| (task.clone(), score)));
-        self
+    /// Beside what a sweep's file says of a paper; the command line's scores win.
+    pub fn beside(self, paper: Paper) -> Self {
+        Self { paper, ..self }
     }
 
     /// Makes the page of the runs that `runs` finds, again and again if that is wanted.
@@ -220,7 +222,9 @@ impl Making {
         runs: &[ReportRun],
         again: Option<Duration>,
     ) -> anyhow::Result<(bool, String)> {
-        let page = Page::read(title, runs).references(self.reference.clone());
+        let mut paper = self.paper.clone();
+        paper.reference.extend(self.reference.clone());
+        let page = Page::read(title, runs).paper(paper);
         files::replace(out, page.page(again)?.as_bytes())?;
         if let Some(folder) = &self.parts {
             page.write_parts(folder)?;

@@ -24,6 +24,26 @@ checkpoint-every = 40
 set = ["networks.hidden=[8,8]"]
 "#;
 
+/// What a paper has, and says.
+const CLAIM: &str = r#"
+[[published]]
+source = "Table 2"
+table = "final"
+task = "a/hopper"
+seeds = 5
+of = { cop-td3 = [3042, 99] }
+
+[[claim]]
+says = "it learns"
+source = "section 5.1"
+task = "a/hopper"
+of = "final"
+quantity = "safety"
+method = "cop-td3"
+is = "above"
+than = "limit"
+"#;
+
 fn write(folder: &Path, text: &str) {
     std::fs::write(folder.join("tiny.toml"), text.to_owned() + TINY).unwrap();
 }
@@ -150,6 +170,8 @@ fn mistakes_are_told_before_and_failures_after() {
         ("exclude = [{}]\n[grid]\nseed = [1]", "exclude: wanted options that some run has"),
         ("exclude = [{ sed = 1 }]\n[grid]\nseed = [1]", "got { sed = 1 }"),
         ("[grid]\nseed = [1]\n[[arm]]\nname = \"../a\"", "name of an arm: wanted plain"),
+        (&format!("[grid]\nseed = [1]\n{}", CLAIM.replace("cop-td3", "cop-q")), "got cop-q"),
+        (&format!("[grid]\nseed = [1]\n{}", CLAIM.replace("hopper", "hoper")), "got a/hoper"),
     ] {
         std::fs::write(folder.join("bad.toml"), text_of_file).unwrap();
         let output = sweep(folder, &["plan", "bad.toml"]).output().unwrap();
@@ -281,7 +303,8 @@ fn a_task_says_by_its_code_what_has_become_of_it() {
 fn what_is_submitted_is_written_down() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
-    write(folder, "out = \"a b\"\n[grid]\nseed = [0, 1, 2]\nsteps = [60]\n");
+    let grid = "out = \"a b\"\n[grid]\nseed = [0, 1, 2]\nsteps = [60]\n";
+    write(folder, &(grid.to_owned() + CLAIM));
     let submit = |arguments: &[&str]| {
         let output = sweep(folder, &[&["submit", "tiny.toml"], arguments].concat()).output();
         text(&output.unwrap())
@@ -303,6 +326,12 @@ fn what_is_submitted_is_written_down() {
     let frozen = submitted.join("sweep.toml");
     let plan = text(&sweep(folder, &["plan", frozen.to_str().unwrap()]).output().unwrap());
     assert!(plan.contains("/a b/cop-td3-a-hopper") && plan.lines().count() == 3, "{plan}");
+    let report = text(&sweep(folder, &["report", frozen.to_str().unwrap()]).output().unwrap());
+    assert!(report.contains("3 waiting"), "{report}");
+    let page = std::fs::read_to_string(folder.join("a b/report.html")).unwrap();
+    for part in ["it learns (section 5.1)", "too few seeds", "3042 ± 99 (5)", "Table 2"] {
+        assert!(page.contains(part), "{part}");
+    }
     // A list for GNU parallel is one that any shell can run; its lines stay, whatever is done.
     let parallel = submit(&["--engine", "parallel"]);
     assert!(parallel.contains("--resume-failed"), "{parallel}");

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use clap::Parser;
-use copq_experiments::{Plan, fingerprint, read_done};
+use copq_experiments::{Paper, Plan, fingerprint, read_done};
 
 use super::raw::{Combination, Options, Raw};
 use crate::options::quoted;
@@ -18,7 +18,8 @@ pub struct SweepFile {
     /// The folder of all runs.
     pub out: PathBuf,
     pub title: String,
-    pub reference: BTreeMap<String, f64>,
+    /// What it says of a paper.
+    pub paper: Paper,
     pub tasks: Vec<Task>,
 }
 
@@ -55,6 +56,11 @@ impl Task {
     /// What it would train; an error for options that do not fit.
     pub fn prepare(&self) -> anyhow::Result<Prepared> {
         prepare(&self.arguments)
+    }
+
+    /// The name of its arm, or of its method.
+    fn label(&self) -> &str {
+        self.arm.as_deref().unwrap_or(&self.plan.method)
     }
 
     /// The same in another folder.
@@ -150,7 +156,9 @@ impl SweepFile {
         );
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let title = raw.title.unwrap_or(stem);
-        Ok(Self { out, title, reference: raw.reference, tasks })
+        let paper = Paper { reference: raw.reference, published: raw.published, claims: raw.claim };
+        check(&paper, &tasks).with_context(|| format!("'{shown}'"))?;
+        Ok(Self { out, title, paper, tasks })
     }
 
     /// All runs, for whoever begins them: an error that names the first one that could not begin, for
@@ -198,15 +206,22 @@ impl SweepFile {
             options.extend(task.arm.iter().map(|arm| ("name".to_owned(), arm.clone().into())));
             toml::Value::Table(options)
         });
-        let reference = self.reference.iter().map(|(task, &score)| (task.clone(), score.into()));
-        let table = toml::Table::from_iter([
+        let mut table = toml::Table::try_from(&self.paper)?;
+        table.extend([
             ("out".to_owned(), out.into()),
             ("title".to_owned(), self.title.clone().into()),
-            ("reference".to_owned(), toml::Table::from_iter(reference).into()),
             ("include".to_owned(), include.collect::<Vec<_>>().into()),
         ]);
         Ok(toml::to_string(&table)?)
     }
+}
+
+/// An error for a paper's task or method that no run is of.
+fn check(paper: &Paper, tasks: &[Task]) -> anyhow::Result<()> {
+    let names: BTreeSet<&str> = tasks.iter().map(|task| task.plan.task.as_str()).collect();
+    let arms: BTreeSet<&str> = tasks.iter().map(Task::label).collect();
+    Ok(paper
+        .check(&names.into_iter().collect::<Vec<_>>(), &arms.into_iter().collect::<Vec<_>>())?)
 }
 
 fn no_task(number: usize, count: usize, file: &str) -> String {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
+use copq_experiments::{Claim, Published};
 use serde::Deserialize;
 
 /// Options of copq train by their long names; `method` is the method, `set`, `limit` and `import`
@@ -42,6 +43,12 @@ pub struct Raw {
     /// Tasks' scores that count as 1 where a report takes tasks together.
     #[serde(default)]
     pub reference: BTreeMap<String, f64>,
+    /// A paper's numbers, which stand beside the runs'.
+    #[serde(default)]
+    pub published: Vec<Published>,
+    /// A paper's claims, which the report judges.
+    #[serde(default)]
+    pub claim: Vec<Claim>,
 }
 
 /// The options of a run, and the name of its arm.

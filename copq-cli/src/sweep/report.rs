@@ -31,7 +31,7 @@ impl Report {
         let Self { named, making, from } = self;
         let sweep = SweepFile::read(&named.file)?;
         let elsewhere = runs_in(&from)?;
-        let making = making.references_of(&sweep.reference);
+        let making = making.beside(sweep.paper);
         making.make(&sweep.out.join("report.html"), &sweep.title, || {
             Ok(sweep.tasks.iter().map(|task| of_task(task, &elsewhere)).collect())
         })

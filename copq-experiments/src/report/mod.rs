@@ -1,9 +1,11 @@
 //! What many runs came to: one page, figures and tables.
 
+mod claims;
 mod curves;
 mod ellipses;
 mod groups;
 mod page;
+mod paper;
 mod plane;
 mod provenance;
 mod stored;
@@ -18,6 +20,7 @@ use copq_render::Figure;
 
 use crate::numbers::{duration, grouped};
 use groups::Groups;
+pub use paper::{Claim, Measure, OneOrMore, Paper, Published, Relation, Score};
 pub use stored::ReportRun;
 use stored::Stored;
 pub use table::{Cell, Table};
@@ -50,7 +53,7 @@ pub struct Report {
     title: String,
     runs: Vec<Stored>,
     groups: Groups,
-    references: Vec<(String, f64)>,
+    paper: Paper,
 }
 
 impl Report {
@@ -58,13 +61,12 @@ impl Report {
     pub fn read(title: impl Into<String>, runs: &[ReportRun]) -> Self {
         let mut runs: Vec<Stored> = runs.iter().map(Stored::read).collect();
         let groups = Groups::of(&mut runs);
-        Self { title: title.into(), runs, groups, references: Vec::new() }
+        Self { title: title.into(), runs, groups, paper: Paper::default() }
     }
 
-    /// Scores of tasks, such as a paper's, by which results are divided where tasks are taken
-    /// together.
-    pub fn references(self, references: Vec<(String, f64)>) -> Self {
-        Self { references, ..self }
+    /// What a paper has of these tasks, beside which the runs are put.
+    pub fn paper(self, paper: Paper) -> Self {
+        Self { paper, ..self }
     }
 
     /// Whether a run is at work or waits.
@@ -123,6 +125,10 @@ impl Report {
             write("tex", table.latex())?;
             write("csv", table.csv()?)?;
         }
+        if let Some(judged) = self.judged() {
+            files::replace(&folder.join("claims.md"), judged.markdown().as_bytes())?;
+            files::replace(&folder.join("claims.csv"), judged.csv()?.as_bytes())?;
+        }
         for (name, plane) in self.planes().into_iter().chain(self.ellipses()) {
             plane.write(folder.join(format!("{name}.svg")))?;
         }
@@ -151,7 +157,12 @@ mod tests {
     use crate::plan::Plan;
 
     /// A run's folder with a plan, and evaluations at steps 0, 10 and so on.
-    fn stored(folder: &Path, name: &str, change: impl Fn(&mut Plan), totals: &[f64]) -> ReportRun {
+    pub(super) fn stored(
+        folder: &Path,
+        name: &str,
+        change: impl Fn(&mut Plan),
+        totals: &[f64],
+    ) -> ReportRun {
         let path = folder.join(name);
         std::fs::create_dir(&path).unwrap();
         let method = copq::Method::cop_td3();
@@ -268,8 +279,9 @@ mod tests {
             of("2", "both", "a/ant", 150.0),
             of("3", "one", "a/hopper", 500.0),
         ];
-        let scores = [("a/hopper", 100.0), ("a/ant", 100.0)].map(|(t, s)| (t.to_owned(), s));
-        let report = Report::read("x", &runs).references(scores.to_vec());
+        let reference = [("a/hopper", 100.0), ("a/ant", 100.0)].map(|(t, s)| (t.to_owned(), s));
+        let paper = Paper { reference: reference.into(), ..Paper::default() };
+        let report = Report::read("x", &runs).paper(paper);
         let tables = report.tables();
         let together = tables.iter().find(|table| table.name == "all-tasks").unwrap();
         let shown: Vec<String> = together.rows.iter().map(|(_, cells)| cells[1].plain()).collect();

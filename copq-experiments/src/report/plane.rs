@@ -3,7 +3,8 @@
 use copq_render::Plane;
 
 use super::groups::World;
-use super::{Report, file_name, tables};
+use super::paper::Measure;
+use super::{Report, file_name};
 use crate::figure::Quantity;
 
 impl Report {
@@ -39,8 +40,7 @@ impl Report {
 
     /// Each seed's mean of the last few evaluations.
     pub(super) fn ends(&self, world: &World, label: usize, quantity: &Quantity) -> Vec<f64> {
-        let seeds = self.seeds(world, label).values(quantity).into_iter();
-        let seeds = seeds.map(|seed| seed.into_iter().map(|(_, value)| value).collect());
-        seeds.map(|seed: Vec<f64>| tables::last_few(&seed)).collect()
+        let seeds = self.seeds(world, label);
+        seeds.measured(Measure::LastFive, quantity, seeds.end())
     }
 }

@@ -2,6 +2,7 @@
 
 use copq::{Error, Result};
 
+use super::paper::Score;
 use crate::sheet::encode;
 use crate::statistics::{Bootstrap, mean, std};
 
@@ -80,6 +81,13 @@ impl Cell {
         }
     }
 
+    /// A paper's number, under a limit if there is one.
+    pub(super) fn published(score: Score, seeds: usize, limit: Option<f64>) -> Self {
+        let is_violated = limit.is_some_and(|limit| score.mean() > limit);
+        let [mean, std] = [Some(score.mean()), score.std()];
+        Self { mean, std, seeds, is_violated, ..Self::default() }
+    }
+
     /// In plain letters.
     pub(super) fn plain(&self) -> String {
         self.text(" ± ", ["", ""])
@@ -109,8 +117,14 @@ impl Cell {
     }
 }
 
+/// A line of a table.
+pub(super) fn markdown_row(cells: &[String]) -> String {
+    let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+    format!("| {} |\n", cells.join(" | "))
+}
+
 /// As many digits as the size of the numbers beside it is worth.
-fn number(value: f64, size: f64) -> String {
+pub(super) fn number(value: f64, size: f64) -> String {
     let digits = match size {
         size if size >= 100.0 => 0,
         size if size >= 10.0 => 1,
@@ -129,17 +143,14 @@ impl Table {
 
     /// As Markdown.
     pub fn markdown(&self) -> String {
-        let row = |cells: Vec<String>| {
-            let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
-            format!("| {} |\n", cells.join(" | "))
-        };
         let head = std::iter::once("method".to_owned()).chain(self.columns.iter().cloned());
         let mut text = format!("**{}.** {}\n\n", self.title, self.remark());
-        text += &row(head.collect());
+        text += &markdown_row(&head.collect::<Vec<_>>());
         text += &format!("|---|{}\n", "--:|".repeat(self.columns.len()));
         for (label, cells) in &self.rows {
             let cells = cells.iter().map(Cell::plain);
-            text += &row(std::iter::once(label.clone()).chain(cells).collect());
+            let row = std::iter::once(label.clone()).chain(cells);
+            text += &markdown_row(&row.collect::<Vec<_>>());
         }
         text
     }

@@ -3,14 +3,12 @@
 use super::Report;
 use super::curves::over_seeds;
 use super::groups::World;
+use super::paper::{LAST, Measure};
 use super::table::{Cell, Table};
 use crate::figure::{Evaluated, Quantity};
 use crate::numbers::grouped;
 use crate::standing::Standing;
-use crate::statistics::{Bootstrap, FEWEST, iqm, max, mean, probability_of_improvement};
-
-/// Evaluations that a reward and its cost are the mean of.
-const LAST: usize = 5;
+use crate::statistics::{Bootstrap, FEWEST, iqm, mean, probability_of_improvement};
 
 /// The seeds of a method on a task.
 pub(super) struct Seeds<'a> {
@@ -36,27 +34,25 @@ impl Seeds<'_> {
         Cell::of(values, self.begun)
     }
 
-    /// A number a seed, of its weighted totals up to the end.
-    fn totals(&self, of: impl Fn(&[f64]) -> f64) -> Vec<f64> {
-        let values = self.values(&Quantity::WeightedTotal).into_iter();
-        let values = values.map(|seed| seed.into_iter().map(|(_, value)| value).collect());
-        values.map(|seed: Vec<f64>| of(&seed)).collect()
+    /// A number a seed, of a quantity's values up to a step.
+    pub(super) fn measured(&self, measure: Measure, quantity: &Quantity, end: u64) -> Vec<f64> {
+        let values = self.values(quantity).into_iter();
+        let until = values.map(|seed| seed.into_iter().filter(|(step, _)| *step <= end).collect());
+        until.map(|seed: Vec<(u64, f64)>| measure.of(&seed)).collect()
     }
 
-    /// The area under each seed's weighted totals up to a step.
-    fn areas(&self, end: u64) -> Vec<f64> {
-        self.seeds.iter().map(|seed| seed.area(end)).collect()
+    /// The same of weighted totals, up to the end.
+    fn totals(&self, measure: Measure) -> Vec<f64> {
+        self.measured(measure, &Quantity::WeightedTotal, self.end)
     }
-}
 
-/// The last value.
-fn last(values: &[f64]) -> f64 {
-    values.last().copied().unwrap_or(f64::NAN)
-}
+    pub(super) fn end(&self) -> u64 {
+        self.end
+    }
 
-/// The mean of the last few values.
-pub(super) fn last_few(values: &[f64]) -> f64 {
-    mean(&values[values.len().saturating_sub(LAST)..])
+    pub(super) fn is_empty(&self) -> bool {
+        self.seeds.is_empty()
+    }
 }
 
 impl Report {
@@ -79,14 +75,36 @@ impl Report {
         let worlds = &self.groups.worlds;
         let cells = |label| worlds.iter().map(|world| cell(&self.seeds(world, label))).collect();
         let labels = self.groups.labels.iter().enumerate();
-        Table {
+        let table = Table {
             name,
             title: title.to_owned(),
             note: note.to_owned(),
             is_of_seeds: true,
             columns: worlds.iter().map(|world| self.headed(world)).collect(),
             rows: labels.map(|(i, label)| (label.clone(), cells(i))).collect(),
+        };
+        let of: Vec<_> = worlds.iter().map(|world| (world, None)).collect();
+        self.with_published(table, &of)
+    }
+
+    /// Puts the paper's numbers behind each column that has some, the columns being of these tasks and
+    /// quantities.
+    fn with_published(&self, mut table: Table, of: &[(&World, Option<String>)]) -> Table {
+        for (at, (world, quantity)) in of.iter().enumerate().rev() {
+            let quantity = quantity.as_deref();
+            let Some(column) = self.paper.column(table.name, &world.task, quantity) else {
+                continue;
+            };
+            let limit = quantity.and_then(|quantity| world.limits.get(quantity)).copied();
+            for (label, cells) in &mut table.rows {
+                let score = column.of.get(label);
+                let cell = score.map(|&score| Cell::published(score, column.seeds, limit));
+                cells.insert(at + 1, cell.unwrap_or_default());
+            }
+            let what = quantity.map_or(String::new(), |quantity| format!(", {quantity}"));
+            table.columns.insert(at + 1, format!("{}{what}: {}", world.short, column.source));
         }
+        table
     }
 
     /// A task's name and its steps.
@@ -109,13 +127,13 @@ pub(super) fn all(report: &Report) -> Vec<Table> {
             "final",
             "Total return of the final policy",
             "The last evaluation's weighted total (the paper's Table 2).",
-            |seeds| seeds.cell(&seeds.totals(last)),
+            |seeds| seeds.cell(&seeds.totals(Measure::Final)),
         ),
         report.by_task(
             "best",
             "Best total return in each training",
             "The best evaluation of each seed once it trains (Table E.1); it favours curves that swing.",
-            |seeds| seeds.cell(&seeds.totals(|values| max(values.get(1..).unwrap_or_default()))),
+            |seeds| seeds.cell(&seeds.totals(Measure::Highest)),
         ),
         report.by_task(
             "best-of-mean",
@@ -128,7 +146,7 @@ pub(super) fn all(report: &Report) -> Vec<Table> {
             "area",
             "Area under the curve",
             "The area under the weighted total's curve over its length: the mean of the whole run.",
-            |seeds| seeds.cell(&seeds.areas(seeds.end)),
+            |seeds| seeds.cell(&seeds.totals(Measure::Area)),
         ),
     ];
     tables.extend(improvement(report));
@@ -186,9 +204,11 @@ fn improvement(report: &Report) -> Option<Table> {
             let [ours, theirs] = [label, 0].map(|label| report.seeds(world, label));
             let end = ours.end.min(theirs.end);
             if ours.seeds.len().min(theirs.seeds.len()) >= FEWEST {
-                let chance = probability_of_improvement(&ours.areas(end), &theirs.areas(end));
+                let [ours, theirs] = [&ours, &theirs]
+                    .map(|s| s.measured(Measure::Area, &Quantity::WeightedTotal, end));
+                let chance = probability_of_improvement(&ours, &theirs);
                 let mean = Some(chance).filter(|chance| chance.is_finite());
-                *cell = Cell { mean, seeds: ours.seeds.len(), ..Cell::default() };
+                *cell = Cell { mean, seeds: ours.len(), ..Cell::default() };
             }
         }
     }
@@ -225,7 +245,7 @@ fn reward_and_cost(report: &Report) -> Option<Table> {
         let cells = columns.iter().map(|(world, quantity, _)| cell(label, world, quantity));
         (name.clone(), cells.collect())
     };
-    Some(Table {
+    let table = Table {
         name: "reward-and-cost",
         title: "Rewards and costs".to_owned(),
         note: format!(
@@ -238,15 +258,15 @@ fn reward_and_cost(report: &Report) -> Option<Table> {
             .map(|(world, _, title)| format!("{}: {title}", report.headed(world)))
             .collect(),
         rows: report.groups.labels.iter().enumerate().map(row).collect(),
-    })
+    };
+    let of: Vec<_> =
+        columns.iter().map(|(world, quantity, _)| (*world, Some(quantity.title()))).collect();
+    Some(report.with_published(table, &of))
 }
 
 /// All tasks together, each divided by its reference.
 fn over_tasks(report: &Report) -> Option<Table> {
-    let reference = |world: &World| {
-        let known = report.references.iter().find(|(task, _)| *task == world.task);
-        known.map(|&(_, score)| score)
-    };
+    let reference = |world: &World| report.paper.reference.get(&world.task).copied();
     let worlds: Vec<(&World, f64)> =
         report.groups.worlds.iter().filter_map(|world| Some((world, reference(world)?))).collect();
     if worlds.len() < 2 {
@@ -254,7 +274,7 @@ fn over_tasks(report: &Report) -> Option<Table> {
     }
     let row = |(label, name): (usize, &String)| {
         let scores = worlds.iter().map(|&(world, score)| {
-            let finals = report.seeds(world, label).totals(last);
+            let finals = report.seeds(world, label).totals(Measure::Final);
             finals.into_iter().map(|value| value / score).collect::<Vec<f64>>()
         });
         let scores: Vec<Vec<f64>> = scores.collect();

@@ -18,9 +18,11 @@
 
 mod bootstrap;
 mod curve;
+mod difference;
 
 pub use bootstrap::{Bootstrap, FEWEST};
 pub use curve::{area_under, steps_to};
+pub use difference::Sample;
 
 /// The arithmetic mean.
 pub fn mean(values: &[f64]) -> f64 {

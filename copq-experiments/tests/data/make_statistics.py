@@ -16,6 +16,8 @@ def main():
         second = np.round(rng.normal(110, 40, m), 1)
         second[0] = first[0]  # a tie
         steps = np.cumsum(rng.integers(1, 9, n)).astype(float)
+        welch = stats.ttest_ind(first, second, equal_var=False).confidence_interval(0.95)
+        student = stats.ttest_1samp(first, 100).confidence_interval(0.95)
         cases.append(
             {
                 "first": first.tolist(),
@@ -25,6 +27,8 @@ def main():
                 "std": float(np.std(first)),
                 "iqm": float(stats.trim_mean(first, 0.25)),
                 "improvement": float(stats.mannwhitneyu(first, second).statistic / (n * m)),
+                "welch": [float(welch.low), float(welch.high)],
+                "student": [float(student.low - 100), float(student.high - 100)],
                 "area": float(np.trapezoid(first, steps) / (steps[-1] - steps[0])),
             }
         )
