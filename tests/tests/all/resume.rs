@@ -10,7 +10,11 @@ use copq_experiments::{Plan, Run, RunFolder, RunSettings};
 
 /// Small networks and a short warm-up, so that a test can train for real.
 fn method() -> Method {
-    let mut method = Method::cop_td3().warm_up(300);
+    small(Method::cop_td3())
+}
+
+fn small(method: Method) -> Method {
+    let mut method = method.warm_up(300);
     method.config.batch = 32;
     method.config.networks.hidden = vec![32, 32];
     method
@@ -125,32 +129,39 @@ fn a_policy_comes_back_without_its_run() {
     }
 }
 
+/// Also where the first row after the break is of what a multiplier did before it.
 #[test]
 fn a_resumed_run_leaves_the_same_files() {
-    let temporary = tempfile::tempdir().unwrap();
-    let run = |name: &str, steps: u64| {
-        let settings = RunSettings {
-            steps,
-            eval_every: 500,
-            eval_episodes: 2,
-            log_every: 250,
-            ..Default::default()
+    let constrained = [Method::cop_cal(), Method::saclag_ucb(), Method::sac_pid()];
+    let constrained = constrained.map(|method| ("b/hopper", small(method)));
+    for (task, method) in [("a/hopper", method())].into_iter().chain(constrained) {
+        let temporary = tempfile::tempdir().unwrap();
+        let run = |name: &str, steps: u64| {
+            let settings = RunSettings {
+                steps,
+                eval_every: 500,
+                eval_episodes: 2,
+                log_every: 250,
+                ..Default::default()
+            };
+            let plan = Plan { run: settings, task: task.to_owned(), ..Plan::new(&method) };
+            let path = temporary.path().join(name);
+            let open = if path.exists() { RunFolder::resume } else { RunFolder::create };
+            let folder = open(&path, &plan, &method.config).unwrap();
+            let [env, other] = [(); 2].map(|()| copq_envs_rapier::make(task).unwrap());
+            let learner = Learner::new(method.clone(), env.spec(), &Candle::default(), 0).unwrap();
+            let trainer = Trainer::new(env, Box::new(learner) as Box<dyn Agent>).unwrap();
+            let run = Run::new(trainer, Some(other), folder, settings);
+            run.unwrap().silent().train().unwrap();
+            path
         };
-        let plan = Plan { run: settings, ..Plan::new(&method()) };
-        let path = temporary.path().join(name);
-        let open = if path.exists() { RunFolder::resume } else { RunFolder::create };
-        let folder = open(&path, &plan, &method().config).unwrap();
-        let env = copq_envs_rapier::make("a/hopper").unwrap();
-        let run = Run::new(trainer(0, 1).unwrap(), Some(env), folder, settings);
-        run.unwrap().silent().train().unwrap();
-        path
-    };
-    let whole = run("whole", 2_000);
-    run("halves", 1_000);
-    let halves = run("halves", 2_000);
-    for file in ["metrics.csv", "evaluations.csv", "checkpoint.safetensors"] {
-        let read = |folder: &std::path::Path| std::fs::read(folder.join(file)).unwrap();
-        assert!(read(&whole) == read(&halves), "{file} differs");
+        let whole = run("whole", 2_000);
+        run("halves", 1_000);
+        let halves = run("halves", 2_000);
+        for file in ["metrics.csv", "evaluations.csv", "checkpoint.safetensors"] {
+            let read = |folder: &std::path::Path| std::fs::read(folder.join(file)).unwrap();
+            assert!(read(&whole) == read(&halves), "{}: {file} differs", method.name);
+        }
     }
 }
 
