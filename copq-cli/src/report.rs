@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 use anyhow::ensure;
 use copq::files;
 use copq_envs::{Options, task_with};
-use copq_experiments::{Paper, Plan, Report as Page, ReportRun, Stop, read_config, read_plan};
+use copq_experiments::paper::Paper;
+use copq_experiments::{Plan, Report as Page, ReportRun, Stop, read_config, read_plan};
 
 use crate::options::{note, number_of, positive, say};
 use crate::rollout::film;
@@ -224,7 +225,7 @@ impl Making {
     ) -> anyhow::Result<(bool, String)> {
         let mut paper = self.paper.clone();
         paper.reference.extend(self.reference.clone());
-        let page = Page::read(title, runs).paper(paper);
+        let page = Page::read(title, runs).paper(paper)?;
         files::replace(out, page.page(again)?.as_bytes())?;
         if let Some(folder) = &self.parts {
             page.write_parts(folder)?;

@@ -65,9 +65,7 @@ pub use metrics::Metrics;
 pub use numbers::Numbers;
 pub use onnx::{read_policy, write_onnx};
 pub use plan::{OnEnvError, OnResume, Plan, RunSettings, SavedReplay};
-pub use report::{
-    Cell, Claim, Measure, OneOrMore, Paper, Published, Relation, Report, ReportRun, Score, Table,
-};
+pub use report::{Cell, Report, ReportRun, Table, paper};
 pub use run::Run;
 pub use sheet::Sheet;
 pub use standing::{Standing, complaint_file, failure, steps_done};

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use clap::Parser;
-use copq_experiments::{Paper, Plan, fingerprint, read_done};
+use copq_experiments::paper::Paper;
+use copq_experiments::{Plan, fingerprint, read_done};
 
 use super::raw::{Combination, Options, Raw};
 use crate::options::quoted;
@@ -56,11 +57,6 @@ impl Task {
     /// What it would train; an error for options that do not fit.
     pub fn prepare(&self) -> anyhow::Result<Prepared> {
         prepare(&self.arguments)
-    }
-
-    /// The name of its arm, or of its method.
-    fn label(&self) -> &str {
-        self.arm.as_deref().unwrap_or(&self.plan.method)
     }
 
     /// The same in another folder.
@@ -134,9 +130,12 @@ impl SweepFile {
             );
             tasks.push(task);
         }
+        let mut paper = raw.paper();
         for file in &raw.files {
             let file = path.parent().unwrap_or(Path::new("")).join(file);
-            for task in Self::read_within(&file, others)?.tasks {
+            let other = Self::read_within(&file, others)?;
+            paper = paper.and(other.paper);
+            for task in other.tasks {
                 let task = task.moved(&out);
                 match known.insert(task.folder.clone(), task.fingerprint.clone()) {
                     None => tasks.push(task),
@@ -156,8 +155,6 @@ impl SweepFile {
         );
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let title = raw.title.unwrap_or(stem);
-        let paper = Paper { reference: raw.reference, published: raw.published, claims: raw.claim };
-        check(&paper, &tasks).with_context(|| format!("'{shown}'"))?;
         Ok(Self { out, title, paper, tasks })
     }
 
@@ -214,14 +211,6 @@ impl SweepFile {
         ]);
         Ok(toml::to_string(&table)?)
     }
-}
-
-/// An error for a paper's task or method that no run is of.
-fn check(paper: &Paper, tasks: &[Task]) -> anyhow::Result<()> {
-    let names: BTreeSet<&str> = tasks.iter().map(|task| task.plan.task.as_str()).collect();
-    let arms: BTreeSet<&str> = tasks.iter().map(Task::label).collect();
-    Ok(paper
-        .check(&names.into_iter().collect::<Vec<_>>(), &arms.into_iter().collect::<Vec<_>>())?)
 }
 
 fn no_task(number: usize, count: usize, file: &str) -> String {

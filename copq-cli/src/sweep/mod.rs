@@ -50,21 +50,21 @@ const FILE: &str = r#"A sweep's file is TOML. Its keys are copq train's long opt
   [reference]                # scores that count as 1 where the report takes tasks together
   "a/hopper" = 3042
 
-  [[published]]              # a paper's numbers, beside those of a table of the report
+  [[published]]              # a paper's numbers, beside those of the report's tables
   source = "Table 2"
-  table = "final"            # or best, best-of-mean, area, reward-and-cost (with quantity)
   task = "a/hopper"
+  of = "final"               # or best, best-of-mean, area, last-five (with quantity = "cost")
   seeds = 5
-  of = { cholesky = [3042, 99], minimum = [3020, 233] }    # mean and standard deviation
+  scores = { cholesky = [3042, 99], minimum = 3020 }    # mean and standard deviation, or mean
 
   [[claim]]                  # what a paper concludes, which the report judges by intervals
   says = "it learns faster"
   source = "section 5.1"
   task = ["a/hopper", "a/walker2d"]
-  of = "area"                # or final, last-five, highest, swing
-  method = "cholesky"
-  is = "above"               # or below, or near with within = 0.1
-  than = "minimum"           # several in a list; limit is a cost's limit
+  of = "area"                # or final, best, last-five, swing, exceeded; of the total, or of quantity
+  method = "cholesky"        # as the report calls it
+  is = "above"               # or below; near or not-below, with within = 0.1
+  than = "minimum"           # several in a list; limit is that of the cost in quantity
 
 `files = ["other.toml"]` takes in the runs of other files. experiments/ has examples."#;
 

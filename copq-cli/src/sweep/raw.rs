@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
-use copq_experiments::{Claim, Published};
+use copq_experiments::paper::{Claim, Paper, Published};
 use serde::Deserialize;
 
 /// Options of copq train by their long names; `method` is the method, `set`, `limit` and `import`
@@ -14,7 +14,7 @@ pub type Options = BTreeMap<String, toml::Value>;
 /// Options that may be given several times, and add up.
 const REPEATED: [&str; 3] = ["set", "limit", "import"];
 
-#[derive(Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Raw {
     /// The folder of all runs. [default: runs/ and the file's name]
@@ -42,13 +42,13 @@ pub struct Raw {
     pub title: Option<String>,
     /// Tasks' scores that count as 1 where a report takes tasks together.
     #[serde(default)]
-    pub reference: BTreeMap<String, f64>,
+    reference: BTreeMap<String, f64>,
     /// A paper's numbers, which stand beside the runs'.
     #[serde(default)]
-    pub published: Vec<Published>,
+    published: Vec<Published>,
     /// A paper's claims, which the report judges.
     #[serde(default)]
-    pub claim: Vec<Claim>,
+    claim: Vec<Claim>,
 }
 
 /// The options of a run, and the name of its arm.
@@ -66,6 +66,12 @@ impl Raw {
         let stem = path.file_stem().unwrap_or_default();
         let out = raw.out.clone().unwrap_or_else(|| Path::new("runs").join(stem));
         Ok((raw, out))
+    }
+
+    /// What it says of a paper.
+    pub fn paper(&self) -> Paper {
+        let Self { reference, published, claim, .. } = self.clone();
+        Paper { reference, published, claims: claim }
     }
 
     pub fn combinations(&self) -> anyhow::Result<Vec<Combination>> {

@@ -14,6 +14,8 @@ const NAMED: usize = 3;
 pub(crate) struct Groups {
     /// The methods' names, in the runs' order; a method's number is its colour.
     pub labels: Vec<String>,
+    /// What each is called without what sets it apart from others.
+    bases: Vec<String>,
     /// The tasks, in the runs' order.
     pub worlds: Vec<World>,
 }
@@ -43,6 +45,9 @@ impl Groups {
             let run = &runs[number];
             let label =
                 position_or_push(&mut groups.labels, |known| *known == label, || label.clone());
+            if groups.bases.len() < groups.labels.len() {
+                groups.bases.push(base(run));
+            }
             let name = run.plan().map_or_else(|| "unknown".to_owned(), world_name);
             let world = position_or_push(
                 &mut groups.worlds,
@@ -66,6 +71,23 @@ impl Groups {
         }
         groups.name_worlds();
         groups
+    }
+
+    /// The method that is called so on a task: by its whole name, or by its first part where no other
+    /// there begins so.
+    pub(crate) fn method(&self, world: &World, name: &str) -> Option<usize> {
+        let is_there = |label: &usize| !world.runs[*label].is_empty();
+        let whole = self.labels.iter().position(|label| label == name);
+        let mut parts = (0..self.bases.len()).filter(|&i| self.bases[i] == name).filter(is_there);
+        whole.filter(is_there).or_else(|| parts.next().filter(|_| parts.next().is_none()))
+    }
+
+    /// What methods are called on a task.
+    pub(crate) fn methods<'a>(&'a self, world: &World) -> Vec<&'a str> {
+        let names = self.bases.iter().chain(&self.labels).map(String::as_str);
+        let known: BTreeSet<&str> =
+            names.filter(|name| self.method(world, name).is_some()).collect();
+        known.into_iter().collect()
     }
 
     /// Names that tell all tasks apart.

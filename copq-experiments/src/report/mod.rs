@@ -1,11 +1,12 @@
 //! What many runs came to: one page, figures and tables.
 
 mod claims;
+mod claims_table;
 mod curves;
 mod ellipses;
 mod groups;
 mod page;
-mod paper;
+pub mod paper;
 mod plane;
 mod provenance;
 mod stored;
@@ -20,7 +21,7 @@ use copq_render::Figure;
 
 use crate::numbers::{duration, grouped};
 use groups::Groups;
-pub use paper::{Claim, Measure, OneOrMore, Paper, Published, Relation, Score};
+use paper::{KnownTasks, Paper};
 pub use stored::ReportRun;
 use stored::Stored;
 pub use table::{Cell, Table};
@@ -64,9 +65,18 @@ impl Report {
         Self { title: title.into(), runs, groups, paper: Paper::default() }
     }
 
-    /// What a paper has of these tasks, beside which the runs are put.
-    pub fn paper(self, paper: Paper) -> Self {
-        Self { paper, ..self }
+    /// What a paper says of these tasks and methods, beside which the runs are put; an error where it
+    /// is of others.
+    pub fn paper(self, paper: Paper) -> Result<Self> {
+        let mut known = KnownTasks::new();
+        for world in &self.groups.worlds {
+            let task = known.entry(&world.task).or_default();
+            task.objectives.extend(world.weights.keys().map(String::as_str));
+            task.limits.extend(world.limits.keys().map(String::as_str));
+            task.methods.extend(self.groups.methods(world));
+        }
+        paper.check(&known)?;
+        Ok(Self { paper, ..self })
     }
 
     /// Whether a run is at work or waits.
@@ -125,9 +135,11 @@ impl Report {
             write("tex", table.latex())?;
             write("csv", table.csv()?)?;
         }
-        if let Some(judged) = self.judged() {
-            files::replace(&folder.join("claims.md"), judged.markdown().as_bytes())?;
-            files::replace(&folder.join("claims.csv"), judged.csv()?.as_bytes())?;
+        let judged = self.judged();
+        if !judged.is_empty() {
+            let text = claims_table::markdown(&judged);
+            files::replace(&folder.join("claims.md"), text.as_bytes())?;
+            files::replace(&folder.join("claims.csv"), &claims_table::csv(&judged)?)?;
         }
         for (name, plane) in self.planes().into_iter().chain(self.ellipses()) {
             plane.write(folder.join(format!("{name}.svg")))?;
@@ -147,6 +159,9 @@ fn file_name(name: &str) -> String {
     let parts = name.split(|c: char| !c.is_ascii_alphanumeric() && c != '.');
     parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")
 }
+
+#[cfg(test)]
+mod claims_tests;
 
 #[cfg(test)]
 mod tests {
@@ -281,7 +296,7 @@ mod tests {
         ];
         let reference = [("a/hopper", 100.0), ("a/ant", 100.0)].map(|(t, s)| (t.to_owned(), s));
         let paper = Paper { reference: reference.into(), ..Paper::default() };
-        let report = Report::read("x", &runs).paper(paper);
+        let report = Report::read("x", &runs).paper(paper).unwrap();
         let tables = report.tables();
         let together = tables.iter().find(|table| table.name == "all-tasks").unwrap();
         let shown: Vec<String> = together.rows.iter().map(|(_, cells)| cells[1].plain()).collect();

@@ -9,7 +9,7 @@ use copq_render::label_sample;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::Report;
-use super::claims::{Judged, NOTE};
+use super::claims_table;
 use super::curves::Curves;
 use super::groups::World;
 use super::provenance::{builds, runs, settings, troubles};
@@ -39,6 +39,7 @@ pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String>
             div.films { @for film in &films { (film) } }
         }
     };
+    let judged = report.judged();
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -52,7 +53,7 @@ pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String>
                 h2 id="tables" { "Tables" }
                 p.note { (READING) }
                 @for table in report.tables() { (table_of(&table)) }
-                (claims(report))
+                @if !judged.is_empty() { (claims_table::page(&judged)) }
                 (training)
                 (troubles(report))
                 h2 id="settings" { "Settings" }
@@ -183,24 +184,6 @@ fn table_of(table: &Table) -> Markup {
                                 td.bad[cell.is_violated] { (cell.plain()) }
                             }
                         }
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// What a paper claims, and what the runs show.
-fn claims(report: &Report) -> Markup {
-    html! {
-        @if let Some(judged) = report.judged() {
-            h2 id="claims" { "Claims" }
-            p.note { (NOTE) }
-            div.wide {
-                table id="table-claims" {
-                    thead { tr { @for head in Judged::HEAD { th { (head) } } } }
-                    tbody {
-                        @for row in &judged.rows { tr { @for text in row { td { (text) } } } }
                     }
                 }
             }

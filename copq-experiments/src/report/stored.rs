@@ -134,6 +134,12 @@ impl Stored {
         self.evaluated.as_ref().map(Evaluated::last_step)
     }
 
+    /// The steps that it shall have: what is wanted now, however it began.
+    pub(crate) fn steps_wanted(&self) -> Option<u64> {
+        let planned = self.run.planned.as_ref().map(|(plan, _)| plan);
+        planned.or(self.plan()).map(|plan| plan.run.steps)
+    }
+
     /// Its plan.
     pub(crate) fn plan(&self) -> Option<&Plan> {
         self.what.as_ref().map(|(plan, _)| plan)

@@ -65,6 +65,8 @@ pub struct Cell {
     pub begun: usize,
     /// Whether a limit is exceeded.
     pub is_violated: bool,
+    /// Whether it is a paper's own, and stands as it is printed there.
+    pub is_published: bool,
 }
 
 impl Cell {
@@ -77,7 +79,7 @@ impl Cell {
             interval: interval.filter(|ends| ends.iter().all(|end| end.is_finite())),
             seeds: values.len(),
             begun,
-            is_violated: false,
+            ..Self::default()
         }
     }
 
@@ -85,7 +87,7 @@ impl Cell {
     pub(super) fn published(score: Score, seeds: usize, limit: Option<f64>) -> Self {
         let is_violated = limit.is_some_and(|limit| score.mean() > limit);
         let [mean, std] = [Some(score.mean()), score.std()];
-        Self { mean, std, seeds, is_violated, ..Self::default() }
+        Self { mean, std, seeds, is_violated, is_published: true, ..Self::default() }
     }
 
     /// In plain letters.
@@ -102,6 +104,10 @@ impl Cell {
         };
         let Some(mean) = self.mean else {
             return if self.seeds > 0 { format!("NaN{count}") } else { String::new() };
+        };
+        let number = |value: f64, size| match self.is_published {
+            true => value.to_string(),
+            false => number(value, size),
         };
         let size = self.interval.map_or(mean.abs(), |[low, high]| low.abs().max(high.abs()));
         let mark = if self.is_violated { "*" } else { "" };

@@ -20,11 +20,11 @@ pub(super) struct Seeds<'a> {
 }
 
 impl Seeds<'_> {
-    /// The values of a quantity up to the end, a list a seed.
-    pub(super) fn values(&self, quantity: &Quantity) -> Vec<Vec<(u64, f64)>> {
+    /// The values of a quantity up to a step, a list a seed.
+    pub(super) fn values(&self, quantity: &Quantity, end: u64) -> Vec<Vec<(u64, f64)>> {
         let until = |seed: &&Evaluated| {
             let means = seed.means(quantity).into_iter();
-            means.filter(|(step, _)| *step <= self.end).collect()
+            means.filter(|(step, _)| *step <= end).collect()
         };
         self.seeds.iter().map(until).collect()
     }
@@ -36,9 +36,7 @@ impl Seeds<'_> {
 
     /// A number a seed, of a quantity's values up to a step.
     pub(super) fn measured(&self, measure: Measure, quantity: &Quantity, end: u64) -> Vec<f64> {
-        let values = self.values(quantity).into_iter();
-        let until = values.map(|seed| seed.into_iter().filter(|(step, _)| *step <= end).collect());
-        until.map(|seed: Vec<(u64, f64)>| measure.of(&seed)).collect()
+        self.values(quantity, end).iter().map(|seed| measure.of(seed, None)).collect()
     }
 
     /// The same of weighted totals, up to the end.
@@ -75,31 +73,49 @@ impl Report {
         let worlds = &self.groups.worlds;
         let cells = |label| worlds.iter().map(|world| cell(&self.seeds(world, label))).collect();
         let labels = self.groups.labels.iter().enumerate();
-        let table = Table {
+        Table {
             name,
             title: title.to_owned(),
             note: note.to_owned(),
             is_of_seeds: true,
             columns: worlds.iter().map(|world| self.headed(world)).collect(),
             rows: labels.map(|(i, label)| (label.clone(), cells(i))).collect(),
-        };
-        let of: Vec<_> = worlds.iter().map(|world| (world, None)).collect();
-        self.with_published(table, &of)
+        }
+    }
+
+    /// The same of weighted totals, with the paper's numbers.
+    fn of_totals(
+        &self,
+        measure: Measure,
+        title: &str,
+        note: &str,
+        cell: impl Fn(&Seeds<'_>) -> Cell,
+    ) -> Option<Table> {
+        let table = self.by_task(measure.table()?, title, note, cell);
+        let of: Vec<_> = self.groups.worlds.iter().map(|world| (world, None)).collect();
+        Some(self.with_published(table, measure, &of))
     }
 
     /// Puts the paper's numbers behind each column that has some, the columns being of these tasks and
     /// quantities.
-    fn with_published(&self, mut table: Table, of: &[(&World, Option<String>)]) -> Table {
+    fn with_published(
+        &self,
+        mut table: Table,
+        measure: Measure,
+        of: &[(&World, Option<String>)],
+    ) -> Table {
         for (at, (world, quantity)) in of.iter().enumerate().rev() {
             let quantity = quantity.as_deref();
-            let Some(column) = self.paper.column(table.name, &world.task, quantity) else {
+            let Some(column) = self.paper.column(measure, &world.task, quantity) else {
                 continue;
             };
             let limit = quantity.and_then(|quantity| world.limits.get(quantity)).copied();
-            for (label, cells) in &mut table.rows {
-                let score = column.of.get(label);
-                let cell = score.map(|&score| Cell::published(score, column.seeds, limit));
-                cells.insert(at + 1, cell.unwrap_or_default());
+            table.rows.iter_mut().for_each(|(_, cells)| cells.insert(at + 1, Cell::default()));
+            for (method, &score) in &column.scores {
+                let cell = Cell::published(score, column.seeds, limit);
+                if let Some(label) = self.groups.method(world, method) {
+                    table.rows[label].1[at + 1] = cell;
+                }
             }
             let what = quantity.map_or(String::new(), |quantity| format!(", {quantity}"));
             table.columns.insert(at + 1, format!("{}{what}: {}", world.short, column.source));
@@ -122,33 +138,35 @@ impl Report {
 }
 
 pub(super) fn all(report: &Report) -> Vec<Table> {
-    let mut tables = vec![
-        report.by_task(
-            "final",
+    let each = |measure| move |seeds: &Seeds<'_>| seeds.cell(&seeds.totals(measure));
+    let tables = [
+        report.of_totals(
+            Measure::Final,
             "Total return of the final policy",
             "The last evaluation's weighted total (the paper's Table 2).",
-            |seeds| seeds.cell(&seeds.totals(Measure::Final)),
+            each(Measure::Final),
         ),
-        report.by_task(
-            "best",
+        report.of_totals(
+            Measure::Best,
             "Best total return in each training",
             "The best evaluation of each seed once it trains (Table E.1); it favours curves that swing.",
-            |seeds| seeds.cell(&seeds.totals(Measure::Highest)),
+            each(Measure::Best),
         ),
-        report.by_task(
-            "best-of-mean",
+        report.of_totals(
+            Measure::BestOfMean,
             "Best of the mean curve",
             "The highest point of the seeds' mean curve once they train (Table E.2); the interval is of \
              seeds drawn anew.",
             best_of_mean,
         ),
-        report.by_task(
-            "area",
+        report.of_totals(
+            Measure::Area,
             "Area under the curve",
             "The area under the weighted total's curve over its length: the mean of the whole run.",
-            |seeds| seeds.cell(&seeds.totals(Measure::Area)),
+            each(Measure::Area),
         ),
     ];
+    let mut tables: Vec<Table> = tables.into_iter().flatten().collect();
     tables.extend(improvement(report));
     tables.extend(reward_and_cost(report));
     tables.extend(over_tasks(report));
@@ -158,7 +176,7 @@ pub(super) fn all(report: &Report) -> Vec<Table> {
 /// The maximum of the mean curve, which is no seed's own number.
 fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
     let lines: Vec<Vec<[f64; 2]>> = seeds
-        .values(&Quantity::WeightedTotal)
+        .values(&Quantity::WeightedTotal, seeds.end)
         .into_iter()
         .map(|seed| seed.into_iter().skip(1).map(|(step, value)| [step as f64, value]).collect())
         .collect();
@@ -261,7 +279,7 @@ fn reward_and_cost(report: &Report) -> Option<Table> {
     };
     let of: Vec<_> =
         columns.iter().map(|(world, quantity, _)| (*world, Some(quantity.title()))).collect();
-    Some(report.with_published(table, &of))
+    Some(report.with_published(table, Measure::LastFive, &of))
 }
 
 /// All tasks together, each divided by its reference.

@@ -4,9 +4,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::mean;
 
-/// Shares of errors in [`Sample::seeds_to_tell`]: two-sided level and power.
+/// The level of intervals.
 const LEVEL: f64 = 0.95;
-const POWER: f64 = 0.8;
 /// More seeds than this nobody runs.
 const MOST: usize = 10_000;
 
@@ -16,11 +15,11 @@ const MOST: usize = 10_000;
 /// use copq_experiments::statistics::Sample;
 ///
 /// // Table 2 of the paper, walker2d: COP-Q and clipped double-Q, five seeds each.
-/// let ours = Sample { mean: 5_185.0, std: 465.0, seeds: 5 };
-/// let theirs = Sample { mean: 3_626.0, std: 1_402.0, seeds: 5 };
+/// let ours = Sample::published(5_185.0, 465.0, 5);
+/// let theirs = Sample::published(3_626.0, 1_402.0, 5);
 /// let [low, high] = ours.difference(&theirs).unwrap_or_default();
 /// assert!(low < 0.0 && 0.0 < high); // five seeds leave it open
-/// assert_eq!(ours.seeds_to_tell(&theirs, 5_185.0 - 3_626.0), Some(9));
+/// assert_eq!(ours.seeds_to_tell(&theirs, 0.8), Some(11));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
@@ -41,42 +40,71 @@ impl Sample {
         Self { mean: centre, std, seeds: values.len() }
     }
 
+    /// Of a paper's mean and standard deviation, if that is the sum of squares divided by n.
+    pub fn published(mean: f64, std: f64, seeds: usize) -> Self {
+        let n = seeds as f64;
+        Self { mean, std: std * (n / (n - 1.0)).sqrt(), seeds }
+    }
+
     /// A number that no seed changes, such as a limit.
     pub fn exactly(number: f64) -> Self {
         Self { mean: number, std: 0.0, seeds: usize::MAX }
     }
 
+    /// Whether it is such a number.
+    pub fn is_exact(&self) -> bool {
+        self.seeds == usize::MAX
+    }
+
+    /// Every seed's number times a factor.
+    #[must_use]
+    pub fn times(&self, factor: f64) -> Self {
+        Self { mean: factor * self.mean, std: factor.abs() * self.std, ..*self }
+    }
+
     /// Welch's interval at 95 % for how far this mean lies above another (of an exact number
     /// Student's); none for fewer than two seeds of either, or numbers that are none.
     ///
-    /// It takes seeds for normal, and is right for three seeds as well, where the
-    /// [`Bootstrap`](super::Bootstrap) is too short.
+    /// It takes seeds for normal; of such it is right for three as well, where the
+    /// [`Bootstrap`](super::Bootstrap) is too short. Where some seeds are stuck and others are not, it
+    /// holds the truth less often than it says.
     pub fn difference(&self, other: &Self) -> Option<[f64; 2]> {
         if self.seeds.min(other.seeds) < 2 {
             return None;
         }
         let middle = self.mean - other.mean;
         let both = [self, other].map(|sample| (sample.std.powi(2), sample.seeds as f64));
-        let half = half_width(both, [0.5 * (1.0 + LEVEL)])?;
+        let half = half_width(both, &[0.5 * (1.0 + LEVEL)])?;
         Some([middle - half, middle + half]).filter(|ends| ends.iter().all(|end| end.is_finite()))
     }
 
-    /// How many seeds of each it takes to tell a difference of the means from none four times in
-    /// five, by an interval at 95 %, if seeds scatter as these do; none for more than 10,000.
-    pub fn seeds_to_tell(&self, other: &Self, difference: f64) -> Option<usize> {
+    /// How many seeds of each it takes to tell this difference of means from none by
+    /// [`Sample::difference`], with a chance of `power`, if means and scatter are truly these; none for
+    /// more than 10,000, or if there is no difference.
+    pub fn seeds_to_tell(&self, other: &Self, power: f64) -> Option<usize> {
+        let difference = (self.mean - other.mean).abs();
         let is_told = |seeds: usize| {
             let both = [self, other].map(|sample| (sample.std.powi(2), seeds as f64));
-            half_width(both, [0.5 * (1.0 + LEVEL), POWER])
-                .is_some_and(|half| half < difference.abs())
+            let half = half_width(both, &[0.5 * (1.0 + LEVEL), power]);
+            half.is_some_and(|half| half < difference)
         };
-        let seeds: Vec<usize> = (2..=MOST).collect();
-        seeds.get(seeds.partition_point(|&seeds| !is_told(seeds))).copied()
+        // More seeds tell what fewer do.
+        let (mut too_few, mut enough) = (1, MOST);
+        if !is_told(enough) {
+            return None;
+        }
+        while enough - too_few > 1 {
+            let middle = too_few.midpoint(enough);
+            *(if is_told(middle) { &mut enough } else { &mut too_few }) = middle;
+        }
+        Some(enough)
     }
 }
 
-/// Some quantiles of Student's t, in standard errors of the difference of two means, each of a
-/// variance and a number of seeds.
-fn half_width<const N: usize>(both: [(f64, f64); 2], shares: [f64; N]) -> Option<f64> {
+/// Some quantiles of Student's t, added up, in standard errors of the difference of two means, each
+/// of a variance and a number of seeds. A test at such a quantile has the power of another where the
+/// difference is as large as both.
+fn half_width(both: [(f64, f64); 2], shares: &[f64]) -> Option<f64> {
     let errors = both.map(|(variance, seeds)| variance / seeds);
     let error: f64 = errors.iter().sum();
     if error == 0.0 {
@@ -86,7 +114,7 @@ fn half_width<const N: usize>(both: [(f64, f64); 2], shares: [f64; N]) -> Option
     let parts = errors.iter().zip(both).map(|(error, (_, seeds))| error.powi(2) / (seeds - 1.0));
     let freedom = error.powi(2) / parts.sum::<f64>();
     let law = StudentsT::new(0.0, 1.0, freedom).ok()?;
-    Some(error.sqrt() * shares.map(|share| law.inverse_cdf(share)).iter().sum::<f64>())
+    Some(error.sqrt() * shares.iter().map(|&share| law.inverse_cdf(share)).sum::<f64>())
 }
 
 #[cfg(test)]
@@ -122,8 +150,8 @@ mod tests {
     fn so_many_seeds_tell_a_difference() {
         let mut rng = Rng::new(4, Stream::Custom);
         for (std, difference) in [(1.0, 3.0), (1.0, 1.5), (2.0, 1.5)] {
-            let sample = Sample { mean: 0.0, std, seeds: 5 };
-            let seeds = sample.seeds_to_tell(&sample, difference).unwrap();
+            let [more, less] = [difference, 0.0].map(|mean| Sample { mean, std, seeds: 5 });
+            let seeds = more.seeds_to_tell(&less, 0.8).unwrap();
             let experiments = 2_000;
             let told = (0..experiments).filter(|_| {
                 let mut draw = |mean: f64| -> Vec<f64> {
@@ -141,16 +169,16 @@ mod tests {
     fn what_cannot_be_told() {
         let alike = Sample::of(&[1_000.0; 3]);
         assert_eq!(alike.difference(&Sample::exactly(900.0)), Some([100.0, 100.0]));
-        assert_eq!(alike.seeds_to_tell(&alike, 1.0), Some(2));
-        assert_eq!(alike.seeds_to_tell(&alike, 0.0), None);
+        assert_eq!(alike.seeds_to_tell(&Sample::exactly(999.0), 0.8), Some(2));
+        assert_eq!(alike.seeds_to_tell(&alike, 0.8), None);
         let wide = Sample::of(&[0.0, 1.0, 2.0]);
-        assert_eq!(wide.seeds_to_tell(&wide, 1e-6), None);
+        assert_eq!(wide.seeds_to_tell(&Sample { mean: 1.0 + 1e-6, ..wide }, 0.8), None);
         for few in [Sample::of(&[1.0]), Sample::of(&[]), Sample::of(&[1.0, f64::NAN, 2.0])] {
             assert_eq!(
                 (few.difference(&Sample::exactly(0.0)), few.difference(&wide)),
                 (None, None)
             );
-            assert_eq!(few.seeds_to_tell(&wide, 1.0), None);
+            assert_eq!(few.seeds_to_tell(&wide, 0.8), None);
         }
     }
 }

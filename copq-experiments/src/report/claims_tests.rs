@@ -1,0 +1,273 @@
+//! Claims against runs whose numbers are known.
+
+use std::path::Path;
+
+use super::claims::{Judged, Verdict};
+use super::paper::{Claim, Measure, OneOrMore, Paper, Relation};
+use super::tests::stored;
+use super::{Report, ReportRun, claims_table};
+
+fn one(name: &str) -> OneOrMore {
+    OneOrMore::One(name.to_owned())
+}
+
+fn claim(is: Relation, than: &str, within: Option<f64>) -> Claim {
+    Claim {
+        says: "it does".to_owned(),
+        source: "Table 1".to_owned(),
+        task: one("b/hopper"),
+        of: Measure::Final,
+        quantity: None,
+        method: one("good"),
+        is,
+        than: one(than),
+        within,
+    }
+}
+
+/// A seed of a method for each list of costs, which are the weighted totals, too, evaluated at steps
+/// 0, 10 and so on of 30.
+fn runs(folder: &Path, methods: &[(&str, &[&[f64]])]) -> Vec<ReportRun> {
+    let mut runs = Vec::new();
+    for (method, seeds) in methods {
+        for (seed, costs) in seeds.iter().enumerate() {
+            let change = |plan: &mut crate::Plan| {
+                plan.task = "b/hopper".to_owned();
+                plan.run.seed = seed as u64;
+                plan.run.steps = 30;
+            };
+            let run = stored(folder, &format!("{method}-s{seed}"), change, costs);
+            let rows = costs.iter().enumerate().map(|(i, x)| format!("{},{x},{x}\n", 10 * i));
+            let text = "step,weighted_total/mean,return/cost/mean\n".to_owned()
+                + &rows.collect::<String>();
+            std::fs::write(run.folder.join("evaluations.csv"), text).unwrap();
+            runs.push(ReportRun {
+                label: Some((*method).to_owned()),
+                limits: [("cost".to_owned(), 95.0)].into(),
+                weights: [("cost".to_owned(), 0.0)].into(),
+                ..run
+            });
+        }
+    }
+    runs
+}
+
+fn report(methods: &[(&str, &[&[f64]])], paper: Paper) -> copq::Result<Report> {
+    let folder = tempfile::tempdir().unwrap();
+    Report::read("x", &runs(folder.path(), methods)).paper(paper)
+}
+
+/// What runs show of a claim.
+fn verdict(methods: &[(&str, &[&[f64]])], claim: Claim) -> (Verdict, Option<Option<usize>>) {
+    let paper = Paper { claims: vec![claim.clone()], ..Paper::default() };
+    let report = report(methods, paper).unwrap();
+    let judged = report.judged();
+    let [judged] = &judged[..] else { panic!("one row") };
+    (judged.verdict(), judged.to_decide_by().map(|by| by.seeds_to_decide(&claim)))
+}
+
+const METHODS: [(&str, &[&[f64]]); 5] = [
+    ("good", &[&[0.0, 100.0], &[0.0, 101.0], &[0.0, 102.0]]),
+    ("bad", &[&[0.0, 90.0], &[0.0, 91.0], &[0.0, 92.0]]),
+    ("wide", &[&[0.0, 50.0], &[0.0, 100.0], &[0.0, 159.0]]),
+    ("short", &[&[0.0, 1.0], &[0.0, 2.0]]),
+    ("broken", &[&[0.0, 1.0], &[0.0, f64::NAN], &[0.0, 2.0]]),
+];
+
+#[test]
+fn an_interval_decides() {
+    use Relation::{Above, Below, Near, NotBelow};
+    for (is, than, within, wanted) in [
+        (Above, "bad", None, Verdict::Seen),
+        (Below, "bad", None, Verdict::NotSeen),
+        (Above, "wide", None, Verdict::Undecided),
+        (Below, "wide", None, Verdict::Undecided),
+        (Above, "short", None, Verdict::TooFewSeeds),
+        (Above, "broken", None, Verdict::NotANumber),
+        (Near, "bad", Some(0.2), Verdict::Seen),
+        (Near, "bad", Some(0.05), Verdict::NotSeen),
+        (Near, "bad", Some(0.1), Verdict::Undecided),
+        (NotBelow, "bad", Some(0.01), Verdict::Seen),
+        (NotBelow, "wide", Some(0.1), Verdict::Undecided),
+    ] {
+        let (verdict, seeds) = verdict(&METHODS, claim(is, than, within));
+        assert_eq!(verdict, wanted, "{than} {is:?} {within:?}");
+        assert_eq!(seeds.is_some(), wanted == Verdict::Undecided, "{than} {is:?} {within:?}");
+    }
+    // 5 % below is not below, 15 % is.
+    let bad = |is, within| Claim { method: one("bad"), ..claim(is, "good", within) };
+    assert_eq!(verdict(&METHODS, bad(NotBelow, Some(0.15))).0, Verdict::Seen);
+    assert_eq!(verdict(&METHODS, bad(NotBelow, Some(0.05))).0, Verdict::NotSeen);
+    // Of less than nothing a share is not less: -100 lies near -91, and not below -99.
+    let negative: [(&str, &[&[f64]]); 2] = [
+        ("good", &[&[0.0, -100.0], &[0.0, -100.5], &[0.0, -101.0]]),
+        ("bad", &[&[0.0, -91.0], &[0.0, -92.0], &[0.0, -93.0]]),
+    ];
+    assert_eq!(verdict(&negative, claim(Near, "bad", Some(0.2))).0, Verdict::Seen);
+    assert_eq!(verdict(&negative, claim(NotBelow, "bad", Some(0.2))).0, Verdict::Seen);
+    assert_eq!(verdict(&negative, claim(NotBelow, "bad", Some(0.01))).0, Verdict::NotSeen);
+}
+
+#[test]
+fn a_limit_and_every_measure() {
+    let of = |of, is, than: &str| Claim {
+        of,
+        quantity: Some("cost".to_owned()),
+        ..claim(is, than, None)
+    };
+    let methods: [(&str, &[&[f64]]); 2] = [
+        ("good", &[&[9.0, 80.0, 90.0, 91.0], &[9.0, 80.0, 90.0, 91.0], &[9.0, 80.0, 90.0, 91.5]]),
+        ("bad", &[&[9.0, 99.0, 10.0, 99.0], &[9.0, 99.0, 10.0, 99.0], &[9.0, 99.0, 10.0, 98.0]]),
+    ];
+    use Relation::{Above, Below};
+    for claim in [
+        of(Measure::Final, Below, "limit"),
+        of(Measure::Best, Below, "limit"),
+        of(Measure::Exceeded, Below, "bad"),
+        of(Measure::Swing, Below, "bad"),
+        of(Measure::LastFive, Above, "bad"),
+        of(Measure::Area, Above, "bad"),
+        Claim { method: one("bad"), ..of(Measure::Final, Above, "limit") },
+    ] {
+        assert_eq!(verdict(&methods, claim.clone()).0, Verdict::Seen, "{claim:?}");
+    }
+    let curve = [(0, 9.0), (10, 99.0), (20, 10.0), (30, 98.0)];
+    assert_eq!(Measure::Exceeded.of(&curve, Some(95.0)), 2.0 / 3.0);
+    assert_eq!(Measure::Swing.of(&curve, None), 88.0 / 54.0);
+    assert_eq!([Measure::Best, Measure::LastFive].map(|of| of.of(&curve, None)), [99.0, 54.0]);
+}
+
+/// Beside runs that are too few, and have not come to their end, what the paper's numbers say.
+#[test]
+fn a_papers_numbers_are_judged_too() {
+    let text = r#"
+        [[published]]
+        source = "Table 2"
+        task = "b/hopper"
+        of = "final"
+        seeds = 5
+        scores = { good = [5185, 465], bad = [3626, 1402], short = 83 }
+    "#;
+    let claims = ["bad", "short"].map(|than| claim(Relation::Above, than, None)).to_vec();
+    let paper = Paper { claims, ..toml::from_str(text).unwrap() };
+    let report = report(&METHODS, paper).unwrap();
+    let judged = report.judged();
+    let paper: Vec<_> = judged.iter().map(Judged::verdict_of_paper).collect();
+    assert_eq!(paper, [Some(Verdict::Undecided), None]);
+    let text = claims_table::markdown(&judged);
+    let line = "| it does (Table 1) | b/hopper | total, at the end: good above bad | seen so far | undecided \
+                |  | 10.0 [7.7, 12.3] | 101 ± 1 (3) to 91.0 ± 0.8 (3), at 10 of 30 steps |\n";
+    assert!(text.contains(line), "{text}");
+    let table = &report.tables()[0];
+    assert_eq!(table.columns, ["b/hopper at 10", "b/hopper: Table 2"]);
+    assert!(table.markdown().contains(" | 5185 ± 465 (5) |\n"));
+    assert!(table.markdown().contains(" | 83 (5) |\n"));
+    let csv = String::from_utf8(claims_table::csv(&judged).unwrap()).unwrap();
+    assert!(csv.starts_with("claim,source,task,of,quantity,method,is,than,"), "{csv}");
+    assert!(csv.contains(",seen,undecided,,10,30,101.0,1.0,3,91.0,1.0,3,"), "{csv}");
+}
+
+/// With as many seeds as it says, two methods that are alike are seen to be near as often as it says.
+#[test]
+fn so_many_seeds_tell_that_two_are_near() {
+    use super::claims::Comparison;
+    use crate::statistics::Sample;
+    let near = claim(Relation::Near, "bad", Some(0.2));
+    let mut rng = copq::Rng::new(5, copq::Stream::Custom);
+    for (ours, std) in [(1.0, 0.2), (1.0, 0.1), (1.15, 0.1)] {
+        let [ours, theirs] = [ours, 1.0].map(|mean| Sample { mean, std, seeds: 5 });
+        let seeds = Comparison { ours, theirs }.seeds_to_decide(&near).unwrap();
+        let experiments = 2_000;
+        let seen = (0..experiments).filter(|_| {
+            let mut draw = |mean: f64| {
+                let values = (0..seeds).map(|_| mean + std * rng.normal());
+                Sample::of(&values.collect::<Vec<_>>())
+            };
+            let [ours, theirs] = [ours, theirs].map(|sample| draw(sample.mean));
+            Comparison { ours, theirs }.verdict(&near) == Verdict::Seen
+        });
+        let share = seen.count() as f64 / f64::from(experiments);
+        assert!((0.77..0.93).contains(&share), "{seeds} seeds: {share}");
+    }
+}
+
+#[test]
+fn what_no_run_has_is_an_error() {
+    let published = |change: &str| {
+        let text = format!(
+            "[[published]]\nsource = \"Table 2\"\ntask = \"b/hopper\"\nof = \"final\"\nseeds = 5\n\
+             scores = {{ good = [5185, 465] }}\n{change}"
+        );
+        toml::from_str::<Paper>(&text).unwrap()
+    };
+    let with = |change: &dyn Fn(&mut Claim)| {
+        let mut claim = claim(Relation::Above, "bad", None);
+        change(&mut claim);
+        Paper { claims: vec![claim], ..Paper::default() }
+    };
+    let check = |paper: Paper| report(&METHODS, paper).map(drop).map_err(|e| e.to_string());
+    assert_eq!(check(with(&|_| ())), Ok(()));
+    assert_eq!(check(published("")), Ok(()));
+    let mut twice = published("");
+    twice.published.push(twice.published[0].clone());
+    let score = |score| {
+        let mut paper = published("");
+        paper.published[0].scores.insert("good".to_owned(), score);
+        paper
+    };
+    use super::paper::Score;
+    for (wrong, words) in [
+        (
+            with(&|claim| claim.than = one("bed")),
+            "than of the claim that it does: wanted bad or broken",
+        ),
+        (with(&|claim| claim.than = one("good")), "another than the method"),
+        (with(&|claim| claim.than = OneOrMore::More(Vec::new())), "one name at least"),
+        (with(&|claim| claim.than = one("limit")), "a cost under a limit"),
+        (with(&|claim| claim.of = Measure::Exceeded), "a cost under a limit"),
+        (with(&|claim| claim.of = Measure::BestOfMean), "a number of a seed"),
+        (with(&|claim| claim.method = one("god")), "got god"),
+        (with(&|claim| claim.task = one("b/hoper")), "got b/hoper"),
+        (with(&|claim| claim.quantity = Some("cots".to_owned())), "wanted cost, got cots"),
+        (with(&|claim| claim.is = Relation::Near), "a share between 0 and 1, got none"),
+        (with(&|claim| claim.within = Some(0.1)), "none but for near and not-below"),
+        (published("quantity = \"cost\""), "an objective for last-five"),
+        (twice, "a second one"),
+        (score(Score::WithStd([1.0, -2.0])), "the deviation at least 0"),
+        (score(Score::Mean(f64::NAN)), "wanted numbers"),
+    ] {
+        let said = check(wrong).unwrap_err();
+        assert!(said.contains(words), "wanted '{words}' in: {said}");
+    }
+}
+
+/// The paper's method is called alike on tasks for which it is made otherwise; the report tells them
+/// apart, a claim need not.
+#[test]
+fn a_name_may_be_short_where_it_is_clear() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, task: &str, method: &str, label: &str| {
+        let change = |plan: &mut crate::Plan| {
+            plan.task = task.to_owned();
+            plan.method = method.to_owned();
+        };
+        let run = stored(folder.path(), name, change, &[0.0, 1.0]);
+        ReportRun { label: Some(label.to_owned()), ..run }
+    };
+    let mut runs = vec![
+        run("1", "a/hopper", "cop-td3", "cop-q"),
+        run("2", "b/hopper", "cop-cal", "cop-q"),
+        run("3", "a/hopper", "td3", "td3"),
+    ];
+    let claim = Claim {
+        method: one("cop-q"),
+        task: one("a/hopper"),
+        ..claim(Relation::Above, "td3", None)
+    };
+    let paper = Paper { claims: vec![claim], ..Paper::default() };
+    let report = Report::read("x", &runs).paper(paper.clone()).unwrap();
+    assert!(report.judged()[0].runs.is_some());
+    runs.push(run("4", "a/hopper", "sac", "cop-q"));
+    let said = Report::read("x", &runs).paper(paper).unwrap_err().to_string();
+    assert!(said.contains("wanted cop-q cop-td3 or cop-q sac or td3, got cop-q"), "{said}");
+}

@@ -1,0 +1,83 @@
+//! What a curve of evaluations comes to.
+
+use serde::{Deserialize, Serialize};
+
+use crate::statistics::{area_under, max, mean};
+
+/// Evaluations that [`Measure::LastFive`] is the mean of.
+pub(in crate::report) const LAST: usize = 5;
+
+/// A number that a seed's evaluations come to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// The last one.
+    Final,
+    /// The mean of the last five.
+    LastFive,
+    /// The highest, once it trains.
+    Best,
+    /// The highest of the seeds' mean curve: no seed's own, so only for published numbers.
+    BestOfMean,
+    /// The area under the curve over its length: the mean of the whole run.
+    Area,
+    /// The mean difference of neighbouring ones, as a share of their mean, in the second half.
+    Swing,
+    /// The share of them above the limit, once it trains.
+    Exceeded,
+}
+
+impl Measure {
+    /// Of a seed's steps and values under a limit; NaN where one of them is.
+    pub(in crate::report) fn of(self, curve: &[(u64, f64)], limit: Option<f64>) -> f64 {
+        let (steps, values): (Vec<f64>, Vec<f64>) =
+            curve.iter().map(|&(step, value)| (step as f64, value)).unzip();
+        let trained = values.get(1..).unwrap_or_default();
+        if values.iter().any(|value| value.is_nan()) {
+            return f64::NAN;
+        }
+        match self {
+            Self::Final => values.last().copied().unwrap_or(f64::NAN),
+            Self::LastFive => mean(&values[values.len().saturating_sub(LAST)..]),
+            Self::Best => max(trained),
+            Self::BestOfMean => f64::NAN,
+            Self::Area => area_under(&steps, &values),
+            Self::Swing => {
+                let half = &values[values.len() / 2..];
+                let steps: Vec<f64> =
+                    half.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+                mean(&steps) / mean(half).abs()
+            }
+            Self::Exceeded => {
+                let over =
+                    trained.iter().filter(|&&value| limit.is_some_and(|limit| value > limit));
+                over.count() as f64 / trained.len() as f64
+            }
+        }
+    }
+
+    /// In words.
+    pub(in crate::report) fn words(self) -> &'static str {
+        match self {
+            Self::Final => "at the end",
+            Self::LastFive => "last five",
+            Self::Best => "best",
+            Self::BestOfMean => "best of the mean",
+            Self::Area => "whole run",
+            Self::Swing => "swing",
+            Self::Exceeded => "share over the limit",
+        }
+    }
+
+    /// The report's table that has it.
+    pub(in crate::report) fn table(self) -> Option<&'static str> {
+        match self {
+            Self::Final => Some("final"),
+            Self::LastFive => Some("reward-and-cost"),
+            Self::Best => Some("best"),
+            Self::BestOfMean => Some("best-of-mean"),
+            Self::Area => Some("area"),
+            Self::Swing | Self::Exceeded => None,
+        }
+    }
+}
