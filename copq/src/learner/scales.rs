@@ -11,7 +11,7 @@ const HOPELESS: f32 = 1e15;
 
 /// The largest sizes so far, and whether a word was said about them.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Scales {
+pub(crate) struct Scales {
     obs: f32,
     reward: f32,
     has_warned: bool,
@@ -19,7 +19,7 @@ pub(super) struct Scales {
 
 impl Scales {
     /// Takes in what an environment returned; an error for what no network can learn.
-    pub(super) fn observe(&mut self, obs: &[f32], reward: &[f32]) -> Result<()> {
+    pub(crate) fn observe(&mut self, obs: &[f32], reward: &[f32]) -> Result<()> {
         let largest = size(reward);
         if largest > HOPELESS {
             let wanted = format!("at most {HOPELESS:e}, so that squares of values fit float32");
@@ -31,7 +31,7 @@ impl Scales {
     }
 
     /// Says once that sizes are larger than is good.
-    pub(super) fn warn(&mut self, step: u64, is_normalised: bool, log: &mut dyn Observer) {
+    pub(crate) fn warn(&mut self, step: u64, is_normalised: bool, log: &mut dyn Observer) {
         let obs = if is_normalised { 0.0 } else { self.obs };
         if self.has_warned || obs.max(self.reward) <= LARGE {
             return;

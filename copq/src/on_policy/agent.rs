@@ -14,37 +14,12 @@ use crate::{
 const OBSERVATION: &str = "the environment returned it; check its physics";
 
 impl Learner {
-    /// Ends a path that its world has left without a word, as after an error: it was cut short
-    /// after what came last.
-    fn end_what_was_left(&mut self, obs: &[f32]) -> Result<()> {
-        let world = self.world;
-        if self.epoch.is_open(world) && self.worlds[world].obs != obs {
-            let last = self.worlds[world].obs.clone();
-            let values = self.values_of_next(&last)?;
-            self.epoch.end(world, values);
-            self.worlds[world].costs.fill(0.0);
+    fn check_world(&self) -> Result<()> {
+        if self.world < self.worlds.len() {
+            return Ok(());
         }
-        Ok(())
-    }
-
-    /// Ends a path where an episode ends or the epoch does.
-    fn end_path(&mut self, outcome: Outcome, obs: &[f32]) -> Result<()> {
-        let mut values = self.values_of_next(obs)?;
-        if outcome == Outcome::Terminated {
-            values.fill(0.0);
-        }
-        self.epoch.end(self.world, values);
-        let episode = &mut self.worlds[self.world].costs;
-        if outcome != Outcome::Running {
-            // A run saved with a longer window has more of them.
-            while self.window.len() >= self.config.window {
-                self.window.pop_front();
-            }
-            self.window.push_back(episode.clone());
-            self.fresh.add(episode);
-        }
-        episode.fill(0.0);
-        Ok(())
+        let wanted = format!("one of {}, from 0 (Agent::prepare)", self.worlds.len());
+        Err(Error::invalid("world that is attended to", wanted, self.world))
     }
 
     fn check_maker(&self, state: &State) -> Result<()> {
@@ -88,20 +63,16 @@ impl Agent for Learner {
 
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
         check_len("observation", obs.len(), self.spec.obs_len)?;
-        check_len("action", action.len(), self.noise.len())?;
+        check_len("action", action.len(), self.spec.action_len())?;
+        self.check_world()?;
         check_finite_row("observation", obs, self.steps, OBSERVATION)?;
         if mode == Mode::Exploit {
-            self.keep(obs)?;
+            self.normalise(obs)?;
             self.policy.mode(Net::Online, &self.obs, action)?;
         } else {
-            self.end_what_was_left(obs)?;
-            self.take_in(obs)?;
-            self.worlds[self.world].taken.obs.copy_from_slice(&self.obs);
-            let mut noise = std::mem::take(&mut self.noise);
-            self.explore.fill_normal(&mut noise);
-            let taken = self.take(&noise, action);
-            self.noise = noise;
-            taken?;
+            let mut noise = vec![0.0; action.len()];
+            self.noise.fill_normal(&mut noise);
+            self.explore(obs, &noise, action)?;
         }
         let advice = "the policy's weights have diverged; lower its step size";
         check_finite_row("action", action, self.steps, advice)
@@ -112,6 +83,8 @@ impl Agent for Learner {
         check_len("observation", t.next_obs.len(), self.spec.obs_len)?;
         check_finite("reward", t.reward, &self.objectives, self.steps)?;
         check_finite_row("observation", t.next_obs, self.steps, OBSERVATION)?;
+        self.check_world()?;
+        self.scales.observe(t.next_obs, t.reward)?;
         self.steps += 1;
         if self.epoch.is_full(self.world) {
             // It waits for worlds that have lost steps by errors.
@@ -130,7 +103,11 @@ impl Agent for Learner {
     }
 
     fn update(&mut self, log: &mut dyn Observer) -> Result<()> {
-        if self.epoch.is_complete() { self.learn(log) } else { Ok(()) }
+        if !self.epoch.is_complete() {
+            return Ok(());
+        }
+        self.scales.warn(self.steps, self.normaliser.is_some(), log);
+        self.learn(log)
     }
 
     fn ends_episode(&self) -> bool {
@@ -140,15 +117,17 @@ impl Agent for Learner {
 
     fn value(&mut self, obs: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
         check_len("values", q.len(), self.spec.objectives.len())?;
-        self.keep(obs)?;
-        let values = self.values_of_kept()?;
-        // The one critic of all rewards speaks for a reward that is alone.
+        self.normalise(obs)?;
+        let values = self.values()?;
+        // The one critic of all rewards speaks for a reward that is alone, unless a spent budget made
+        // another of it.
         let rewards = self.spec.objectives.iter().filter(|o| o.limit.is_none()).count();
+        let is_reward = rewards == 1 && self.config.saute.is_none();
         let mut costs = values[1..].iter();
         for (q, objective) in q.iter_mut().zip(&self.spec.objectives) {
             *q = match objective.limit {
                 Some(_) => costs.next().copied().unwrap_or(f32::NAN),
-                None if rewards == 1 && objective.weight != 0.0 => values[0] / objective.weight,
+                None if is_reward && objective.weight != 0.0 => values[0] / objective.weight,
                 None => f32::NAN,
             };
         }
@@ -171,7 +150,7 @@ impl Agent for Learner {
         state.put("fresh", [self.fresh.episodes]);
         state.put("fresh_costs", self.fresh.costs.as_slice());
         state.put("window", self.window.iter().flatten().copied().collect::<Vec<f64>>());
-        self.explore.save("rng_explore", state);
+        self.noise.save("rng_explore", state);
         self.order.save("rng_order", state);
         self.epoch.save(state.child_mut("epoch"));
         for (i, world) in self.worlds.iter().enumerate() {
@@ -200,8 +179,12 @@ impl Agent for Learner {
         state.read("fresh_costs", &mut self.fresh.costs)?;
         let window = state.get::<f64>("window")?;
         let costs = self.costs.len();
+        if !window.len().is_multiple_of(costs.max(1)) {
+            let wanted = format!("{costs} numbers for each episode");
+            return Err(Error::invalid("window of the saved learner", wanted, window.len()));
+        }
         self.window = window.chunks_exact(costs.max(1)).map(<[f64]>::to_vec).collect();
-        self.explore.load("rng_explore", state)?;
+        self.noise.load("rng_explore", state)?;
         self.order.load("rng_order", state)?;
         self.epoch.load(state.child("epoch")?)?;
         for (i, world) in self.worlds.iter_mut().enumerate() {

@@ -44,7 +44,7 @@ pub(super) fn clipped(
         report.critic_losses = losses.iter().map(|loss| loss / rows.len() as f64).collect();
         let kl = before.kl_to(policy, rows)?;
         report.kl.push(kl);
-        if kl > config.target_kl {
+        if kl.is_nan() || kl > config.target_kl {
             break;
         }
     }

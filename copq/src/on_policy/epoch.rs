@@ -3,7 +3,7 @@
 use super::advantage::{centre, generalised, moments, standardise};
 use super::update::Rows;
 use crate::error::check_len;
-use crate::{Result, State};
+use crate::{Error, Result, State};
 
 /// One step as the policy took it: what it saw, did and expected.
 #[derive(Clone, Debug, Default)]
@@ -163,7 +163,8 @@ impl Epoch {
         let filled = state.get::<u64>("filled")?;
         check_len("worlds of the saved epoch", filled.len(), self.filled.len())?;
         for (own, &saved) in self.filled.iter_mut().zip(filled) {
-            *own = (saved as usize).min(self.capacity);
+            check_at_most("rows of a world of the saved epoch", saved, self.capacity)?;
+            *own = saved as usize;
         }
         state.read("obs", &mut self.rows.obs)?;
         state.read("action", &mut self.rows.action)?;
@@ -175,10 +176,20 @@ impl Epoch {
         }
         let rows = state.get::<u64>("end_rows")?;
         let values = state.get::<f32>("end_values")?;
+        for &row in rows {
+            check_at_most("end of a path of the saved epoch", row, self.rows.len())?;
+        }
         check_len("values at the ends of the saved epoch", values.len(), rows.len() * signals)?;
         let ends = rows.iter().zip(values.chunks_exact(signals));
         self.ends =
             ends.map(|(&row, values)| End { row: row as usize, values: values.to_vec() }).collect();
         Ok(())
     }
+}
+
+fn check_at_most(what: &str, saved: u64, most: usize) -> Result<()> {
+    if saved <= most as u64 {
+        return Ok(());
+    }
+    Err(Error::invalid(what, format!("at most {most}"), saved))
 }

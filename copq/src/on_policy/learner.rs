@@ -6,12 +6,13 @@ use std::fmt;
 use super::episodes::{Fresh, World};
 use super::epoch::Epoch;
 use super::multiplier::Multiplier;
-use super::normal::{Deviations, mean_entropy};
+use super::normal::Deviations;
 use super::saute::{costs, shows_budgets};
-use super::{Config, Method, Policy, Report, SauteConfig, Value, update};
+use super::{Config, Method, Policy, Report, Value};
+use crate::learner::scales::Scales;
 use crate::memory;
 use crate::policy::{About, begin_with, exported};
-use crate::{ActorKind, Backend, EnvSpec, Error, Normaliser, Observer, Result, Rng, State, Stream};
+use crate::{ActorKind, Backend, EnvSpec, Error, Normaliser, Result, Rng, State, Stream};
 
 /// Learns a policy, and the values of its observations, from epochs of its own steps.
 ///
@@ -41,8 +42,9 @@ pub struct Learner {
     pub(super) name: String,
     pub(super) spec: EnvSpec,
     pub(super) objectives: Vec<String>,
-    /// The costs' positions among them.
+    /// The costs' positions among them, and their limits.
     pub(super) costs: Vec<usize>,
+    pub(super) limits: Vec<f64>,
     pub(super) policy: Box<dyn Policy>,
     /// The reward's, then those of the costs that multipliers weigh.
     pub(super) critics: Vec<Box<dyn Value>>,
@@ -57,18 +59,18 @@ pub struct Learner {
     pub(super) window: VecDeque<Vec<f64>>,
     /// Those of this epoch alone.
     pub(super) fresh: Fresh,
-    pub(super) explore: Rng,
+    /// Of the actions' noise, and of the minibatches' order.
+    pub(super) noise: Rng,
     pub(super) order: Rng,
     /// Environment steps and epochs done.
     pub(super) steps: u64,
     pub(super) epochs: u64,
     pub(super) report: Report,
-    /// One observation as the networks see it, an action's noise, its deviations, and what came of
-    /// it.
+    pub(super) scales: Scales,
+    /// One observation as the networks see it, an action's deviations, and what came of it.
     pub(super) obs: Vec<f32>,
-    pub(super) noise: Vec<f32>,
-    deviations: Deviations,
-    signals: Vec<f32>,
+    pub(super) deviations: Deviations,
+    pub(super) signals: Vec<f32>,
 }
 
 impl fmt::Debug for Learner {
@@ -108,27 +110,32 @@ impl Learner {
             (0..=held).map(|_| backend.value(spec, networks, rng)).collect::<Result<_>>()?;
         let constraints = config.constraint.iter().cycle().take(held);
         let multipliers = constraints.map(|&rule| Multiplier::new(rule)).collect::<Result<_>>()?;
-        let action = spec.action_len();
         let unseen = if config.saute.is_some() { costs.len() } else { 0 };
         Ok(Self {
             normaliser: config
                 .normalise
                 .then(|| Normaliser::new(spec.obs_len - unseen).and_raw(unseen)),
-            epoch: Epoch::new(config.steps_per_epoch, 1, [spec.obs_len, action], held + 1),
+            epoch: Epoch::new(
+                config.steps_per_epoch,
+                1,
+                [spec.obs_len, spec.action_len()],
+                held + 1,
+            ),
             worlds: vec![World::new(spec, costs.len(), held + 1)],
             world: 0,
             window: VecDeque::new(),
             fresh: Fresh::new(costs.len()),
-            explore: Rng::new(seed, Stream::Explore),
+            noise: Rng::new(seed, Stream::Explore),
             order: Rng::new(seed, Stream::Batch),
             steps: 0,
             epochs: 0,
             report: Report::default(),
+            scales: Scales::default(),
             obs: Vec::new(),
-            noise: vec![0.0; action],
             deviations: Deviations::default(),
             signals: Vec::with_capacity(held + 1),
             objectives: spec.names().into_iter().map(str::to_owned).collect(),
+            limits: costs.iter().filter_map(|&cost| spec.limit(cost)).map(f64::from).collect(),
             costs,
             spec: spec.clone(),
             name,
@@ -186,182 +193,6 @@ impl Learner {
         self.worlds = vec![World::new(&self.spec, self.costs.len(), signals); worlds];
         Ok(())
     }
-
-    /// Chooses a world's action by its noise: the sample, as it is stored, and clamped to [-1, 1].
-    pub(super) fn take(&mut self, noise: &[f32], action: &mut [f32]) -> Result<()> {
-        let taken = &mut self.worlds[self.world].taken;
-        values(&mut self.critics, &taken.obs, &mut taken.values)?;
-        self.deviations.set(self.policy.log_std());
-        self.policy.means(&taken.obs, action)?;
-        let means = taken.action.iter_mut().zip(&*action);
-        for ((sample, mean), (noise, inverse)) in
-            means.zip(noise.iter().zip(self.deviations.inverse()))
-        {
-            *sample = (f64::from(*mean) + f64::from(*noise) / inverse) as f32;
-        }
-        taken.log_prob = self.deviations.log_prob(action, &taken.action);
-        for (action, sample) in action.iter_mut().zip(&taken.action) {
-            *action = sample.clamp(-1.0, 1.0);
-        }
-        Ok(())
-    }
-
-    /// What the critics expect of an observation that the networks have not seen, which counts for
-    /// the normaliser.
-    pub(super) fn values_of_next(&mut self, obs: &[f32]) -> Result<Vec<f32>> {
-        self.take_in(obs)?;
-        self.values_of_kept()
-    }
-
-    /// What the critics expect of the observation that was kept last.
-    pub(super) fn values_of_kept(&mut self) -> Result<Vec<f32>> {
-        let mut expected = vec![0.0; self.critics.len()];
-        values(&mut self.critics, &self.obs, &mut expected)?;
-        Ok(expected)
-    }
-
-    /// Lets the normaliser see an observation, and keeps it as the networks see it then.
-    pub(super) fn take_in(&mut self, obs: &[f32]) -> Result<()> {
-        if let Some(normaliser) = &mut self.normaliser {
-            normaliser.push(obs)?;
-        }
-        self.keep(obs)
-    }
-
-    /// Keeps an observation as the networks see it.
-    pub(super) fn keep(&mut self, obs: &[f32]) -> Result<()> {
-        self.obs.clear();
-        self.obs.extend_from_slice(obs);
-        self.normaliser.as_ref().map_or(Ok(()), |normaliser| normaliser.normalise(&mut self.obs))
-    }
-
-    /// Adds a step to the epoch with its signals: the weighed reward, or what a spent budget makes
-    /// of it, then the costs that multipliers weigh.
-    pub(super) fn push(&mut self, reward: &[f32], next_obs: &[f32]) {
-        // A world that shows its budgets has them last.
-        let is_spent =
-            |_: &SauteConfig| next_obs.iter().rev().take(self.costs.len()).any(|&left| left <= 0.0);
-        let spent = self.config.saute.filter(is_spent);
-        let objectives = self.spec.objectives.iter().zip(reward);
-        let weighed = objectives.filter(|(objective, _)| objective.limit.is_none());
-        let total: f64 = weighed.map(|(o, &reward)| f64::from(o.weight) * f64::from(reward)).sum();
-        let earned = spent.map_or(total, |saute| saute.unsafe_reward);
-        self.signals.clear();
-        self.signals.push(earned as f32);
-        self.signals.extend(self.costs.iter().take(self.multipliers.len()).map(|&i| reward[i]));
-        self.epoch.push(self.world, &self.worlds[self.world].taken, &self.signals);
-    }
-
-    /// The mean costs of the last finished episodes; none if there are none.
-    pub(super) fn mean_costs(&self) -> Option<Vec<f64>> {
-        // The newest first, as ever: the order of a sum is part of its bits.
-        let mut last = Fresh::new(self.costs.len());
-        self.window.iter().rev().take(self.config.window).for_each(|costs| last.add(costs));
-        last.mean()
-    }
-
-    /// A finished epoch's learning: multipliers, advantages, steps.
-    pub(super) fn learn(&mut self, log: &mut dyn Observer) -> Result<()> {
-        self.warn_of_short_paths(log);
-        if let Some(mean) = self.mean_costs() {
-            for ((multiplier, &objective), cost) in
-                self.multipliers.iter_mut().zip(&self.costs).zip(mean)
-            {
-                let limit = self.spec.limit(objective).unwrap_or(f32::INFINITY);
-                multiplier.update(cost, f64::from(limit));
-            }
-        }
-        let Self { epoch, config, policy, critics, order, .. } = self;
-        let multipliers: Vec<_> = self.multipliers.iter().map(Multiplier::value).collect();
-        let rows = epoch.finish(config.discount, config.gae);
-        self.report = update(
-            config,
-            rows,
-            &multipliers,
-            config.actor_lr(self.epochs),
-            policy.as_mut(),
-            critics,
-            &mut |rows| shuffle(order, rows),
-        )?;
-        self.check_finite()?;
-        self.log(log);
-        self.epoch.clear();
-        self.epochs += 1;
-        self.fresh = Fresh::new(self.costs.len());
-        Ok(())
-    }
-
-    /// Multipliers see finished episodes alone, and an epoch begins with new ones.
-    fn warn_of_short_paths(&self, log: &mut dyn Observer) {
-        let steps = self.config.steps_per_epoch / self.worlds.len();
-        if self.epochs > 0 || self.multipliers.is_empty() || steps >= self.spec.horizon {
-            return;
-        }
-        let text = format!(
-            "each of {} worlds has {steps} steps an epoch, and an episode of '{}' may take {}: costs \
-             of longer ones are never seen; raise steps_per_epoch or take fewer worlds",
-            self.worlds.len(),
-            self.spec.name,
-            self.spec.horizon
-        );
-        log.warn(self.steps, &text);
-    }
-
-    fn check_finite(&self) -> Result<()> {
-        let kl = self.report.kl.iter().chain(&self.report.second_kl);
-        let losses = &self.report.critic_losses;
-        if kl.chain(losses).all(|x| x.is_finite()) {
-            return Ok(());
-        }
-        let wanted = "finite numbers (lower step sizes, or rewards near 1)";
-        let what = format!("divergence and losses of epoch {}", self.epochs);
-        Err(Error::invalid(what, wanted, format!("{:?}", self.report)))
-    }
-
-    fn log(&self, log: &mut dyn Observer) {
-        let step = self.steps;
-        let report = &self.report;
-        let mut put = |name: &str, value: f64| log.scalar(step, name, value);
-        put("policy/kl", report.kl.last().copied().unwrap_or(0.0));
-        put("policy/passes", report.kl.len() as f64);
-        if self.config.second.is_some() {
-            put("policy/second_kl", report.second_kl.last().copied().unwrap_or(0.0));
-            put("policy/second_passes", report.second_kl.len() as f64);
-        }
-        if self.config.natural.is_none() {
-            put("policy/clip_share", report.clip_share);
-        }
-        put("policy/entropy", mean_entropy(self.policy.log_std()));
-        let stds = self.policy.log_std().iter().map(|&log| libm::exp(f64::from(log)));
-        put("policy/std", stds.sum::<f64>() / self.noise.len() as f64);
-        if self.config.natural.is_none() {
-            put("policy/lr", self.config.actor_lr(self.epochs));
-        }
-        let names = std::iter::once("reward")
-            .chain(self.costs.iter().map(|&cost| self.objectives[cost].as_str()));
-        for (k, (name, loss)) in names.clone().zip(&report.critic_losses).enumerate() {
-            put(&format!("critic_loss/{name}"), *loss);
-            let [spread, explained] = self.epoch.quality(k);
-            put(&format!("advantage_std/{name}"), spread);
-            put(&format!("explained_variance/{name}"), explained);
-        }
-        for (name, lambda) in names.clone().skip(1).zip(self.multipliers()) {
-            put(&format!("multiplier/{name}"), lambda);
-        }
-        for (kind, costs) in [("window", self.mean_costs()), ("epoch", self.fresh.mean())] {
-            for (name, cost) in names.clone().skip(1).zip(costs.iter().flatten()) {
-                put(&format!("cost_{kind}/{name}"), *cost);
-            }
-        }
-    }
-}
-
-/// Writes what each critic expects of one observation.
-fn values(critics: &mut [Box<dyn Value>], obs: &[f32], out: &mut [f32]) -> Result<()> {
-    for (critic, value) in critics.iter_mut().zip(out.chunks_exact_mut(1)) {
-        critic.values(obs, value)?;
-    }
-    Ok(())
 }
 
 /// An error for a task that a method cannot learn.
@@ -385,11 +216,4 @@ fn check_task(name: &str, config: &Config, spec: &EnvSpec) -> Result<()> {
         return Err(Error::invalid(what, "one at least", "costs alone"));
     }
     Ok(())
-}
-
-/// Fisher and Yates.
-fn shuffle(rng: &mut Rng, rows: &mut [usize]) {
-    for i in (1..rows.len()).rev() {
-        rows.swap(i, rng.below(i + 1));
-    }
 }

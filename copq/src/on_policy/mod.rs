@@ -23,6 +23,8 @@ mod clipped;
 mod config;
 mod episodes;
 mod epoch;
+mod gather;
+mod learn;
 mod learner;
 mod method;
 mod multiplier;

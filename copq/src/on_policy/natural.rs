@@ -6,7 +6,7 @@ use super::config::NaturalStep;
 use super::normal::Deviations;
 use super::update::{Passes, Rows};
 use super::{Config, Normal, Policy, Report, Value};
-use crate::Result;
+use crate::{Error, Result};
 
 /// Keeps quotients finite, as OmniSafe does.
 const EPSILON: f64 = 1e-6;
@@ -30,6 +30,10 @@ pub(super) fn natural(
     let mut fisher = Fisher { rows, damping: settings.damping, policy, product: Vec::new() };
     let direction = conjugate_gradients(settings, &gradient, &mut fisher)?;
     let curvature = dot(&direction, fisher.times(&direction)?);
+    if !(curvature >= 0.0 && curvature.is_finite()) {
+        let wanted = "a finite number of at least 0 (lower step sizes, or rewards near 1)";
+        return Err(Error::invalid("curvature along the natural gradient", wanted, curvature));
+    }
     let length = (2.0 * config.target_kl / (curvature + 1e-8)).sqrt();
     let step: Vec<f32> = direction.iter().map(|x| (length * x) as f32).collect();
     policy.shift(&step)?;

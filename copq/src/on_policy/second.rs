@@ -53,7 +53,7 @@ pub(super) fn second(
         })?;
         let kl = first.kl_to(policy, rows)?;
         divergences.push(kl);
-        if kl > config.target_kl {
+        if kl.is_nan() || kl > config.target_kl {
             break;
         }
     }

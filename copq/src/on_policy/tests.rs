@@ -277,12 +277,8 @@ fn gather(
             if !running {
                 env.reset(0, &mut obs).unwrap();
             }
-            // As Agent::act in Mode::Explore, but for the noise.
-            learner.take_in(&obs).unwrap();
-            let seen = learner.obs.clone();
-            learner.worlds[0].taken.obs.copy_from_slice(&seen);
             let noise = floats(&noise[40 * epoch + step]);
-            learner.take(&noise, &mut action).unwrap();
+            learner.explore(&obs, &noise, &mut action).unwrap();
             let outcome = env.step(&action, &mut next, &mut reward).unwrap();
             let (obs_now, action, reward) = (&obs, &action, &reward);
             let transition = Transition { obs: obs_now, action, reward, next_obs: &next, outcome };

@@ -79,6 +79,10 @@ impl Rows {
 /// puts the rows' numbers into the order of a pass's minibatches.
 ///
 /// Errors: settings that cannot be used, and lengths that do not fit.
+///
+/// # Panics
+///
+/// If `shuffle` leaves a number that is no row's.
 pub fn update(
     config: &Config,
     rows: &Rows,

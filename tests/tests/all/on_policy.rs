@@ -231,3 +231,71 @@ fn settings_that_cannot_be_used_are_named_before_anything_is_made() {
         assert!(error.starts_with(named), "{error}");
     }
 }
+
+/// A spent budget's reward is not the task's: its critic says nothing of that.
+#[test]
+fn a_value_is_of_what_the_critic_was_taught() {
+    for (name, is_told) in [("ppo-lag", true), ("ppo-saute", false)] {
+        let mut trainer = trainer(name, 1);
+        let obs = vec![0.1; env(&method(name)).spec().obs_len];
+        let mut q = [0.0; 2];
+        trainer.agent_mut().value(&obs, &[0.0; 3], &mut q).unwrap();
+        assert_eq!(q[1].is_finite(), is_told, "{name}: {q:?}");
+    }
+}
+
+#[test]
+fn a_state_that_no_run_has_left_is_refused() {
+    let mut whole = trainer("rcpo", 1);
+    whole.run(150, &mut Silent).unwrap();
+    let refused = |change: &dyn Fn(&mut State)| {
+        let mut state = saved(&whole);
+        change(state.child_mut("agent"));
+        trainer("rcpo", 1).load(&state).unwrap_err().to_string()
+    };
+    for (wanted, change) in [
+        (
+            "rows of a world of the saved epoch: wanted at most 96, got 97",
+            &(|agent: &mut State| agent.child_mut("epoch").put("filled", [97_u64]))
+                as &dyn Fn(&mut State),
+        ),
+        ("end of a path of the saved epoch: wanted at most 96, got 1000", &|agent| {
+            agent.child_mut("epoch").put("end_rows", [1000_u64]);
+        }),
+    ] {
+        let said = refused(change);
+        assert!(said.contains(wanted), "{said}");
+    }
+    let mut alone = trainer("rcpo", 1);
+    alone.agent_mut().attend(1);
+    let obs = vec![0.0; 11];
+    let said = alone.agent_mut().act(&obs, Mode::Explore, &mut [0.0; 3]).unwrap_err().to_string();
+    assert_eq!(said, "world that is attended to: wanted one of 1, from 0 (Agent::prepare), got 1");
+}
+
+/// Makes every f32 no number.
+fn spoil(state: &mut State) {
+    let names: Vec<String> = state.values().map(|(name, _)| name.to_owned()).collect();
+    for name in names {
+        let Ok(values) = state.get::<f32>(&name) else { continue };
+        let spoilt = vec![f32::NAN; values.len()];
+        match state.shape(&name).map(<[_]>::to_vec) {
+            Some(shape) => state.put_shaped(&name, &shape, spoilt),
+            None => state.put(&name, spoilt),
+        }
+    }
+    let children: Vec<String> = state.children().map(|(name, _)| name.to_owned()).collect();
+    children.iter().for_each(|name| spoil(state.child_mut(name)));
+}
+
+/// A critic that has diverged is told at the next step, not at the end of the next epoch.
+#[test]
+fn a_critic_that_has_diverged_is_told_at_once() {
+    let mut trainer = trainer("cup", 1);
+    trainer.run(100, &mut Silent).unwrap();
+    let mut state = saved(&trainer);
+    spoil(state.child_mut("agent").child_mut("critic.1"));
+    trainer.load(&state).unwrap();
+    let said = trainer.run(102, &mut Silent).unwrap_err().to_string();
+    assert!(said.contains("value, component 1"), "{said}");
+}

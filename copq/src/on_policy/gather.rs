@@ -1,0 +1,115 @@
+//! Gathering an epoch: actions, what comes of them, and where paths end.
+
+use super::{Learner, SauteConfig};
+use crate::loss::check_finite_row;
+use crate::{Outcome, Result};
+
+/// What to do about a critic that says no number.
+const CRITIC: &str = "a critic's weights have diverged; lower networks.critic_lr, or scale rewards";
+
+impl Learner {
+    /// Chooses an action by its noise, and keeps what belongs to the step.
+    pub(super) fn explore(&mut self, obs: &[f32], noise: &[f32], action: &mut [f32]) -> Result<()> {
+        self.end_what_was_left(obs)?;
+        self.see(obs)?;
+        self.worlds[self.world].taken.obs.copy_from_slice(&self.obs);
+        self.sample(noise, action)
+    }
+
+    /// A sample of the policy, as it is stored, and clamped to [-1, 1].
+    fn sample(&mut self, noise: &[f32], action: &mut [f32]) -> Result<()> {
+        let values = self.values()?;
+        let taken = &mut self.worlds[self.world].taken;
+        taken.values = values;
+        self.deviations.set(self.policy.log_std());
+        self.policy.means(&taken.obs, action)?;
+        let means = taken.action.iter_mut().zip(&*action);
+        for ((sample, mean), (noise, inverse)) in
+            means.zip(noise.iter().zip(self.deviations.inverse()))
+        {
+            *sample = (f64::from(*mean) + f64::from(*noise) / inverse) as f32;
+        }
+        taken.log_prob = self.deviations.log_prob(action, &taken.action);
+        for (action, sample) in action.iter_mut().zip(&taken.action) {
+            *action = sample.clamp(-1.0, 1.0);
+        }
+        Ok(())
+    }
+
+    /// What the critics expect of the observation that was normalised last.
+    pub(super) fn values(&mut self) -> Result<Vec<f32>> {
+        let mut values = vec![0.0; self.critics.len()];
+        for (critic, value) in self.critics.iter_mut().zip(values.chunks_exact_mut(1)) {
+            critic.values(&self.obs, value)?;
+        }
+        check_finite_row("value", &values, self.steps, CRITIC)?;
+        Ok(values)
+    }
+
+    /// Lets the normaliser see an observation, and keeps it as the networks see it then.
+    fn see(&mut self, obs: &[f32]) -> Result<()> {
+        if let Some(normaliser) = &mut self.normaliser {
+            normaliser.push(obs)?;
+        }
+        self.normalise(obs)
+    }
+
+    /// Keeps an observation as the networks see it.
+    pub(super) fn normalise(&mut self, obs: &[f32]) -> Result<()> {
+        self.obs.clear();
+        self.obs.extend_from_slice(obs);
+        self.normaliser.as_ref().map_or(Ok(()), |normaliser| normaliser.normalise(&mut self.obs))
+    }
+
+    /// Adds a step to the epoch with its signals: the weighed reward, or what a spent budget makes
+    /// of it, then the costs that multipliers weigh.
+    pub(super) fn push(&mut self, reward: &[f32], next_obs: &[f32]) {
+        // A world that shows its budgets has them last.
+        let is_spent =
+            |_: &SauteConfig| next_obs.iter().rev().take(self.costs.len()).any(|&left| left <= 0.0);
+        let spent = self.config.saute.filter(is_spent);
+        let objectives = self.spec.objectives.iter().zip(reward);
+        let weighed = objectives.filter(|(objective, _)| objective.limit.is_none());
+        let total: f64 = weighed.map(|(o, &reward)| f64::from(o.weight) * f64::from(reward)).sum();
+        let earned = spent.map_or(total, |saute| saute.unsafe_reward);
+        self.signals.clear();
+        self.signals.push(earned as f32);
+        self.signals.extend(self.costs.iter().take(self.multipliers.len()).map(|&i| reward[i]));
+        self.epoch.push(self.world, &self.worlds[self.world].taken, &self.signals);
+    }
+
+    /// Ends a path that its world has left without a word, as after an error: it was cut short
+    /// after what came last.
+    fn end_what_was_left(&mut self, obs: &[f32]) -> Result<()> {
+        let world = self.world;
+        if self.epoch.is_open(world) && self.worlds[world].obs != obs {
+            let last = self.worlds[world].obs.clone();
+            self.see(&last)?;
+            let values = self.values()?;
+            self.epoch.end(world, values);
+            self.worlds[world].costs.fill(0.0);
+        }
+        Ok(())
+    }
+
+    /// Ends a path where an episode ends or the epoch does.
+    pub(super) fn end_path(&mut self, outcome: Outcome, obs: &[f32]) -> Result<()> {
+        self.see(obs)?;
+        let mut values = self.values()?;
+        if outcome == Outcome::Terminated {
+            values.fill(0.0);
+        }
+        self.epoch.end(self.world, values);
+        let episode = &mut self.worlds[self.world].costs;
+        if outcome != Outcome::Running {
+            // A run saved with a longer window has more of them.
+            while self.window.len() >= self.config.window {
+                self.window.pop_front();
+            }
+            self.window.push_back(episode.clone());
+            self.fresh.add(episode);
+        }
+        episode.fill(0.0);
+        Ok(())
+    }
+}

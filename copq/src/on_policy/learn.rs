@@ -1,0 +1,115 @@
+//! What a finished epoch is good for: multipliers, advantages, the method's steps, a report.
+
+use super::episodes::Fresh;
+use super::multiplier::Multiplier;
+use super::normal::mean_entropy;
+use super::{Learner, update};
+use crate::{Error, Observer, Result, Rng};
+
+impl Learner {
+    /// The mean costs of the last finished episodes; none if there are none.
+    pub(super) fn mean_costs(&self) -> Option<Vec<f64>> {
+        // The newest first: the order of a sum is part of its bits.
+        let mut last = Fresh::new(self.costs.len());
+        self.window.iter().rev().take(self.config.window).for_each(|costs| last.add(costs));
+        last.mean()
+    }
+
+    /// A finished epoch's learning: multipliers, advantages, steps.
+    pub(super) fn learn(&mut self, log: &mut dyn Observer) -> Result<()> {
+        self.warn_of_short_paths(log);
+        if let Some(mean) = self.mean_costs() {
+            let multipliers = self.multipliers.iter_mut().zip(&self.limits);
+            multipliers.zip(mean).for_each(|((rule, &limit), cost)| rule.update(cost, limit));
+        }
+        let Self { epoch, config, policy, critics, order, .. } = self;
+        let multipliers: Vec<_> = self.multipliers.iter().map(Multiplier::value).collect();
+        let rows = epoch.finish(config.discount, config.gae);
+        self.report = update(
+            config,
+            rows,
+            &multipliers,
+            config.actor_lr(self.epochs),
+            policy.as_mut(),
+            critics,
+            &mut |rows| shuffle(order, rows),
+        )?;
+        self.check_finite()?;
+        self.log(log);
+        self.epoch.clear();
+        self.epochs += 1;
+        self.fresh = Fresh::new(self.costs.len());
+        Ok(())
+    }
+
+    /// Multipliers see finished episodes alone, and an epoch begins with new ones.
+    fn warn_of_short_paths(&self, log: &mut dyn Observer) {
+        let steps = self.config.steps_per_epoch / self.worlds.len();
+        if self.epochs > 0 || self.multipliers.is_empty() || steps >= self.spec.horizon {
+            return;
+        }
+        let text = format!(
+            "each of {} worlds has {steps} steps an epoch, and an episode of '{}' may take {}: costs \
+             of longer ones are never seen; raise steps_per_epoch or take fewer worlds",
+            self.worlds.len(),
+            self.spec.name,
+            self.spec.horizon
+        );
+        log.warn(self.steps, &text);
+    }
+
+    fn check_finite(&self) -> Result<()> {
+        let kl = self.report.kl.iter().chain(&self.report.second_kl);
+        let losses = &self.report.critic_losses;
+        if kl.chain(losses).all(|x| x.is_finite()) {
+            return Ok(());
+        }
+        let wanted = "finite numbers (lower step sizes, or rewards near 1)";
+        let what = format!("divergence and losses of epoch {}", self.epochs);
+        Err(Error::invalid(what, wanted, format!("{:?}", self.report)))
+    }
+
+    fn log(&self, log: &mut dyn Observer) {
+        let step = self.steps;
+        let report = &self.report;
+        let mut put = |name: &str, value: f64| log.scalar(step, name, value);
+        put("policy/kl", report.kl.last().copied().unwrap_or(0.0));
+        put("policy/passes", report.kl.len() as f64);
+        if self.config.second.is_some() {
+            put("policy/second_kl", report.second_kl.last().copied().unwrap_or(0.0));
+            put("policy/second_passes", report.second_kl.len() as f64);
+        }
+        if self.config.natural.is_none() {
+            put("policy/clip_share", report.clip_share);
+        }
+        put("policy/entropy", mean_entropy(self.policy.log_std()));
+        let stds = self.policy.log_std().iter().map(|&log| libm::exp(f64::from(log)));
+        put("policy/std", stds.sum::<f64>() / self.policy.log_std().len() as f64);
+        if self.config.natural.is_none() {
+            put("policy/lr", self.config.actor_lr(self.epochs));
+        }
+        let names = std::iter::once("reward")
+            .chain(self.costs.iter().map(|&cost| self.objectives[cost].as_str()));
+        for (k, (name, loss)) in names.clone().zip(&report.critic_losses).enumerate() {
+            put(&format!("critic_loss/{name}"), *loss);
+            let [spread, explained] = self.epoch.quality(k);
+            put(&format!("advantage_std/{name}"), spread);
+            put(&format!("explained_variance/{name}"), explained);
+        }
+        for (name, lambda) in names.clone().skip(1).zip(self.multipliers()) {
+            put(&format!("multiplier/{name}"), lambda);
+        }
+        for (kind, costs) in [("window", self.mean_costs()), ("epoch", self.fresh.mean())] {
+            for (name, cost) in names.clone().skip(1).zip(costs.iter().flatten()) {
+                put(&format!("cost_{kind}/{name}"), *cost);
+            }
+        }
+    }
+}
+
+/// Fisher and Yates.
+fn shuffle(rng: &mut Rng, rows: &mut [usize]) {
+    for i in (1..rows.len()).rev() {
+        rows.swap(i, rng.below(i + 1));
+    }
+}
