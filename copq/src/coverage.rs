@@ -197,7 +197,7 @@ impl<'a, E: Env> Player<'a, E> {
             self.learner.act(obs, Mode::Exploit, &mut self.action)?;
             return Ok(None);
         }
-        self.learner.taught_action(obs, &mut self.noise, &mut self.action)
+        self.learner.target_policy_action(obs, &mut self.noise, &mut self.action)
     }
 
     fn estimate(&mut self) -> Result<QEstimate> {

@@ -47,7 +47,7 @@ impl Learner {
     }
 
     /// Keeps one observation as the networks see it.
-    pub(super) fn take_in(&mut self, obs: &[f32]) -> Result<()> {
+    pub(super) fn normalise(&mut self, obs: &[f32]) -> Result<()> {
         check_len("observation", obs.len(), self.obs.len())?;
         self.obs.copy_from_slice(obs);
         self.normaliser.as_ref().map_or(Ok(()), |normaliser| normaliser.normalise(&mut self.obs))
@@ -91,7 +91,7 @@ impl Agent for Learner {
 
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
         check_finite_row("observation", obs, self.steps, OBSERVATION)?;
-        self.take_in(obs)?;
+        self.normalise(obs)?;
         let Self {
             config,
             actor,

@@ -3,7 +3,7 @@
 use super::Learner;
 use super::buffers::{Buffers, column_means, log_each};
 use crate::loss::{check_finite, check_finite_losses, squared_error_grad, squared_errors};
-use crate::{BoundQuery, Net, Observer, QView, Result};
+use crate::{Net, Observer, QView, Result};
 
 impl Learner {
     /// One step of all critics on the same TD targets, the objectives' losses weighted by FAMO;
@@ -31,9 +31,7 @@ impl Learner {
             }
             squared_error_grad(q, target, loss_weights, grad);
             names.log_values(log, *steps, q);
-            let lower =
-                BoundQuery { q, weights: multiplier.weights(), step: -config.pessimism as f32 };
-            projection.project(lower, scratch, bound)
+            projection.project(config.lower(q, multiplier.weights()), scratch, bound)
         };
         critic.fit(&batch.obs, &batch.action, grad, tau)?;
         column_means(bound, mean);
@@ -66,12 +64,8 @@ impl Learner {
             self.critic.values(Net::Online, &self.batch.obs, &self.batch.action, q)?;
         }
         let q = QView::new(q, self.critic.critics(), self.objectives.len())?;
-        let step = -self.config.pessimism as f32;
-        self.projection.project(
-            BoundQuery { q, weights: self.multiplier.weights(), step },
-            scratch,
-            bound,
-        )?;
+        let lower = self.config.lower(q, self.multiplier.weights());
+        self.projection.project(lower, scratch, bound)?;
         column_means(bound, mean);
         check_finite("cost estimate", mean, &self.objectives, self.steps)?;
         self.multiplier.observe(mean);

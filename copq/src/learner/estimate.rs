@@ -1,9 +1,10 @@
 //! What the critics say of one action.
 
 use super::Learner;
+use super::policy::{Actions, target_actions};
 use crate::error::check_len;
 use crate::loss::{check_finite, mean_and_std};
-use crate::{BoundQuery, Net, QView, Result, Rng};
+use crate::{Net, QView, Result, Rng};
 
 /// What a learner's online critics say of one action's discounted return, a number for each
 /// objective.
@@ -52,8 +53,7 @@ impl Learner {
         let (mean, std) = (0..n).map(|objective| mean_and_std(q, objective)).unzip();
         let weights = self.multiplier.weights();
         let mut bound = vec![0.0; n];
-        let step = -self.config.pessimism as f32;
-        let query = BoundQuery { q, weights, step };
+        let query = self.config.lower(q, weights);
         self.projection.project(query, &mut self.buffers.scratch, &mut bound)?;
         let weights: Vec<_> = weights.iter().map(|&w| f64::from(w)).collect();
         let total = |values: &[f32]| -> f32 {
@@ -68,33 +68,28 @@ impl Learner {
     /// Leaves what the online critics say of an action at the beginning of the buffer `q`.
     pub(super) fn online_values(&mut self, obs: &[f32], action: &[f32]) -> Result<()> {
         check_len("action", action.len(), self.actor.action_len())?;
-        self.take_in(obs)?;
+        self.normalise(obs)?;
         let values = &mut self.buffers.q[..self.critic.critics() * self.objectives.len()];
         self.critic.values(Net::Online, &self.obs, action, values)
     }
 
-    /// An action of the policy that targets value: the slow actor's with its smoothing noise, or a
-    /// stochastic policy's sample, whose entropy bonus comes with it, and the objective of that.
-    pub(crate) fn taught_action(
+    /// An action of the policy whose values critics are taught ([`target_actions`]); of a stochastic one
+    /// its entropy bonus, too, and the objective of that.
+    pub(crate) fn target_policy_action(
         &mut self,
         obs: &[f32],
         rng: &mut Rng,
         action: &mut [f32],
     ) -> Result<Option<(usize, f64)>> {
-        self.take_in(obs)?;
+        self.normalise(obs)?;
         let mut log_prob = [0.0];
-        if self.actor.noise_len() > 0 {
-            let mut noise = vec![0.0; self.actor.noise_len()];
-            rng.fill_normal(&mut noise);
-            self.actor.sample(Net::Online, &self.obs, &noise, action, &mut log_prob)?;
-        } else {
-            self.actor.mode(Net::Target, &self.obs, action)?;
-        }
-        if let Some(smoothing) = self.config.smoothing {
-            let mut noise = vec![0.0; action.len()];
-            rng.fill_normal(&mut noise);
-            smoothing.add(&noise, action);
-        }
+        let actions = Actions {
+            policy_noise: &mut vec![0.0; self.actor.noise_len()],
+            log_prob: &mut log_prob,
+            noise: &mut vec![0.0; action.len()],
+            action,
+        };
+        target_actions(self.actor.as_mut(), self.config.smoothing, rng, &self.obs, actions)?;
         let bonus = |alpha: f64| -alpha * f64::from(log_prob[0]);
         Ok(self.temperature.as_ref().map(|t| (t.objective(), bonus(t.alpha()))))
     }

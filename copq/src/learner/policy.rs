@@ -3,25 +3,48 @@
 use super::Learner;
 use super::buffers::Buffers;
 use crate::loss::margin;
-use crate::{BoundQuery, Net, Observer, QView, Result};
+use crate::{Actor, BoundQuery, Net, Observer, QView, Result, Rng, Smoothing};
+
+/// Actions and what they are made of: a policy's noise and log-probabilities, none of a deterministic
+/// one, and the noise that smooths.
+pub(super) struct Actions<'a> {
+    pub action: &'a mut [f32],
+    pub policy_noise: &'a mut [f32],
+    pub log_prob: &'a mut [f32],
+    pub noise: &'a mut [f32],
+}
+
+/// The actions whose values TD targets are of: a' = clip(mu'(s') + clip(noise)), TD3's smoothed ones;
+/// of a stochastic policy samples of the online one.
+pub(super) fn target_actions(
+    actor: &mut dyn Actor,
+    smoothing: Option<Smoothing>,
+    rng: &mut Rng,
+    obs: &[f32],
+    actions: Actions<'_>,
+) -> Result<()> {
+    let Actions { action, policy_noise, log_prob, noise } = actions;
+    if policy_noise.is_empty() {
+        actor.mode(Net::Target, obs, action)?;
+    } else {
+        rng.fill_normal(policy_noise);
+        actor.sample(Net::Online, obs, policy_noise, action, log_prob)?;
+    }
+    if let Some(smoothing) = smoothing {
+        rng.fill_normal(noise);
+        smoothing.add(noise, action);
+    }
+    Ok(())
+}
 
 impl Learner {
-    /// a' = clip(mu'(s') + clip(noise)), TD3's smoothed target actions; of a stochastic policy a
-    /// sample of the online one.
+    /// Chooses the batch's next actions.
     pub(super) fn next_actions(&mut self) -> Result<()> {
         let Buffers { noise, policy_noise, next_action, log_prob, .. } = &mut self.buffers;
+        let actions = Actions { action: next_action, policy_noise, log_prob, noise };
+        let rng = &mut self.streams.smoothing;
         let next_obs = &self.batch.next_obs;
-        if policy_noise.is_empty() {
-            self.actor.mode(Net::Target, next_obs, next_action)?;
-        } else {
-            self.streams.smoothing.fill_normal(policy_noise);
-            self.actor.sample(Net::Online, next_obs, policy_noise, next_action, log_prob)?;
-        }
-        if let Some(smoothing) = self.config.smoothing {
-            self.streams.smoothing.fill_normal(noise);
-            smoothing.add(noise, next_action);
-        }
-        Ok(())
+        target_actions(self.actor.as_mut(), self.config.smoothing, rng, next_obs, actions)
     }
 
     /// Maximises w . (lower bound at s, a) - alpha w_e log pi(a|s) over the policy's actions a,

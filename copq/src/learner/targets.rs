@@ -3,7 +3,14 @@
 use super::Learner;
 use super::buffers::{Buffers, column_means, log_each};
 use crate::loss::{check_finite, margin};
-use crate::{Batch, BoundQuery, Net, Observer, QView, Result, Rng};
+use crate::{Batch, BoundQuery, Config, Net, Observer, QView, Result, Rng};
+
+impl Config {
+    /// The critics' bound as far on the cautious side as in TD targets.
+    pub(super) fn lower<'a>(&self, q: QView<'a>, weights: &'a [f32]) -> BoundQuery<'a> {
+        BoundQuery { q, weights, step: -self.pessimism as f32 }
+    }
+}
 
 impl Learner {
     /// y = r + gamma (1 - d) (lower bound of the target critics at s', a'), less alpha log
@@ -15,9 +22,8 @@ impl Learner {
         let shared = self.batch.reward.len();
         let Buffers { q, target, log_prob, scratch, mean, .. } = &mut self.buffers;
         let chosen = QView::new(&q[..critics * shared], critics, n)?;
-        let step = -self.config.pessimism as f32;
-        let bound = BoundQuery { q: chosen, weights: self.multiplier.weights(), step };
-        self.projection.project(bound, scratch, &mut target[..shared])?;
+        let lower = self.config.lower(chosen, self.multiplier.weights());
+        self.projection.project(lower, scratch, &mut target[..shared])?;
         let pessimism = margin(chosen, &target[..shared], self.multiplier.actor_weights());
         log.scalar(self.steps, "pessimism/target", pessimism);
         if let Some(temperature) = &self.temperature {
