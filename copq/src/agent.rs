@@ -139,8 +139,8 @@ pub trait Agent: Send {
         false
     }
 
-    /// The mean critic's Q(s, a), one per objective: what the agent believes this action will
-    /// return.
+    /// What the agent believes that this action will return, discounted, a number for each objective:
+    /// the critics' mean Q(s, a), or on-policy V(s). NaN where no critic says it of an objective alone.
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()>;
 
     /// Writes what acting takes to a small file, for [`Policy::read`](crate::Policy::read).

@@ -9,7 +9,7 @@ use super::policy::Policy;
 use crate::check;
 use crate::shape::Shape;
 
-/// TD3's policy: observation -> hidden layers with ReLU -> tanh. It needs no noise and has no
+/// TD3's policy: observation -> hidden layers -> tanh. It needs no noise and has no
 /// log-probability.
 ///
 /// ```

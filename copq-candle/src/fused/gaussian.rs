@@ -10,7 +10,7 @@ use crate::check;
 use crate::shape::Shape;
 use crate::squash::Component;
 
-/// SAC's policy: observation -> hidden layers with ReLU -> mean and log std, clamped to [-20, 2],
+/// SAC's policy: observation -> hidden layers -> mean and log std, clamped to [-20, 2],
 /// of a Gaussian that a tanh squashes. It needs one standard normal an action component; without
 /// noise its action is the squashed mean.
 ///

@@ -1,7 +1,7 @@
 //! The fast path for CPUs: networks whose parameters and activations lie as the matrix products
 //! read them.
 //!
-//! Bias and ReLU, forward and backward, and the optimiser's step down a gradient happen to a
+//! Bias and activation, forward and backward, and the optimiser's step down a gradient happen to a
 //! product's results while they are still in registers; everything else is a few passes over memory.
 //! A warm update on one thread allocates nothing. One thread is the default; [`Critics::threads`]
 //! spreads the critics over more, [`Deterministic::threads`] and [`Gaussian::threads`] an actor's

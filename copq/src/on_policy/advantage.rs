@@ -1,6 +1,7 @@
 //! Generalised advantages and the critics' targets.
 
-/// Writes the advantages of one signal's rows and its critic's targets (Schulman et al. 2016).
+/// Writes the advantages of one signal's rows and its critic's targets (Schulman et al. 2016,
+/// eq. 16).
 /// Paths of rows end before the rows that `ends` names, in order, each with the value of what comes
 /// after it.
 pub(super) fn generalised(

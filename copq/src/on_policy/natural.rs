@@ -34,6 +34,7 @@ pub(super) fn natural(
         let wanted = "a finite number of at least 0 (lower step sizes, or rewards near 1)";
         return Err(Error::invalid("curvature along the natural gradient", wanted, curvature));
     }
+    // KL is half of length^2 x' F x to second order; 1e-8 as OmniSafe has it.
     let length = (2.0 * config.target_kl / (curvature + 1e-8)).sqrt();
     let step: Vec<f32> = direction.iter().map(|x| (length * x) as f32).collect();
     policy.shift(&step)?;

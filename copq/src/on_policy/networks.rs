@@ -67,7 +67,7 @@ pub trait Policy: Actor {
         0
     }
 
-    /// Writes dL/dparameters.
+    /// Writes dL/dparameters, [`Policy::parameters`] numbers; an error of a policy without them.
     fn gradient(&mut self, _obs: &[f32], _grad: NormalGrad<'_>, _out: &mut [f32]) -> Result<()> {
         Err(missing("gradient"))
     }
@@ -124,7 +124,7 @@ fn missing(method: &str) -> Error {
 /// # Ok::<(), copq::Error>(())
 /// ```
 pub trait Value: Send {
-    /// Writes the values of a batch of observations.
+    /// Writes the values of a batch of observations (`rows x observation`), a number for each row.
     fn values(&mut self, obs: &[f32], value: &mut [f32]) -> Result<()>;
 
     /// One optimiser step that lowers L: forward, `grad` fills dL/dvalue, backward, step.
