@@ -37,7 +37,7 @@ impl<E: Env> AdjustedEnv<E> {
             return Err(Error::invalid(what, wanted, "one with budgets in sight"));
         }
         for (name, limit) in limits {
-            let is_cost = |objective: &&mut Objective| objective.limit.is_some();
+            let is_cost = |objective: &&mut Objective| objective.is_cost();
             let mut costs = self.spec.objectives.iter_mut().filter(is_cost);
             match costs.find(|cost| cost.name == name) {
                 Some(cost) => cost.limit = Some(limit as f32),
@@ -87,13 +87,11 @@ impl<E: Env> AdjustedEnv<E> {
 }
 
 fn unknown(spec: &EnvSpec, name: &str) -> Error {
-    let costs = spec.objectives.iter().filter(|objective| objective.limit.is_some());
-    let names: Vec<_> = costs.map(|cost| cost.name.as_str()).collect();
-    if names.is_empty() {
-        let what = format!("limit of '{name}'");
-        let wanted = "a task with a cost under a limit, such as b/hopper";
-        return Error::invalid(what, wanted, format!("'{}', which has none", spec.name));
+    if let Err(error) = spec.check_has_cost(&format!("limit of '{name}'")) {
+        return error;
     }
+    let costs = spec.objectives.iter().filter(|objective| objective.is_cost());
+    let names: Vec<_> = costs.map(|cost| cost.name.as_str()).collect();
     Error::unknown("cost", name, &names)
 }
 

@@ -157,7 +157,7 @@ impl<'a> Player<'a> {
 
     fn check_costs(&self, when: &str) -> Result<()> {
         for (objective, reward) in self.spec.objectives.iter().zip(&self.reward) {
-            if objective.limit.is_some() && *reward < 0.0 {
+            if objective.is_cost() && *reward < 0.0 {
                 let name = &objective.name;
                 let what = format!("{when}: the cost '{name}' is {reward}; a cost is 0 or more");
                 return Err(broken(self.spec, what));

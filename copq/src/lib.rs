@@ -99,6 +99,7 @@ mod famo;
 pub mod files;
 mod learner;
 mod loss;
+mod made_by;
 mod memory;
 mod method;
 mod multiplier;

@@ -96,6 +96,11 @@ pub(crate) fn check_finite(
     })
 }
 
+/// An error if an observation is not finite.
+pub(crate) fn check_finite_obs(obs: &[f32], step: u64) -> Result<()> {
+    check_finite_row("observation", obs, step, "the environment returned it; check its physics")
+}
+
 /// An error if any component of one row is not finite.
 pub(crate) fn check_finite_row(
     what: &str,

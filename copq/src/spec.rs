@@ -38,6 +38,11 @@ impl Objective {
         Self { name: name.into(), weight: 0.0, limit: Some(limit) }
     }
 
+    /// Whether it is a cost under a limit.
+    pub fn is_cost(&self) -> bool {
+        self.limit.is_some()
+    }
+
     /// Another weight, such as a negative one for a cost that no multiplier weighs.
     pub fn weight(self, weight: f32) -> Self {
         Self { weight, ..self }
@@ -63,6 +68,7 @@ impl Objective {
 ///     .reward("progress", 1.0)
 ///     .action_bounds(&[-10.0], &[10.0]);
 /// assert_eq!((spec.limit(0), spec.limit(1)), (Some(740.2), None));
+/// assert_eq!(spec.costs(), [0]);
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -165,6 +171,20 @@ impl EnvSpec {
             Some(name) => self.objectives.iter().position(|known| known.name == *name),
             None => (0..self.objectives.len()).rev().find(|&i| self.limit(i).is_none()),
         }
+    }
+
+    /// The positions of the costs.
+    pub fn costs(&self) -> Vec<usize> {
+        (0..self.objectives.len()).filter(|&i| self.objectives[i].is_cost()).collect()
+    }
+
+    /// An error for a task without a cost; `what` says what wants one.
+    pub(crate) fn check_has_cost(&self, what: &str) -> Result<()> {
+        if self.objectives.iter().any(Objective::is_cost) {
+            return Ok(());
+        }
+        let what = format!("{what} on '{}'", self.name);
+        Err(Error::invalid(what, "a task with a cost under a limit, such as b/hopper", "none"))
     }
 
     /// An error for an episode that runs on past its horizon: whoever waits for its end would wait
@@ -272,11 +292,7 @@ impl EnvSpec {
         if self.objectives.is_empty() {
             return Err(self.error("objectives", "at least one", "none"));
         }
-        if self
-            .objectives
-            .iter()
-            .all(|objective| objective.weight == 0.0 && objective.limit.is_none())
-        {
+        if self.objectives.iter().all(|objective| objective.weight == 0.0 && !objective.is_cost()) {
             return Err(self.error("weights", "one at least that is not 0", "only zeros"));
         }
         let names = self.names();

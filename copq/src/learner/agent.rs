@@ -4,38 +4,23 @@ use std::path::Path;
 
 use super::Learner;
 use crate::error::check_len;
-use crate::loss::{check_finite, check_finite_row};
+use crate::loss::{check_finite, check_finite_obs, check_finite_row};
+use crate::made_by::MadeBy;
 use crate::{
     Agent, Context, EnvSpec, Error, Mode, Net, Normaliser, Observer, Outcome, Replay, Result,
     State, Transition,
 };
 
-/// What to do about an observation that is not finite.
-const OBSERVATION: &str = "the environment returned it; check its physics";
-
 impl Learner {
-    /// An error unless a saved learner was made as this one is.
-    fn check_maker(&self, state: &State) -> Result<()> {
-        let objectives = self.objectives.join(",");
-        let bound = format!("{:?}", self.projection);
-        check_made_by(state, "method", &self.name)?;
-        check_made_by(state, "bound", &bound)?;
-        check_made_by(state, "task", &self.spec.name)?;
-        check_made_by(state, "objectives", &objectives)?;
-        let made = made_by(state)?;
-        let seed = made.get_one::<u64>("seed")?;
-        if seed != self.seed {
-            return Err(Error::invalid("seed of the saved learner", self.seed, seed));
+    fn made_by(&self) -> MadeBy<'_> {
+        MadeBy {
+            method: &self.name,
+            bound: Some(format!("{:?}", self.projection)),
+            task: &self.spec.name,
+            objectives: &self.objectives,
+            seed: self.seed,
+            discount: self.config.discount,
         }
-        let discount = made.get_one::<f64>("discount")?;
-        if discount != self.config.discount {
-            return Err(Error::invalid(
-                "discount of the saved learner",
-                self.config.discount,
-                discount,
-            ));
-        }
-        Ok(())
     }
 
     /// A checkpoint without the replay: as much is gathered anew as before the first update, by the
@@ -54,28 +39,6 @@ impl Learner {
     }
 }
 
-/// What a saved learner says of itself.
-fn made_by(state: &State) -> Result<&State> {
-    state.child("made_by").map_err(|_| {
-        let wanted = "one that says its method, bound, task, objectives, seed and discount";
-        Error::invalid("the saved learner", wanted, "none of these, as before version 0.1")
-    })
-}
-
-/// An error if a saved learner says something else of itself.
-pub(crate) fn check_made_by(state: &State, what: &str, own: &str) -> Result<()> {
-    let saved = made_by(state)?.get_text(what)?;
-    if saved == own {
-        return Ok(());
-    }
-    Err(Error::invalid(format!("{what} of the saved learner"), own, saved))
-}
-
-/// The method of a saved learner.
-pub(crate) fn method_of(state: &State) -> Result<&str> {
-    made_by(state)?.get_text("method")
-}
-
 impl Agent for Learner {
     fn seed(&self) -> u64 {
         self.seed
@@ -90,7 +53,7 @@ impl Agent for Learner {
     }
 
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
-        check_finite_row("observation", obs, self.steps, OBSERVATION)?;
+        check_finite_obs(obs, self.steps)?;
         self.normalise(obs)?;
         let Self {
             config,
@@ -132,8 +95,8 @@ impl Agent for Learner {
     fn observe(&mut self, t: Transition<'_>) -> Result<()> {
         check_len("transition's reward", t.reward.len(), self.objectives.len())?;
         check_finite("reward", t.reward, &self.objectives, self.steps)?;
-        check_finite_row("observation", t.next_obs, self.steps, OBSERVATION)?;
-        check_finite_row("observation", t.obs, self.steps, OBSERVATION)?;
+        check_finite_obs(t.next_obs, self.steps)?;
+        check_finite_obs(t.obs, self.steps)?;
         check_finite_row("action", t.action, self.steps, "the caller passed NaN or infinity")?;
         self.scales.observe(t.next_obs, t.reward)?;
         self.replay.push(t)?;
@@ -172,13 +135,7 @@ impl Agent for Learner {
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
-        let made = state.child_mut("made_by");
-        made.put_text("method", &self.name);
-        made.put_text("bound", &format!("{:?}", self.projection));
-        made.put_text("task", &self.spec.name);
-        made.put_text("objectives", &self.objectives.join(","));
-        made.put("seed", [self.seed]);
-        made.put("discount", [self.config.discount]);
+        self.made_by().save(state);
         state.put("steps", [self.steps]);
         state.put("updates", [self.updates]);
         if self.first_update != self.config.start_steps {
@@ -206,7 +163,7 @@ impl Agent for Learner {
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
-        self.check_maker(state)?;
+        self.made_by().check(state)?;
         self.steps = state.get_one("steps")?;
         self.updates = state.get_one("updates")?;
         self.streams.load(state)?;

@@ -79,7 +79,7 @@ impl Learner {
             streams: Streams::new(seed),
             obs: vec![0.0; spec.obs_len],
             buffers: Buffers::new(&config, actor.as_ref(), critic.as_ref()),
-            is_cost: (0..n).map(|i| spec.limit(i).is_some()).collect(),
+            is_cost: spec.objectives.iter().map(|objective| objective.is_cost()).collect(),
             names: Names::new(&spec.names(), critic.shared()),
             objectives: spec.names().into_iter().map(str::to_owned).collect(),
             steps: 0,

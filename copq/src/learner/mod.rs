@@ -9,7 +9,6 @@ use crate::{
     Actor, Batch, Config, Critic, EnvSpec, Explore, Famo, Multiplier, Normaliser, Observer,
     Projection, Replay, Result, State,
 };
-pub(crate) use agent::{check_made_by, method_of};
 use buffers::{Buffers, Names};
 pub use estimate::QEstimate;
 use scales::Scales;

@@ -67,7 +67,7 @@ impl Ensemble {
     /// The scalar critics of each objective; none if critics are of all values.
     fn scalars(self, spec: &EnvSpec) -> Vec<usize> {
         let Self::Separate { cost, reward } = self else { return Vec::new() };
-        let count = |objective: &Objective| if objective.limit.is_some() { cost } else { reward };
+        let count = |objective: &Objective| if objective.is_cost() { cost } else { reward };
         spec.objectives.iter().map(count).collect()
     }
 }

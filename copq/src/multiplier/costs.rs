@@ -1,7 +1,7 @@
 //! The costs of a task under multipliers: limits in the units of Q, estimates, weights, and their
 //! report.
 
-use crate::{EnvSpec, Error, Observer, Result};
+use crate::{EnvSpec, Observer, Result};
 
 /// An episode's limit in the units of a discounted value: `limit (1 - gamma^T) / ((1 - gamma) T)`,
 /// the value of paying `limit / T` at every one of the episode's T steps (paper App. C); the limit
@@ -61,15 +61,8 @@ impl Costs {
                 names: names.map(|kind| format!("{kind}/{name}")),
             })
         };
-        let costs: Vec<_> = (0..spec.objectives.len()).filter_map(cost).collect();
-        if costs.is_empty() {
-            let what = format!("a constraint on '{}'", spec.name);
-            return Err(Error::invalid(
-                what,
-                "a task with a cost under a limit, such as b/hopper",
-                "none",
-            ));
-        }
+        spec.check_has_cost("a constraint")?;
+        let costs = (0..spec.objectives.len()).filter_map(cost).collect();
         let weights = spec.weights();
         let actor_weights = spec.weights().iter().map(|&w| w.into()).collect();
         Ok(Self { costs, weights, actor_weights })

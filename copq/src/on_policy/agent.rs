@@ -4,14 +4,11 @@ use std::path::Path;
 
 use super::learner::Learner;
 use crate::error::check_len;
-use crate::learner::check_made_by;
-use crate::loss::{check_finite, check_finite_row};
+use crate::loss::{check_finite, check_finite_obs, check_finite_row};
+use crate::made_by::MadeBy;
 use crate::{
     Agent, EnvSpec, Error, Mode, Net, Normaliser, Observer, Outcome, Result, State, Transition,
 };
-
-/// What to do about an observation that is not finite.
-const OBSERVATION: &str = "the environment returned it; check its physics";
 
 impl Learner {
     fn check_world(&self) -> Result<()> {
@@ -22,21 +19,15 @@ impl Learner {
         Err(Error::invalid("world that is attended to", wanted, self.world))
     }
 
-    fn check_maker(&self, state: &State) -> Result<()> {
-        check_made_by(state, "method", &self.name)?;
-        check_made_by(state, "task", &self.spec.name)?;
-        check_made_by(state, "objectives", &self.objectives.join(","))?;
-        let made = state.child("made_by")?;
-        let seed = made.get_one::<u64>("seed")?;
-        if seed != self.seed {
-            return Err(Error::invalid("seed of the saved learner", self.seed, seed));
+    fn made_by(&self) -> MadeBy<'_> {
+        MadeBy {
+            method: &self.name,
+            bound: None,
+            task: &self.spec.name,
+            objectives: &self.objectives,
+            seed: self.seed,
+            discount: self.config.discount,
         }
-        let discount = made.get_one::<f64>("discount")?;
-        if discount != self.config.discount {
-            let what = "discount of the saved learner";
-            return Err(Error::invalid(what, self.config.discount, discount));
-        }
-        Ok(())
     }
 }
 
@@ -65,7 +56,7 @@ impl Agent for Learner {
         check_len("observation", obs.len(), self.spec.obs_len)?;
         check_len("action", action.len(), self.spec.action_len())?;
         self.check_world()?;
-        check_finite_row("observation", obs, self.steps, OBSERVATION)?;
+        check_finite_obs(obs, self.steps)?;
         if mode == Mode::Exploit {
             self.normalise(obs)?;
             self.policy.mode(Net::Online, &self.obs, action)?;
@@ -82,7 +73,7 @@ impl Agent for Learner {
         check_len("transition's reward", t.reward.len(), self.objectives.len())?;
         check_len("observation", t.next_obs.len(), self.spec.obs_len)?;
         check_finite("reward", t.reward, &self.objectives, self.steps)?;
-        check_finite_row("observation", t.next_obs, self.steps, OBSERVATION)?;
+        check_finite_obs(t.next_obs, self.steps)?;
         self.check_world()?;
         self.scales.observe(t.next_obs, t.reward)?;
         self.steps += 1;
@@ -121,7 +112,7 @@ impl Agent for Learner {
         let values = self.values()?;
         // The one critic of all rewards speaks for a reward that is alone, unless a spent budget made
         // another of it.
-        let rewards = self.spec.objectives.iter().filter(|o| o.limit.is_none()).count();
+        let rewards = self.spec.objectives.iter().filter(|o| !o.is_cost()).count();
         let is_reward = rewards == 1 && self.config.saute.is_none();
         let mut costs = values[1..].iter();
         for (q, objective) in q.iter_mut().zip(&self.spec.objectives) {
@@ -139,12 +130,7 @@ impl Agent for Learner {
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
-        let made = state.child_mut("made_by");
-        made.put_text("method", &self.name);
-        made.put_text("task", &self.spec.name);
-        made.put_text("objectives", &self.objectives.join(","));
-        made.put("seed", [self.seed]);
-        made.put("discount", [self.config.discount]);
+        self.made_by().save(state);
         state.put("steps", [self.steps]);
         state.put("epochs", [self.epochs]);
         state.put("fresh", [self.fresh.episodes]);
@@ -172,7 +158,7 @@ impl Agent for Learner {
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
-        self.check_maker(state)?;
+        self.made_by().check(state)?;
         self.steps = state.get_one("steps")?;
         self.epochs = state.get_one("epochs")?;
         self.fresh.episodes = state.get_one("fresh")?;

@@ -69,7 +69,7 @@ impl Learner {
             |_: &SauteConfig| next_obs.iter().rev().take(self.costs.len()).any(|&left| left <= 0.0);
         let spent = self.config.saute.filter(is_spent);
         let objectives = self.spec.objectives.iter().zip(reward);
-        let weighed = objectives.filter(|(objective, _)| objective.limit.is_none());
+        let weighed = objectives.filter(|(objective, _)| !objective.is_cost());
         let total: f64 = weighed.map(|(o, &reward)| f64::from(o.weight) * f64::from(reward)).sum();
         let earned = spent.map_or(total, |saute| saute.unsafe_reward);
         self.signals.clear();

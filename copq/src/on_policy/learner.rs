@@ -7,7 +7,7 @@ use super::episodes::{Fresh, World};
 use super::epoch::Epoch;
 use super::multiplier::Multiplier;
 use super::normal::Deviations;
-use super::saute::{costs, shows_budgets};
+use super::saute::shows_budgets;
 use super::{Config, Method, Policy, Report, Value};
 use crate::learner::scales::Scales;
 use crate::memory;
@@ -96,7 +96,7 @@ impl Learner {
         config.check()?;
         spec.check()?;
         check_task(&name, &config, spec)?;
-        let costs = costs(spec);
+        let costs = spec.costs();
         let held = if config.constraint.is_some() { costs.len() } else { 0 };
         memory::check_on_policy(&config, spec, held + 1)?;
         let rng = &mut Rng::new(seed, Stream::Init);
@@ -197,11 +197,8 @@ impl Learner {
 
 /// An error for a task that a method cannot learn.
 fn check_task(name: &str, config: &Config, spec: &EnvSpec) -> Result<()> {
-    let costs = costs(spec).len();
-    if config.constraint.is_some() && costs == 0 {
-        let what = format!("{name} on '{}'", spec.name);
-        let wanted = "a task with a cost under a limit, such as b/hopper";
-        return Err(Error::invalid(what, wanted, "none"));
+    if config.constraint.is_some() {
+        spec.check_has_cost(name)?;
     }
     if config.saute.is_some() != shows_budgets(spec) {
         let wanted = if config.saute.is_some() {
@@ -211,7 +208,7 @@ fn check_task(name: &str, config: &Config, spec: &EnvSpec) -> Result<()> {
         };
         return Err(Error::invalid(format!("{name}'s world"), wanted, format!("'{}'", spec.name)));
     }
-    if spec.objectives.len() == costs {
+    if spec.objectives.iter().all(|objective| objective.is_cost()) {
         let what = format!("rewards of '{}'", spec.name);
         return Err(Error::invalid(what, "one at least", "costs alone"));
     }

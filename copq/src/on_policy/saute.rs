@@ -67,12 +67,8 @@ impl<E: Env> Saute<E> {
             let wanted = format!("one whose {}th power is not lost in f32", old.horizon);
             return Err(Error::invalid("saute.discount", wanted, config.discount));
         }
-        let costs = costs(old);
-        if costs.is_empty() {
-            let what = format!("Saute of '{}'", old.name);
-            let wanted = "a task with a cost under a limit, such as b/hopper";
-            return Err(Error::invalid(what, wanted, "none"));
-        }
+        old.check_has_cost("Saute")?;
+        let costs = old.costs();
         let budget = |&cost: &usize| {
             let limit = f64::from(old.limit(cost).unwrap_or(0.0));
             if limit > 0.0 {
@@ -115,11 +111,6 @@ impl<E: Env> Saute<E> {
 /// Whether a description is of a world that shows its budgets.
 pub(crate) fn shows_budgets(spec: &EnvSpec) -> bool {
     spec.name.ends_with(SUFFIX)
-}
-
-/// The positions of a task's costs.
-pub(super) fn costs(spec: &EnvSpec) -> Vec<usize> {
-    (0..spec.objectives.len()).filter(|&i| spec.limit(i).is_some()).collect()
 }
 
 impl<E: Env> Env for Saute<E> {

@@ -7,7 +7,7 @@ use std::path::Path;
 pub(crate) use about::About;
 
 use crate::error::check_len;
-use crate::learner::{check_made_by, method_of};
+use crate::made_by::{check_task, method_of};
 use crate::{
     Actor, ActorKind, Backend, EnvSpec, Error, Net, Networks, Normaliser, Result, Rng, State,
     Stream,
@@ -66,7 +66,7 @@ impl Policy {
         kind: ActorKind,
         backend: &dyn Backend,
     ) -> Result<Self> {
-        check_made_by(agent, "task", &spec.name)?;
+        check_task(agent, &spec.name)?;
         let about = About::new(spec, networks, kind, Some(method_of(agent)?));
         let mut actor = fresh(&about, backend)?;
         actor.load(agent.child("actor")?)?;

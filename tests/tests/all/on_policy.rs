@@ -88,7 +88,7 @@ fn what_does_not_fit_is_a_readable_error() {
     let saute = method("ppo-saute").config.saute.unwrap();
     assert_eq!(
         Saute::new(free, &saute).unwrap_err().to_string(),
-        "Saute of 'a/hopper': wanted a task with a cost under a limit, such as b/hopper, got none"
+        "Saute on 'a/hopper': wanted a task with a cost under a limit, such as b/hopper, got none"
     );
     let envs: Vec<Box<dyn Env>> = (0..5).map(|_| env(&method("ppo"))).collect();
     let learner = Learner::new(method("ppo"), envs[0].spec(), &Candle::default(), 0).unwrap();
