@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# The paper's claims, judged by the runs that lie here: one table a figure.
+# What is claimed, by the paper or here, judged by the runs that lie here: a table for each sweep's file.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-cargo run --release --features mujoco --}
 folder=$(mktemp -d)
 trap 'rm -r "$folder"' EXIT
-for figure in 3 4 5 6; do
-  $copq sweep report "experiments/figure-$figure.toml" --from results --out "$folder/page.html" --parts "$folder/$figure"
-  cp "$folder/$figure/claims.md" "results/claims/figure-$figure.md"
-  cp "$folder/$figure/claims.csv" "results/claims/figure-$figure.csv"
+for name in default protocol figure-3 figure-4 figure-5 figure-6; do
+  $copq sweep report "experiments/$name.toml" --from results --out "$folder/page.html" --parts "$folder/$name"
+  cp "$folder/$name/claims.md" "results/claims/$name.md"
+  cp "$folder/$name/claims.csv" "results/claims/$name.csv"
 done
