@@ -21,7 +21,8 @@ pub struct Report {
     making: Making,
 
     /// Where the file's runs may also lie, however long they are: for one that has not begun, a run
-    /// of the same method, settings, task and seed anywhere in this folder takes its place.
+    /// of the same method, settings, task and seed anywhere in this folder takes its place, up to the
+    /// steps that the file wants.
     #[arg(long, value_name = "DIR")]
     from: Vec<PathBuf>,
 }

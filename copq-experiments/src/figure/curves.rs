@@ -62,6 +62,14 @@ impl Evaluated {
         Ok((!steps.is_empty()).then_some(Self { steps, columns }))
     }
 
+    /// The evaluations up to a step.
+    pub(crate) fn until(mut self, end: u64) -> Self {
+        let count = self.steps.iter().take_while(|&&step| step <= end).count();
+        self.steps.truncate(count);
+        self.columns.iter_mut().for_each(|(_, values)| values.truncate(count));
+        self
+    }
+
     /// The weighted total, then the objectives in the order of their priority.
     pub(crate) fn quantities(&self) -> Vec<Quantity> {
         let objective = |(column, _): &(String, Vec<f64>)| {

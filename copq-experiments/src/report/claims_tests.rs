@@ -167,6 +167,20 @@ fn a_papers_numbers_are_judged_too() {
     assert!(csv.contains(",seen,undecided,,10,30,101.0,1.0,3,91.0,1.0,3,"), "{csv}");
 }
 
+/// A run that has come further than a sweep wants counts as far as it is wanted.
+#[test]
+fn a_longer_run_is_cut() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut all = runs(folder.path(), &[("good", &[&[0.0, 1.0, 2.0, 3.0]])]);
+    let config = crate::folder::read_config::<toml::Table>(&all[0].folder).unwrap();
+    let mut plan = config.plan;
+    plan.run.steps = 20;
+    all[0].planned = Some((plan, config.settings));
+    let report = Report::read("x", &all);
+    let table = &report.tables()[0];
+    assert_eq!((table.columns[0].as_str(), table.rows[0].1[0].mean), ("b/hopper at 20", Some(2.0)));
+}
+
 /// With as many seeds as it says, two methods that are alike are seen to be near as often as it says.
 #[test]
 fn so_many_seeds_tell_that_two_are_near() {

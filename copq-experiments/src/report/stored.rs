@@ -38,7 +38,8 @@ pub struct ReportRun {
     pub limits: BTreeMap<String, f64>,
     /// The weights of its task's objectives.
     pub weights: BTreeMap<String, f64>,
-    /// What it shall be, for one that has not begun: its plan and settings.
+    /// What it shall be: its plan and settings. Of a run that is longer no more is looked at than
+    /// this.
     pub planned: Option<(Plan, toml::Table)>,
     /// The [`fingerprint`](crate::fingerprint()) that it must have, if it is known.
     pub fingerprint: Option<String>,
@@ -94,12 +95,21 @@ impl Stored {
             .flatten();
         let [steps, seconds, rate] = times.unwrap_or([0.0, 0.0, f64::NAN]);
         let planned = run.planned.as_ref().map(|(plan, _)| plan.run.steps);
+        // A longer run in its place is looked at as far as it is wanted.
+        let evaluated = match planned {
+            Some(steps) => evaluated.map(|evaluated| evaluated.until(steps)),
+            None => evaluated,
+        };
         let wanted = config.as_ref().map(|config| config.plan.run.steps);
         // Bins of the same width for all seeds, however far each has come.
         let bin = (wanted.or(planned).unwrap_or(steps as u64) / POINTS).max(1);
         let traces = is_there("metrics.csv")
             .then(|| read_traces(folder, bin).map_err(&mut or_problem).ok())
             .flatten();
+        let mut traces = traces.unwrap_or_default();
+        if let Some(steps) = planned {
+            traces.iter_mut().for_each(|(_, line)| line.retain(|point| point[0] <= steps as f64));
+        }
         let made = config.as_ref().map(|config| (config.plan.clone(), config.settings.clone()));
         let mut standing = Standing::of(folder);
         let done = read_done(folder);
@@ -120,7 +130,7 @@ impl Stored {
             steps: steps as u64,
             seconds,
             rate,
-            traces: traces.unwrap_or_default(),
+            traces,
         }
     }
 
