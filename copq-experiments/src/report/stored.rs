@@ -84,32 +84,23 @@ impl Stored {
     pub(crate) fn read(run: &ReportRun) -> Self {
         let folder = &run.folder;
         let mut problems = Vec::new();
-        let mut or_problem = |error: copq::Error| problems.push(error.to_string());
-        let is_there = |name: &str| folder.join(name).is_file();
-        let config = is_there("config.toml")
-            .then(|| read_config::<toml::Table>(folder).map_err(&mut or_problem).ok())
-            .flatten();
-        let evaluated = Evaluated::read_if_any(folder).map_err(&mut or_problem).ok().flatten();
-        let times = is_there("timings.csv")
-            .then(|| read_times(folder).map_err(&mut or_problem).ok())
-            .flatten();
+        let config: Option<RunConfig<toml::Table>> =
+            read_if_there(folder, "config.toml", read_config, &mut problems);
+        let evaluated =
+            read_if_there(folder, "evaluations.csv", Evaluated::read_if_any, &mut problems);
+        let times = read_if_there(folder, "timings.csv", read_times, &mut problems);
         let [steps, seconds, rate] = times.unwrap_or([0.0, 0.0, f64::NAN]);
         let planned = run.planned.as_ref().map(|(plan, _)| plan.run.steps);
         // A longer run in its place is looked at as far as it is wanted.
-        let evaluated = match planned {
-            Some(steps) => evaluated.map(|evaluated| evaluated.until(steps)),
-            None => evaluated,
-        };
+        let end = planned.unwrap_or(u64::MAX);
+        let evaluated = evaluated.flatten().map(|evaluated| evaluated.until(end));
         let wanted = config.as_ref().map(|config| config.plan.run.steps);
         // Bins of the same width for all seeds, however far each has come.
-        let bin = (wanted.or(planned).unwrap_or(steps as u64) / POINTS).max(1);
-        let traces = is_there("metrics.csv")
-            .then(|| read_traces(folder, bin).map_err(&mut or_problem).ok())
-            .flatten();
+        let bin = (planned.or(wanted).unwrap_or(steps as u64) / POINTS).max(1);
+        let traces = |folder: &Path| read_traces(folder, bin);
+        let traces = read_if_there(folder, "metrics.csv", traces, &mut problems);
         let mut traces = traces.unwrap_or_default();
-        if let Some(steps) = planned {
-            traces.iter_mut().for_each(|(_, line)| line.retain(|point| point[0] <= steps as f64));
-        }
+        traces.iter_mut().for_each(|(_, line)| line.retain(|point| point[0] <= end as f64));
         let made = config.as_ref().map(|config| (config.plan.clone(), config.settings.clone()));
         let mut standing = Standing::of(folder);
         let done = read_done(folder);
@@ -154,6 +145,18 @@ impl Stored {
     pub(crate) fn plan(&self) -> Option<&Plan> {
         self.what.as_ref().map(|(plan, _)| plan)
     }
+}
+
+/// What is read of a file, if it is there; what cannot be read is a problem.
+fn read_if_there<T>(
+    folder: &Path,
+    file: &str,
+    read: impl Fn(&Path) -> Result<T>,
+    problems: &mut Vec<String>,
+) -> Option<T> {
+    let is_there = folder.join(file).is_file();
+    let found = is_there.then(|| read(folder))?;
+    found.map_err(|error| problems.push(error.to_string())).ok()
 }
 
 /// The last step, the seconds of all steps, and the median of the speeds.

@@ -97,30 +97,19 @@ impl Learner {
         spec.check()?;
         check_task(&name, &config, spec)?;
         let costs = spec.costs();
-        let held = if config.constraint.is_some() { costs.len() } else { 0 };
+        let held = held(&config, spec);
         memory::check_on_policy(&config, spec, held + 1)?;
         let rng = &mut Rng::new(seed, Stream::Init);
-        let networks = &config.networks;
-        let policy = backend.policy(spec, networks, rng)?;
-        if config.natural.is_some() && policy.parameters() == 0 {
-            let wanted = "a policy that writes its gradient (Policy::parameters and what follows)";
-            return Err(Error::invalid(format!("{name}'s natural step"), wanted, "one without"));
-        }
-        let critics =
-            (0..=held).map(|_| backend.value(spec, networks, rng)).collect::<Result<_>>()?;
+        let policy = backend.policy(spec, &config.networks, rng)?;
+        check_policy(&name, &config, policy.as_ref())?;
+        let critics = (0..=held).map(|_| backend.value(spec, &config.networks, rng));
+        let critics = critics.collect::<Result<_>>()?;
         let constraints = config.constraint.iter().cycle().take(held);
         let multipliers = constraints.map(|&rule| Multiplier::new(rule)).collect::<Result<_>>()?;
-        let unseen = if config.saute.is_some() { costs.len() } else { 0 };
+        let lengths = [spec.obs_len, spec.action_len()];
         Ok(Self {
-            normaliser: config
-                .normalise
-                .then(|| Normaliser::new(spec.obs_len - unseen).and_raw(unseen)),
-            epoch: Epoch::new(
-                config.steps_per_epoch,
-                1,
-                [spec.obs_len, spec.action_len()],
-                held + 1,
-            ),
+            normaliser: normaliser(&config, spec),
+            epoch: Epoch::new(config.steps_per_epoch, 1, lengths, held + 1),
             worlds: vec![World::new(spec, costs.len(), held + 1)],
             world: 0,
             window: VecDeque::new(),
@@ -193,6 +182,26 @@ impl Learner {
         self.worlds = vec![World::new(&self.spec, self.costs.len(), signals); worlds];
         Ok(())
     }
+}
+
+/// How many costs have critics and multipliers.
+fn held(config: &Config, spec: &EnvSpec) -> usize {
+    if config.constraint.is_some() { spec.costs().len() } else { 0 }
+}
+
+/// An error for a policy that cannot take a method's step.
+fn check_policy(name: &str, config: &Config, policy: &dyn Policy) -> Result<()> {
+    if config.natural.is_none() || policy.parameters() > 0 {
+        return Ok(());
+    }
+    let wanted = "a policy that writes its gradient (Policy::parameters and what follows)";
+    Err(Error::invalid(format!("{name}'s natural step"), wanted, "one without"))
+}
+
+/// The normaliser of what a method's networks see; budgets stay as they are.
+fn normaliser(config: &Config, spec: &EnvSpec) -> Option<Normaliser> {
+    let budgets = if config.saute.is_some() { spec.costs().len() } else { 0 };
+    config.normalise.then(|| Normaliser::new(spec.obs_len - budgets).and_raw(budgets))
 }
 
 /// An error for a task that a method cannot learn.
