@@ -89,6 +89,22 @@ impl Evaluated {
         steps.map(point).collect()
     }
 
+    /// By objective, at each evaluation: by how much the critics expect more at an episode's start than
+    /// comes.
+    pub(crate) fn value_errors(&self) -> Vec<(String, Vec<[f64; 2]>)> {
+        let error = |(name, expected): &(String, Vec<f64>)| {
+            let objective = name.strip_prefix("q_start/")?;
+            let came = self.columns.iter().find(|(name, _)| {
+                name.strip_prefix("discounted/").is_some_and(|came| came == objective)
+            });
+            let points = self.steps.iter().zip(expected.iter().zip(&came?.1));
+            let points = points.map(|(&step, (expected, came))| [step as f64, expected - came]);
+            let points = points.filter(|point| point[1].is_finite()).collect();
+            Some((format!("value_error/{objective}"), points))
+        };
+        self.columns.iter().filter_map(error).collect()
+    }
+
     /// The step of the last evaluation.
     pub(crate) fn last_step(&self) -> u64 {
         self.steps.last().copied().unwrap_or(0)

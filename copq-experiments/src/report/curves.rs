@@ -223,10 +223,12 @@ fn line(seed: &Evaluated, quantity: &Quantity) -> Vec<[f64; 2]> {
     seed.means(quantity).into_iter().map(|(step, value)| [step as f64, value]).collect()
 }
 
-/// What a column of `metrics.csv` is in.
+/// What a trace is in.
 fn unit(name: &str) -> &'static str {
     match name.split('/').next() {
         Some("clip_rate") => "share of the targets",
+        Some("critic_loss") => "squared error",
+        Some("value_error") => "expected less what came, discounted",
         Some("pessimism") => "weighted value",
         Some("correlation") => "correlation",
         Some("multiplier") => "lambda",

@@ -304,6 +304,26 @@ mod tests {
         assert!(!together.markdown().contains("Mean ± standard deviation"));
     }
 
+    /// What critics expect at an episode's start, less what comes.
+    #[test]
+    fn critics_errors_are_drawn() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = stored(folder.path(), "a", seed(0), &[0.0]);
+        let text = "step,weighted_total/mean,q_start/safety,discounted/safety,q_start/x,discounted/x\n\
+                    0,0,1.5,1,1,\n5000,0,2,4,3,1\n";
+        std::fs::write(run.folder.join("evaluations.csv"), text).unwrap();
+        let curves = &Report::read("x", &[run]).diagnostics()[0];
+        let drawn = |i: usize| {
+            let points = &curves.panels[i].curves[0].points;
+            (
+                curves.panels[i].title.as_str(),
+                points.iter().map(|p| [p[0], p[1]]).collect::<Vec<_>>(),
+            )
+        };
+        assert_eq!(drawn(0), ("value_error/safety", vec![[0.0, 0.5], [5_000.0, -2.0]]));
+        assert_eq!(drawn(1), ("value_error/x", vec![[5_000.0, 2.0]]));
+    }
+
     /// Seeds that have come differently far share their bins.
     #[test]
     fn traces_of_seeds_of_any_length_meet() {

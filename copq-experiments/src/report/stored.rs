@@ -16,8 +16,15 @@ use crate::statistics::median;
 /// Most points of a curve of training's own numbers; more cannot be told apart.
 const POINTS: u64 = 200;
 /// The beginnings of the columns of `metrics.csv` that the page draws.
-const TRACES: [&str; 6] =
-    ["clip_rate", "pessimism/", "correlation/", "multiplier/", "explained_variance/", "q_std/"];
+const TRACES: [&str; 7] = [
+    "clip_rate",
+    "critic_loss/",
+    "pessimism/",
+    "correlation/",
+    "multiplier/",
+    "explained_variance/",
+    "q_std/",
+];
 
 /// A run for a [`Report`](super::Report): its folder, and what the folder does not say.
 ///
@@ -75,7 +82,7 @@ pub(crate) struct Stored {
     pub steps: u64,
     pub seconds: f64,
     pub rate: f64,
-    /// Columns of `metrics.csv`: step and value.
+    /// Columns of `metrics.csv`, and the critics' errors: step and value.
     pub traces: Vec<(String, Vec<[f64; 2]>)>,
 }
 
@@ -100,6 +107,7 @@ impl Stored {
         let traces = |folder: &Path| read_traces(folder, bin);
         let traces = read_if_there(folder, "metrics.csv", traces, &mut problems);
         let mut traces = traces.unwrap_or_default();
+        traces.extend(evaluated.iter().flat_map(Evaluated::value_errors));
         traces.iter_mut().for_each(|(_, line)| line.retain(|point| point[0] <= end as f64));
         let made = config.as_ref().map(|config| (config.plan.clone(), config.settings.clone()));
         let mut standing = Standing::of(folder);
