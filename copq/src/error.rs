@@ -134,7 +134,19 @@ pub fn check_chosen(chosen: &[usize], critics: usize) -> Result<()> {
     Ok(())
 }
 
-/// Checks a setting: `Ok` or an [`Error::Invalid`] that names it.
+/// An error that names a setting unless it is from 0 to 1.
+pub(crate) fn check_fraction(name: &str, value: f64) -> Result<()> {
+    let is_one = (0.0..=1.0).contains(&value);
+    is_one.then_some(()).ok_or_else(|| Error::invalid(name, "a number from 0 to 1", value))
+}
+
+/// The same unless it is finite and above 0.
+pub(crate) fn check_positive(name: &str, value: f64) -> Result<()> {
+    let is_one = value.is_finite() && value > 0.0;
+    is_one.then_some(()).ok_or_else(|| Error::invalid(name, "a positive number", value))
+}
+
+/// The same unless it is finite and at least 0.
 pub(crate) fn check_not_negative(name: &str, value: f64) -> Result<()> {
     if value.is_finite() && value >= 0.0 {
         Ok(())

@@ -55,6 +55,13 @@ impl Default for FamoConfig {
     }
 }
 
+impl FamoConfig {
+    pub(crate) fn check(&self) -> Result<()> {
+        check_not_negative("famo.lr", self.lr)?;
+        check_not_negative("famo.weight_decay", self.weight_decay)
+    }
+}
+
 const LOSS_EPS: f64 = 1e-8;
 
 /// Fast adaptive multitask optimisation (Liu et al., NeurIPS 2023): one logit per objective,
@@ -85,9 +92,7 @@ pub struct Famo {
 impl Famo {
     /// Equal weights for `objectives` losses.
     pub fn new(config: FamoConfig, objectives: usize) -> Result<Self> {
-        for (name, value) in [("famo.lr", config.lr), ("famo.weight_decay", config.weight_decay)] {
-            check_not_negative(name, value)?;
-        }
+        config.check()?;
         let zeros = vec![0.0; objectives];
         let (decoupled, l2) = match config.decay {
             FamoDecay::Decoupled => (config.weight_decay, 0.0),

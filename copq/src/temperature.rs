@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::adam::Adam;
-use crate::error::check_not_negative;
+use crate::error::{check_not_negative, check_positive};
 use crate::{EnvSpec, Error, Result, State};
 
 /// The entropy bonus of a stochastic policy.
@@ -40,6 +40,14 @@ impl Default for Entropy {
     }
 }
 
+impl Entropy {
+    /// An error for numbers that suit no task.
+    pub(crate) fn check(&self) -> Result<()> {
+        check_positive("entropy.temperature", self.temperature)?;
+        check_not_negative("entropy.lr", self.lr)
+    }
+}
+
 /// alpha, and what learns it.
 #[derive(Clone, Debug)]
 pub(crate) struct Temperature {
@@ -52,14 +60,7 @@ pub(crate) struct Temperature {
 impl Temperature {
     /// The bonus of a task's policy.
     pub(crate) fn new(entropy: &Entropy, spec: &EnvSpec) -> Result<Self> {
-        if !(entropy.temperature.is_finite() && entropy.temperature > 0.0) {
-            return Err(Error::invalid(
-                "entropy.temperature",
-                "a positive number",
-                entropy.temperature,
-            ));
-        }
-        check_not_negative("entropy.lr", entropy.lr)?;
+        entropy.check()?;
         let target = entropy.target.unwrap_or(-(spec.action_len() as f64));
         // That of uniform actions. What cannot be reached would raise the temperature for ever.
         let most = spec.action_len() as f64 * std::f64::consts::LN_2;

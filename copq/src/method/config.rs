@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::Networks;
-use crate::error::check_not_negative;
+use crate::error::{check_fraction, check_not_negative};
+use crate::projection::by_name;
 use crate::{ActorKind, Constraint, Entropy, Error, FamoConfig, Result};
 
 /// Whose actions fill the replay before the first update.
@@ -124,7 +125,8 @@ impl Optimism {
     /// An error unless both lengths are finite and not negative.
     pub fn check(&self) -> Result<()> {
         check_not_negative("optimism.beta", self.beta)?;
-        check_not_negative("optimism.shift", self.shift)
+        check_not_negative("optimism.shift", self.shift)?;
+        self.projection.as_deref().map_or(Ok(()), |name| by_name(name).map(drop))
     }
 }
 
@@ -213,10 +215,11 @@ impl Config {
 
     /// An error that names the first setting that cannot be used.
     pub fn check(&self) -> Result<()> {
-        fraction("discount", self.discount)?;
-        fraction("tau", self.tau)?;
+        check_fraction("discount", self.discount)?;
+        check_fraction("tau", self.tau)?;
         for (name, count) in [
             ("batch", self.batch as u64),
+            ("capacity", self.capacity as u64),
             ("updates_per_step", self.updates_per_step as u64),
             ("actor_delay", self.actor_delay),
             ("target_period", self.target_period),
@@ -251,14 +254,15 @@ impl Config {
             check_not_negative("smoothing.std", smoothing.std)?;
             check_not_negative("smoothing.clip", smoothing.clip)?;
         }
+        if let Some(famo) = &self.famo {
+            famo.check()?;
+        }
+        if let Some(entropy) = &self.entropy {
+            entropy.check()?;
+        }
+        if let Some(constraint) = &self.constraint {
+            constraint.check()?;
+        }
         self.networks.check()
-    }
-}
-
-fn fraction(name: &str, value: f64) -> Result<()> {
-    if (0.0..=1.0).contains(&value) {
-        Ok(())
-    } else {
-        Err(Error::invalid(name, "a number from 0 to 1", value))
     }
 }

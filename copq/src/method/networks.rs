@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::check_positive;
 use crate::{Error, Result};
 
 /// Network shapes and step sizes, for the backend that builds the networks.
@@ -138,9 +139,7 @@ impl Networks {
         for (name, lr) in
             [("networks.critic_lr", self.critic_lr), ("networks.actor_lr", self.actor_lr)]
         {
-            if !(lr.is_finite() && lr > 0.0) {
-                return Err(Error::invalid(name, "a positive number", lr));
-            }
+            check_positive(name, lr)?;
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::Multiplier;
 use super::costs::Costs;
 use crate::adam::Adam;
-use crate::error::check_not_negative;
+use crate::error::{check_not_negative, check_positive};
 use crate::{EnvSpec, Error, Observer, Result, State};
 
 /// Constants of [`Lagrangian`].
@@ -38,6 +38,19 @@ impl Default for LagrangianConfig {
     /// squares of gradients overflow.
     fn default() -> Self {
         Self { multiplier: 1.0, lr: 5e-4, augmentation: 10.0, cap: 1e6 }
+    }
+}
+
+impl LagrangianConfig {
+    pub(super) fn check(&self) -> Result<()> {
+        check_positive("lagrangian.multiplier", self.multiplier)?;
+        check_positive("lagrangian.cap", self.cap)?;
+        if self.multiplier > self.cap {
+            let wanted = format!("at most the cap, {}", self.cap);
+            return Err(Error::invalid("lagrangian.multiplier", wanted, self.multiplier));
+        }
+        check_not_negative("lagrangian.lr", self.lr)?;
+        check_not_negative("lagrangian.augmentation", self.augmentation)
     }
 }
 
@@ -80,22 +93,7 @@ pub struct Lagrangian {
 impl Lagrangian {
     /// A multiplier for each of a task's costs; an error if it has none.
     pub fn new(config: LagrangianConfig, spec: &EnvSpec, discount: f64) -> Result<Self> {
-        for (name, value) in
-            [("lagrangian.multiplier", config.multiplier), ("lagrangian.cap", config.cap)]
-        {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::invalid(name, "a positive number", value));
-            }
-        }
-        if config.multiplier > config.cap {
-            return Err(Error::invalid(
-                "lagrangian.multiplier",
-                format!("at most the cap, {}", config.cap),
-                config.multiplier,
-            ));
-        }
-        check_not_negative("lagrangian.lr", config.lr)?;
-        check_not_negative("lagrangian.augmentation", config.augmentation)?;
+        config.check()?;
         let costs = Costs::new(spec, discount)?;
         let mut new = Self {
             augmentation: config.augmentation,

@@ -106,6 +106,13 @@ pub enum Constraint {
 }
 
 impl Constraint {
+    pub(crate) fn check(&self) -> Result<()> {
+        match self {
+            Self::Lagrangian(config) => config.check(),
+            Self::Pid(config) => config.check(),
+        }
+    }
+
     /// Multipliers for a task's costs; an error if it has none.
     pub fn multiplier(&self, spec: &EnvSpec, discount: f64) -> Result<Box<dyn Multiplier>> {
         Ok(match *self {

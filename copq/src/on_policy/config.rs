@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::check_not_negative;
+use crate::error::{check_fraction, check_not_negative};
 use crate::{Activation, Error, Init, Networks, PidConfig, Result};
 
 /// The numbers of an on-policy [`Method`](super::Method): how an epoch is gathered, how the policy
@@ -262,11 +262,8 @@ impl Config {
 
     /// An error that names the first setting that cannot be used.
     pub fn check(&self) -> Result<()> {
-        for (name, value) in [("discount", self.discount), ("gae", self.gae)] {
-            if !(0.0..=1.0).contains(&value) {
-                return Err(Error::invalid(name, "a number from 0 to 1", value));
-            }
-        }
+        check_fraction("discount", self.discount)?;
+        check_fraction("gae", self.gae)?;
         if self.second.is_some() && self.discount == 1.0 {
             return Err(Error::invalid("discount", "less than 1 with a second step", 1));
         }
@@ -291,7 +288,9 @@ impl Config {
         ] {
             check_not_negative(name, value)?;
         }
-        positive("max_norm", self.max_norm)?;
+        if self.max_norm.is_nan() || self.max_norm <= 0.0 {
+            return Err(Error::invalid("max_norm", "a positive number, or inf", self.max_norm));
+        }
         if let Some(saute) = &self.saute {
             saute.check()?;
         }
@@ -308,8 +307,4 @@ impl Config {
         }
         self.networks.check_f32("an on-policy method")
     }
-}
-
-fn positive(name: &str, value: f64) -> Result<()> {
-    if value > 0.0 { Ok(()) } else { Err(Error::invalid(name, "a positive number", value)) }
 }

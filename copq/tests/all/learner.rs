@@ -90,7 +90,7 @@ fn bad_settings_are_readable_errors() {
         (Config { tau: f64::NAN, ..toy::config() }, "tau: wanted a number from 0 to 1, got NaN"),
         (Config { batch: 0, ..toy::config() }, "batch: wanted at least 1, got 0"),
         (Config { actor_delay: 0, ..toy::config() }, "actor_delay: wanted at least 1, got 0"),
-        (Config { capacity: 0, ..toy::config() }, "replay capacity: wanted 1 to 4294967295, got 0"),
+        (Config { capacity: 0, ..toy::config() }, "capacity: wanted at least 1, got 0"),
         (
             Config { pessimism: -1.0, ..toy::config() },
             "pessimism: wanted a finite number, at least 0, got -1",

@@ -111,3 +111,35 @@ fn entropy_and_multipliers() {
     };
     assert_eq!(PidConfig::default(), pid);
 }
+
+/// Before a world or a network is made.
+#[test]
+fn settings_that_cannot_be_used_are_named() {
+    let error = |change: &dyn Fn(&mut Config)| {
+        let mut config = Method::sac_lagrangian().config;
+        change(&mut config);
+        config.check().unwrap_err().to_string()
+    };
+    let lagrangian = LagrangianConfig { cap: 0.5, multiplier: 1.0, ..LagrangianConfig::default() };
+    let famo = FamoConfig { lr: -1.0, ..FamoConfig::default() };
+    let entropy = Entropy { temperature: 0.0, ..Entropy::default() };
+    for (wanted, got) in [
+        ("capacity: wanted at least 1", error(&|config| config.capacity = 0)),
+        (
+            "lagrangian.multiplier: wanted at most the cap",
+            error(&|config| config.constraint = Some(Constraint::Lagrangian(lagrangian))),
+        ),
+        ("famo.lr: wanted a finite number", error(&|config| config.famo = Some(famo))),
+        (
+            "entropy.temperature: wanted a positive number",
+            error(&|config| config.entropy = Some(entropy.clone())),
+        ),
+        (
+            "unknown projection 'cholsky'; known: cholesky",
+            error(&|config| config.optimism = Some(Optimism::by("cholsky"))),
+        ),
+        ("discount: wanted a number from 0 to 1", error(&|config| config.discount = 1.5)),
+    ] {
+        assert!(got.starts_with(wanted), "wanted '{wanted}', got '{got}'");
+    }
+}
