@@ -52,7 +52,7 @@ pub(crate) fn method_of(state: &State) -> Result<&str> {
 
 fn made_by(state: &State) -> Result<&State> {
     state.child("made_by").map_err(|_| {
-        let wanted = "one that says its method, bound, task, objectives, seed and discount";
+        let wanted = "one that says what made it: its method, its task and so on";
         Error::invalid("the saved learner", wanted, "none of these, as before version 0.1")
     })
 }

@@ -6,7 +6,9 @@ copq=${COPQ:-cargo run --release --features mujoco --}
 folder=$(mktemp -d)
 trap 'rm -r "$folder"' EXIT
 for name in default protocol figure-3 figure-4 figure-5 figure-6; do
-  $copq sweep report "experiments/$name.toml" --from results --out "$folder/page.html" --parts "$folder/$name"
+  # In a folder of its own, so that no run counts that does not lie here.
+  printf 'out = "%s"\nfiles = ["%s"]\n' "$folder/runs" "$PWD/experiments/$name.toml" > "$folder/$name.toml"
+  $copq sweep report "$folder/$name.toml" --from results --out "$folder/page.html" --parts "$folder/$name"
   cp "$folder/$name/claims.md" "results/claims/$name.md"
   cp "$folder/$name/claims.csv" "results/claims/$name.csv"
 done

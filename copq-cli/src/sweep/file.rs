@@ -9,6 +9,7 @@ use copq_experiments::paper::Paper;
 use copq_experiments::{Plan, fingerprint, read_done};
 
 use super::raw::{Combination, Options, Raw};
+use super::report::check_paper;
 use crate::options::quoted;
 use crate::train::{Prepared, Train, try_out};
 
@@ -162,6 +163,7 @@ impl SweepFile {
     /// its world or its method cannot be made. Seeds are all alike.
     pub fn read_to_begin(path: &Path) -> anyhow::Result<Self> {
         let sweep = Self::read(path)?;
+        check_paper(&sweep).with_context(|| format!("'{}'", path.display()))?;
         let mut tried = BTreeSet::new();
         for task in &sweep.tasks {
             let mut plan = task.plan.clone();

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use copq_experiments::{Plan, ReportRun, RunSettings, Standing, fingerprint, steps_done};
+use copq_experiments::paper::Paper;
+use copq_experiments::{
+    Plan, Report as Page, ReportRun, RunSettings, Standing, fingerprint, steps_done,
+};
 
 use super::file::{SweepFile, Task};
 use crate::report::{Making, find};
@@ -37,6 +40,16 @@ impl Report {
             Ok(sweep.tasks.iter().map(|task| of_task(task, &elsewhere)).collect())
         })
     }
+}
+
+/// An error for a paper's numbers and claims that no run of the file is of, before it is run for them.
+pub fn check_paper(sweep: &SweepFile) -> anyhow::Result<()> {
+    if sweep.paper == Paper::default() {
+        return Ok(());
+    }
+    let runs = sweep.tasks.iter().map(|task| of_task(task, &BTreeMap::new()));
+    Page::read(&sweep.title, &runs.collect::<Vec<_>>()).paper(sweep.paper.clone())?;
+    Ok(())
 }
 
 fn of_task(task: &Task, elsewhere: &BTreeMap<String, PathBuf>) -> ReportRun {

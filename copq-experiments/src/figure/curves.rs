@@ -99,8 +99,8 @@ impl Evaluated {
             });
             let points = self.steps.iter().zip(expected.iter().zip(&came?.1));
             let points = points.map(|(&step, (expected, came))| [step as f64, expected - came]);
-            let points = points.filter(|point| point[1].is_finite()).collect();
-            Some((format!("value_error/{objective}"), points))
+            let points: Vec<_> = points.filter(|point| point[1].is_finite()).collect();
+            (!points.is_empty()).then(|| (format!("value_error/{objective}"), points))
         };
         self.columns.iter().filter_map(error).collect()
     }

@@ -16,8 +16,12 @@ pub(super) struct Judged<'a> {
     pub than: &'a str,
     /// As the runs have it.
     pub runs: Option<Comparison>,
+    /// How many seeds there shall be of both; more than there are where some wait, or failed early.
+    pub planned: [usize; 2],
     /// The step to which both methods have come, and the one to which they go.
     pub steps: [u64; 2],
+    /// Whether a seed has fewer evaluations than the number takes.
+    is_early: bool,
     /// As the paper has it.
     pub paper: Option<Comparison>,
 }
@@ -33,9 +37,11 @@ pub(super) struct Comparison {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
     Seen,
-    NotSeen,
+    Contradicted,
     Undecided,
     TooFewSeeds,
+    TooEarly,
+    NoScatter,
     NotANumber,
 }
 
@@ -43,9 +49,11 @@ impl Verdict {
     pub fn words(self) -> &'static str {
         match self {
             Self::Seen => "seen",
-            Self::NotSeen => "not seen",
+            Self::Contradicted => "contradicted",
             Self::Undecided => "undecided",
             Self::TooFewSeeds => "too few seeds",
+            Self::TooEarly => "too early",
+            Self::NoScatter => "no scatter",
             Self::NotANumber => "not a number",
         }
     }
@@ -74,12 +82,16 @@ impl Comparison {
         if self.ours.seeds.min(self.theirs.seeds) < FEWEST {
             return Verdict::TooFewSeeds;
         }
+        // Seeds that are all alike, as at a return's maximum, say nothing of others.
+        if self.ours.std == 0.0 && self.theirs.std == 0.0 {
+            return Verdict::NoScatter;
+        }
         let conditions = self.conditions(claim);
         let ends: Option<Vec<[f64; 2]>> =
             conditions.iter().map(|[more, less]| more.difference(less)).collect();
         match ends {
             Some(ends) if ends.iter().all(|[low, _]| *low > 0.0) => Verdict::Seen,
-            Some(ends) if ends.iter().any(|[_, high]| *high < 0.0) => Verdict::NotSeen,
+            Some(ends) if ends.iter().any(|[_, high]| *high < 0.0) => Verdict::Contradicted,
             _ => Verdict::Undecided,
         }
     }
@@ -105,7 +117,18 @@ impl Comparison {
 
 impl Judged<'_> {
     pub fn verdict(&self) -> Verdict {
-        self.runs.map_or(Verdict::TooFewSeeds, |runs| runs.verdict(self.claim))
+        match self.runs {
+            None => Verdict::TooFewSeeds,
+            Some(_) if self.is_early => Verdict::TooEarly,
+            Some(runs) => runs.verdict(self.claim),
+        }
+    }
+
+    /// Whether no seed is missing and none has further to go.
+    pub fn is_over(&self) -> bool {
+        let seeds = self.runs.map_or([0; 2], |runs| [runs.ours.seeds, runs.theirs.seeds]);
+        let is_whole = seeds.iter().zip(self.planned).all(|(&seeds, planned)| seeds >= planned);
+        is_whole && self.steps[0] >= self.steps[1]
     }
 
     pub fn verdict_of_paper(&self) -> Option<Verdict> {
@@ -160,19 +183,25 @@ impl Report {
         let wanted = numbers.filter_map(|&number| self.runs[number].steps_wanted());
         let limit = claim.quantity.as_ref().and_then(|name| world.limits.get(name)).copied();
         let quantity = claim.quantity.clone().map_or(Quantity::WeightedTotal, Quantity::Return);
-        let sample = |seeds: Seeds<'_>| {
-            let values = seeds.values(&quantity, end).into_iter();
-            Sample::of(&values.map(|values| claim.of.of(&values, limit)).collect::<Vec<_>>())
-        };
+        let curves =
+            [&ours, &theirs].map(|seeds| seeds.as_ref().map(|seeds| seeds.values(&quantity, end)));
+        let is_early = curves.iter().flatten().flatten().any(|c| c.len() < claim.of.least());
+        let samples = curves.map(|curves| {
+            let values = curves?.into_iter().map(|curve| claim.of.of(&curve, limit));
+            Some(Sample::of(&values.collect::<Vec<_>>()))
+        });
         let exactly = || limit.filter(|_| than == LIMIT).map(Sample::exactly);
-        let theirs = theirs.map(sample).or_else(exactly);
+        let [first, second] = samples;
+        let comparison = first.zip(second.or_else(exactly));
         Judged {
             claim,
             task: world.short.clone(),
             method,
             than,
+            planned: [&ours, &theirs].map(|seeds| seeds.as_ref().map_or(0, Seeds::planned)),
             steps: [end, wanted.min().unwrap_or(end)],
-            runs: ours.map(sample).zip(theirs).map(|(ours, theirs)| Comparison { ours, theirs }),
+            is_early,
+            runs: comparison.map(|(ours, theirs)| Comparison { ours, theirs }),
             paper: self.by_paper(claim, world, [method, than]),
         }
     }
@@ -186,6 +215,9 @@ impl Report {
     ) -> Option<Comparison> {
         let quantity = claim.quantity.as_deref();
         let column = self.paper.column(claim.of, &world.task, quantity)?;
+        if column.seeds < 2 {
+            return None;
+        }
         let sample = |method: &str| {
             let score = column.scores.get(method)?;
             Some(Sample::published(score.mean(), score.std()?, column.seeds))

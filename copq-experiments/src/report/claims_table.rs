@@ -11,10 +11,11 @@ use crate::numbers::grouped;
 use crate::statistics::Sample;
 
 /// How the table is read.
-const NOTE: &str = "A claim is seen, or not seen, where the interval of the difference over seeds says so (Welch's at \
-     95 %, from three seeds of each on; from a limit Student's). It takes seeds for normal; where some are stuck and \
-     others are not, it errs more often. The paper's own numbers are judged likewise, their deviations taken as \
-     divided by n. Seeds that would decide: with so many of each, four times in five, if means and scatter are \
+const NOTE: &str = "A claim is seen, or contradicted, where the interval of the difference over seeds says so (Welch's at \
+     95 %, from three seeds of each on; Student's, where the other is a limit). A row is of one task: it cannot refute a \
+     sentence about some of them. Intervals take seeds for normal: where one in ten is stuck, a difference that is not there \
+     is seen several times as often as one time in forty. The paper's own numbers are judged likewise, their deviations \
+     taken as divided by n. Seeds that would decide: with so many of each, four times in five, if means and scatter are \
      truly those of the runs or, where these have too few seeds, of the paper (p): of few seeds a guess.";
 const HEAD: [&str; 8] =
     ["claim", "task", "of what", "verdict", "the paper's", "would decide", "difference", "runs"];
@@ -33,25 +34,24 @@ impl Judged<'_> {
         let (of, is) = (claim.of.words(), claim.is.words());
         let what = format!("{quantity}, {of}: {} {is} {}{within}", self.method, self.than);
         let [end, wanted] = self.steps;
-        let is_over = end >= wanted;
-        let verdict = match self.verdict() {
-            verdict @ (Verdict::Seen | Verdict::NotSeen | Verdict::Undecided) if !is_over => {
-                format!("{} so far", verdict.words())
-            }
-            verdict => verdict.words().to_owned(),
-        };
+        let is_final =
+            self.is_over() || matches!(self.verdict(), Verdict::TooFewSeeds | Verdict::TooEarly);
+        let so_far = if is_final { "" } else { " so far" };
+        let verdict = format!("{}{so_far}", self.verdict().words());
         let whose = if self.verdict() == Verdict::TooFewSeeds { " (p)" } else { "" };
         let decide = self.to_decide_by().map_or(String::new(), |by| {
             let seeds = by.seeds_to_decide(claim);
             seeds.map_or("over 10,000".to_owned(), |seeds| grouped(seeds as u64)) + whose
         });
-        let steps = match is_over {
+        let steps = match end >= wanted {
             true => grouped(end),
             false => format!("{} of {}", grouped(end), grouped(wanted)),
         };
+        let [planned, others] = self.planned;
         let runs = self.runs.map_or(String::new(), |Comparison { ours, theirs }| {
             let than = if self.than == LIMIT { "the limit, " } else { "" };
-            format!("{} to {than}{}, at {steps} steps", shown(&ours), shown(&theirs))
+            let (ours, theirs) = (shown(&ours, planned), shown(&theirs, others));
+            format!("{ours} to {than}{theirs}, at {steps} steps")
         });
         Words {
             claim: format!("{} ({})", claim.says, claim.source),
@@ -68,15 +68,18 @@ impl Judged<'_> {
     }
 }
 
-/// Mean and standard deviation (divided by n, as elsewhere in the report), and how many seeds.
-fn shown(sample: &Sample) -> String {
+/// Mean and standard deviation (divided by n, as elsewhere in the report), and how many seeds of those
+/// that there shall be.
+fn shown(sample: &Sample, planned: usize) -> String {
     let mean = number(sample.mean, sample.mean.abs());
-    match sample.seeds {
+    let n = sample.seeds;
+    let seeds = if planned > n { format!("{n} of {planned}") } else { n.to_string() };
+    match n {
         _ if sample.is_exact() => mean,
-        0 | 1 => format!("{mean} ({})", sample.seeds),
+        0 | 1 => format!("{mean} ({seeds})"),
         n => {
             let std = sample.std * ((n - 1) as f64 / n as f64).sqrt();
-            format!("{mean} ± {} ({n})", number(std, sample.mean.abs()))
+            format!("{mean} ± {} ({seeds})", number(std, sample.mean.abs()))
         }
     }
 }
@@ -115,7 +118,7 @@ pub(super) fn page(judged: &[Judged<'_>]) -> Markup {
                         tr {
                             td.text { @if is_new(i) { (row.claim) } }
                             @for (cell, text) in row.cells.iter().enumerate() {
-                                td.text[[1, 6].contains(&cell)] { (text) }
+                                td class=[[1, 6].contains(&cell).then_some("text")] { (text) }
                             }
                         }
                     }
@@ -140,14 +143,17 @@ struct Line<'a> {
     verdict: &'static str,
     paper_verdict: Option<&'static str>,
     seeds_to_decide: Option<usize>,
+    is_over: bool,
     steps: u64,
     steps_wanted: u64,
     mean: Option<f64>,
     std: Option<f64>,
     seeds: Option<usize>,
+    seeds_wanted: usize,
     than_mean: Option<f64>,
     than_std: Option<f64>,
     than_seeds: Option<usize>,
+    than_seeds_wanted: usize,
     difference_low: Option<f64>,
     difference_high: Option<f64>,
 }
@@ -174,14 +180,17 @@ impl<'a> Line<'a> {
             verdict: judged.verdict().words(),
             paper_verdict: judged.verdict_of_paper().map(Verdict::words),
             seeds_to_decide: judged.to_decide_by().and_then(|by| by.seeds_to_decide(claim)),
+            is_over: judged.is_over(),
             steps: judged.steps[0],
             steps_wanted: judged.steps[1],
             mean: ours.map(|ours| ours.mean),
             std: ours.and_then(std),
             seeds: ours.map(|ours| ours.seeds),
+            seeds_wanted: judged.planned[0],
             than_mean: theirs.map(|theirs| theirs.mean),
             than_std: theirs.and_then(std),
             than_seeds: theirs.and_then(seeds),
+            than_seeds_wanted: judged.planned[1],
             difference_low: ends.map(|[low, _]| low),
             difference_high: ends.map(|[_, high]| high),
         }

@@ -79,13 +79,13 @@ fn an_interval_decides() {
     use Relation::{Above, Below, Near, NotBelow};
     for (is, than, within, wanted) in [
         (Above, "bad", None, Verdict::Seen),
-        (Below, "bad", None, Verdict::NotSeen),
+        (Below, "bad", None, Verdict::Contradicted),
         (Above, "wide", None, Verdict::Undecided),
         (Below, "wide", None, Verdict::Undecided),
         (Above, "short", None, Verdict::TooFewSeeds),
         (Above, "broken", None, Verdict::NotANumber),
         (Near, "bad", Some(0.2), Verdict::Seen),
-        (Near, "bad", Some(0.05), Verdict::NotSeen),
+        (Near, "bad", Some(0.05), Verdict::Contradicted),
         (Near, "bad", Some(0.1), Verdict::Undecided),
         (NotBelow, "bad", Some(0.01), Verdict::Seen),
         (NotBelow, "wide", Some(0.1), Verdict::Undecided),
@@ -97,7 +97,7 @@ fn an_interval_decides() {
     // 5 % below is not below, 15 % is.
     let bad = |is, within| Claim { method: one("bad"), ..claim(is, "good", within) };
     assert_eq!(verdict(&METHODS, bad(NotBelow, Some(0.15))).0, Verdict::Seen);
-    assert_eq!(verdict(&METHODS, bad(NotBelow, Some(0.05))).0, Verdict::NotSeen);
+    assert_eq!(verdict(&METHODS, bad(NotBelow, Some(0.05))).0, Verdict::Contradicted);
     // Of less than nothing a share is not less: -100 lies near -91, and not below -99.
     let negative: [(&str, &[&[f64]]); 2] = [
         ("good", &[&[0.0, -100.0], &[0.0, -100.5], &[0.0, -101.0]]),
@@ -105,7 +105,7 @@ fn an_interval_decides() {
     ];
     assert_eq!(verdict(&negative, claim(Near, "bad", Some(0.2))).0, Verdict::Seen);
     assert_eq!(verdict(&negative, claim(NotBelow, "bad", Some(0.2))).0, Verdict::Seen);
-    assert_eq!(verdict(&negative, claim(NotBelow, "bad", Some(0.01))).0, Verdict::NotSeen);
+    assert_eq!(verdict(&negative, claim(NotBelow, "bad", Some(0.01))).0, Verdict::Contradicted);
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn a_limit_and_every_measure() {
     };
     let methods: [(&str, &[&[f64]]); 2] = [
         ("good", &[&[9.0, 80.0, 90.0, 91.0], &[9.0, 80.0, 90.0, 91.0], &[9.0, 80.0, 90.0, 91.5]]),
-        ("bad", &[&[9.0, 99.0, 10.0, 99.0], &[9.0, 99.0, 10.0, 99.0], &[9.0, 99.0, 10.0, 98.0]]),
+        ("bad", &[&[9.0, 99.0, 10.0, 99.0], &[9.0, 99.0, 10.0, 99.0], &[9.0, 94.0, 20.0, 98.0]]),
     ];
     use Relation::{Above, Below};
     for claim in [
@@ -135,6 +135,29 @@ fn a_limit_and_every_measure() {
     assert_eq!(Measure::Exceeded.of(&curve, Some(95.0)), 2.0 / 3.0);
     assert_eq!(Measure::Swing.of(&curve, None), 88.0 / 54.0);
     assert_eq!([Measure::Best, Measure::LastFive].map(|of| of.of(&curve, None)), [99.0, 54.0]);
+}
+
+/// What cannot be judged yet, or at all, says why; and a seed that is missing is not forgotten.
+#[test]
+fn what_is_no_answer_says_so() {
+    let of = |of| Claim { of, ..claim(Relation::Above, "bad", None) };
+    let young: [(&str, &[&[f64]]); 2] =
+        [("good", &[&[1.0], &[2.0], &[3.0]]), ("bad", &[&[1.0], &[2.0], &[3.0]])];
+    assert_eq!(verdict(&young, of(Measure::Best)).0, Verdict::TooEarly);
+    let full: [(&str, &[&[f64]]); 2] = [("good", &[&[9.0], &[9.0], &[9.0]]), young[1]];
+    assert_eq!(verdict(&full, of(Measure::Final)).0, Verdict::Seen);
+    let both = [full[0], ("bad", full[0].1)];
+    assert_eq!(verdict(&both, of(Measure::Final)).0, Verdict::NoScatter);
+    // One of four has failed early.
+    let whole: &[f64] = &[0.0, 1.0, 2.0, 3.0];
+    let other: &[f64] = &[0.0, 1.0, 2.0, 4.0];
+    let good: &[&[f64]] = &[whole, other, whole, &[0.0]];
+    let paper = Paper { claims: vec![of(Measure::Final)], ..Paper::default() };
+    let report = report(&[("good", good), ("bad", &[whole, other, whole])], paper).unwrap();
+    let judged = report.judged();
+    assert!(!judged[0].is_over());
+    let text = claims_table::markdown(&judged);
+    assert!(text.contains("undecided so far") && text.contains("± 0.47 (3 of 4) to "), "{text}");
 }
 
 /// Beside runs that are too few, and have not come to their end, what the paper's numbers say.
@@ -164,7 +187,7 @@ fn a_papers_numbers_are_judged_too() {
     assert!(table.markdown().contains(" | 83 (5) |\n"));
     let csv = String::from_utf8(claims_table::csv(&judged).unwrap()).unwrap();
     assert!(csv.starts_with("claim,source,task,of,quantity,method,is,than,"), "{csv}");
-    assert!(csv.contains(",seen,undecided,,10,30,101.0,1.0,3,91.0,1.0,3,"), "{csv}");
+    assert!(csv.contains(",seen,undecided,,false,10,30,101.0,1.0,3,3,91.0,1.0,3,3,"), "{csv}");
 }
 
 /// A run that has come further than a sweep wants counts as far as it is wanted.
@@ -239,6 +262,13 @@ fn what_no_run_has_is_an_error() {
         (with(&|claim| claim.than = OneOrMore::More(Vec::new())), "one name at least"),
         (with(&|claim| claim.than = one("limit")), "a cost under a limit"),
         (with(&|claim| claim.of = Measure::Exceeded), "a cost under a limit"),
+        (
+            with(&|claim| {
+                claim.of = Measure::Swing;
+                claim.than = one("limit");
+            }),
+            "a method's number",
+        ),
         (with(&|claim| claim.of = Measure::BestOfMean), "a number of a seed"),
         (with(&|claim| claim.method = one("god")), "got god"),
         (with(&|claim| claim.task = one("b/hoper")), "got b/hoper"),

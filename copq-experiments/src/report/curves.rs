@@ -15,6 +15,10 @@ use crate::statistics::{mean, std};
 const NOTE: &str = "Line: mean of the seeds. Band: standard deviation (of one seed: lowest to \
      highest episode).";
 
+/// The same of training's own numbers.
+const TRAINING: &str = "Line: mean of the seeds. Band: standard deviation. value_error: what critics \
+     expect at an episode's start, a stochastic policy's entropy bonus with it, less what came.";
+
 /// Some panels with all methods' curves.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Curves {
@@ -199,7 +203,7 @@ impl Report {
         };
         Curves {
             title: format!("{}: in training", world.name),
-            note: "Line: mean of the seeds. Band: standard deviation.".to_owned(),
+            note: TRAINING.to_owned(),
             panels: names.into_iter().map(panel).collect(),
         }
     }

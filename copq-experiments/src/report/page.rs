@@ -181,7 +181,7 @@ fn table_of(table: &Table) -> Markup {
                         tr {
                             td { (label) }
                             @for cell in cells {
-                                td.bad[cell.is_violated] { (cell.plain()) }
+                                td class=[cell.is_violated.then_some("bad")] { (cell.plain()) }
                             }
                         }
                     }

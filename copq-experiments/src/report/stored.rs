@@ -45,8 +45,7 @@ pub struct ReportRun {
     pub limits: BTreeMap<String, f64>,
     /// The weights of its task's objectives.
     pub weights: BTreeMap<String, f64>,
-    /// What it shall be: its plan and settings. Of a run that is longer no more is looked at than
-    /// this.
+    /// What it shall be: its plan and settings. Of a longer run curves and tables have no more.
     pub planned: Option<(Plan, toml::Table)>,
     /// The [`fingerprint`](crate::fingerprint()) that it must have, if it is known.
     pub fingerprint: Option<String>,

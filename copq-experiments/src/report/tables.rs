@@ -15,8 +15,9 @@ pub(super) struct Seeds<'a> {
     seeds: Vec<&'a Evaluated>,
     /// The last step that all have reached.
     end: u64,
-    /// Runs that have begun.
+    /// Runs that have begun, and all.
     begun: usize,
+    planned: usize,
 }
 
 impl Seeds<'_> {
@@ -44,6 +45,11 @@ impl Seeds<'_> {
         self.measured(measure, &Quantity::WeightedTotal, self.end)
     }
 
+    /// How many there shall be.
+    pub(super) fn planned(&self) -> usize {
+        self.planned
+    }
+
     pub(super) fn end(&self) -> u64 {
         self.end
     }
@@ -59,7 +65,7 @@ impl Report {
         let begun = numbers.iter().filter(|&&n| self.runs[n].standing != Standing::Waiting);
         let seeds = self.far_enough(numbers);
         let end = seeds.iter().map(|seed| seed.last_step()).min().unwrap_or(0);
-        Seeds { seeds, end, begun: begun.count() }
+        Seeds { seeds, end, begun: begun.count(), planned: numbers.len() }
     }
 
     /// A column a task, each headed by its name and how far the seeds have come.

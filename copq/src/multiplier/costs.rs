@@ -104,6 +104,11 @@ impl Costs {
         self.actor_weights[self.costs[i].objective] = -effective;
     }
 
+    /// The costs' weights in the actor's objective, as they were set.
+    pub(super) fn effective(&self) -> Vec<f64> {
+        self.costs.iter().map(|cost| -self.actor_weights[cost.objective]).collect()
+    }
+
     /// Reports multiplier, effective multiplier, estimate and violation of every cost.
     pub(super) fn log(&self, step: u64, log: &mut dyn Observer, multiplier: impl Fn(usize) -> f64) {
         for (i, cost) in self.costs.iter().enumerate() {

@@ -155,15 +155,17 @@ impl Multiplier for Lagrangian {
     fn save(&self, state: &mut State) {
         state.put("log_lambda", self.log_lambda.as_slice());
         // Of the last estimate, and of lambda before its last step.
-        state.put("actor_weights", self.actor_weights());
+        state.put("effective", self.costs.effective());
         self.adam.save(state);
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
         state.read("log_lambda", &mut self.log_lambda)?;
-        state.read("actor_weights", &mut self.costs.actor_weights)?;
         self.adam.load(state)?;
         self.refresh_weights();
+        let mut effective = self.costs.effective();
+        state.read("effective", &mut effective)?;
+        effective.iter().enumerate().for_each(|(i, &value)| self.costs.set_actor_weight(i, value));
         Ok(())
     }
 }

@@ -25,7 +25,7 @@ use crate::{EnvSpec, Observer, Result, State};
 /// ([`Multiplier::update`]).
 ///
 /// ```
-/// use copq::Multiplier;
+/// use copq::{Multiplier, Result, State};
 ///
 /// /// Doubles the multiplier of a cost while its limit is broken, and halves it otherwise. The
 /// /// objectives are the cost and a reward.
@@ -43,6 +43,17 @@ use crate::{EnvSpec, Observer, Result, State};
 ///     fn observe(&mut self, bound: &[f32]) {
 ///         self.weights[0] *= if bound[0] > self.limit { 2.0 } else { 0.5 };
 ///         self.actor_weights[0] = self.weights[0].into();
+///     }
+///
+///     // What a run needs to go on as if it had never stopped.
+///     fn save(&self, state: &mut State) {
+///         state.put("cost", [self.weights[0]]);
+///     }
+///
+///     fn load(&mut self, state: &State) -> Result<()> {
+///         self.weights[0] = state.get_one("cost")?;
+///         self.actor_weights[0] = self.weights[0].into();
+///         Ok(())
 ///     }
 /// }
 ///

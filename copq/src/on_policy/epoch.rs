@@ -158,6 +158,29 @@ impl Epoch {
         state.put("end_values", values);
     }
 
+    /// An error unless each path ends once, after a row that its world has, and full worlds have ended.
+    fn check_ends(&self, rows: &[u64]) -> Result<()> {
+        let is_row = |row: u64| {
+            let world = (row.max(1) - 1) / self.capacity as u64;
+            let filled = self.filled.get(world as usize).copied().unwrap_or(0);
+            row > 0 && row <= world * self.capacity as u64 + filled as u64
+        };
+        for (i, &row) in rows.iter().enumerate() {
+            if !is_row(row) || rows[..i].contains(&row) {
+                let wanted = "one after a row that its world has, and once";
+                return Err(Error::invalid("end of a path of the saved epoch", wanted, row));
+            }
+        }
+        for world in (0..self.filled.len()).filter(|&world| self.is_full(world)) {
+            let end = self.next_row(world) as u64;
+            if !rows.contains(&end) {
+                let what = format!("ends of paths of world {world} of the saved epoch");
+                return Err(Error::invalid(what, "one after its last row", "none"));
+            }
+        }
+        Ok(())
+    }
+
     /// Restores what [`Epoch::save`] wrote.
     pub fn load(&mut self, state: &State) -> Result<()> {
         let filled = state.get::<u64>("filled")?;
@@ -176,9 +199,7 @@ impl Epoch {
         }
         let rows = state.get::<u64>("end_rows")?;
         let values = state.get::<f32>("end_values")?;
-        for &row in rows {
-            check_at_most("end of a path of the saved epoch", row, self.rows.len())?;
-        }
+        self.check_ends(rows)?;
         check_len("values at the ends of the saved epoch", values.len(), rows.len() * signals)?;
         let ends = rows.iter().zip(values.chunks_exact(signals));
         self.ends =

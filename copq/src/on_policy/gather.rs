@@ -1,6 +1,6 @@
 //! Gathering an epoch: actions, what comes of them, and where paths end.
 
-use super::{Learner, SauteConfig};
+use super::{Learner, SauteConfig, Value};
 use crate::loss::check_finite_row;
 use crate::{Outcome, Result};
 
@@ -18,9 +18,8 @@ impl Learner {
 
     /// A sample of the policy, as it is stored, and clamped to [-1, 1].
     fn sample(&mut self, noise: &[f32], action: &mut [f32]) -> Result<()> {
-        let values = self.values()?;
         let taken = &mut self.worlds[self.world].taken;
-        taken.values = values;
+        values(&mut self.critics, &taken.obs, &mut taken.values, self.steps)?;
         self.deviations.set(self.policy.log_std());
         self.policy.means(&taken.obs, action)?;
         let means = taken.action.iter_mut().zip(&*action);
@@ -38,12 +37,9 @@ impl Learner {
 
     /// What the critics expect of the observation that was normalised last.
     pub(super) fn values(&mut self) -> Result<Vec<f32>> {
-        let mut values = vec![0.0; self.critics.len()];
-        for (critic, value) in self.critics.iter_mut().zip(values.chunks_exact_mut(1)) {
-            critic.values(&self.obs, value)?;
-        }
-        check_finite_row("value", &values, self.steps, CRITIC)?;
-        Ok(values)
+        let mut expected = vec![0.0; self.critics.len()];
+        values(&mut self.critics, &self.obs, &mut expected, self.steps)?;
+        Ok(expected)
     }
 
     /// Lets the normaliser see an observation, and keeps it as the networks see it then.
@@ -112,4 +108,17 @@ impl Learner {
         episode.fill(0.0);
         Ok(())
     }
+}
+
+/// Writes what each critic expects of one observation.
+fn values(
+    critics: &mut [Box<dyn Value>],
+    obs: &[f32],
+    values: &mut [f32],
+    step: u64,
+) -> Result<()> {
+    for (critic, value) in critics.iter_mut().zip(values.chunks_exact_mut(1)) {
+        critic.values(obs, value)?;
+    }
+    check_finite_row("value", values, step, CRITIC)
 }

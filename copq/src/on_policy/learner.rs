@@ -146,7 +146,7 @@ impl Learner {
         self.epochs
     }
 
-    /// What the last epoch's learning did.
+    /// What the last epoch's learning did; nothing yet in a learner that goes on from a checkpoint.
     pub fn report(&self) -> &Report {
         &self.report
     }

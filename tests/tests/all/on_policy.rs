@@ -259,8 +259,16 @@ fn a_state_that_no_run_has_left_is_refused() {
             &(|agent: &mut State| agent.child_mut("epoch").put("filled", [97_u64]))
                 as &dyn Fn(&mut State),
         ),
-        ("end of a path of the saved epoch: wanted at most 96, got 1000", &|agent| {
-            agent.child_mut("epoch").put("end_rows", [1000_u64]);
+        ("end of a path of the saved epoch: wanted one after a row", &|agent| {
+            let epoch = agent.child_mut("epoch");
+            let ends = epoch.get::<u64>("end_rows").unwrap().len();
+            epoch.put("end_rows", vec![95_u64; ends]);
+        }),
+        ("ends of paths of world 0 of the saved epoch: wanted one", &|agent| {
+            let epoch = agent.child_mut("epoch");
+            epoch.put("filled", [96_u64]);
+            epoch.put("end_rows", [0_u64; 0]);
+            epoch.put("end_values", [0.0_f32; 0]);
         }),
     ] {
         let said = refused(change);

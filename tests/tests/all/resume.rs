@@ -3,7 +3,7 @@
 use copq::projection::{self, Extremum};
 use copq::{
     ActorKind, Agent, Env, EnvSpec, Learner, Method, Mode, OrderedEnv, Policy, Result, Silent,
-    State, Trainer,
+    State, Trainer, on_policy,
 };
 use copq_candle::Candle;
 use copq_experiments::{Plan, Run, RunFolder, RunSettings};
@@ -129,39 +129,69 @@ fn a_policy_comes_back_without_its_run() {
     }
 }
 
-/// Also where the first row after the break is of what a multiplier did before it.
+/// A run in two halves, and whole: the same files, whatever its method keeps between steps.
+fn same_files(task: &str, plan: &Plan, make: impl Fn(&EnvSpec) -> Box<dyn Agent>) {
+    let temporary = tempfile::tempdir().unwrap();
+    let run = |name: &str, steps: u64| {
+        let settings = RunSettings {
+            steps,
+            eval_every: 500,
+            eval_episodes: 2,
+            log_every: 250,
+            ..Default::default()
+        };
+        let plan = Plan { run: settings, task: task.to_owned(), ..plan.clone() };
+        let path = temporary.path().join(name);
+        let open = if path.exists() { RunFolder::resume } else { RunFolder::create };
+        // Settings are written down, and not looked at.
+        let folder = open(&path, &plan, &method().config).unwrap();
+        let [env, other] = [(); 2].map(|()| copq_envs_rapier::make(task).unwrap());
+        let agent = make(env.spec());
+        let trainer = Trainer::new(env, agent).unwrap();
+        let run = Run::new(trainer, Some(other), folder, settings);
+        run.unwrap().silent().train().unwrap();
+        path
+    };
+    let whole = run("whole", 2_000);
+    run("halves", 1_000);
+    let halves = run("halves", 2_000);
+    for file in ["metrics.csv", "evaluations.csv", "checkpoint.safetensors"] {
+        let read = |folder: &std::path::Path| std::fs::read(folder.join(file)).unwrap();
+        assert!(read(&whole) == read(&halves), "{}: {file} differs", plan.method);
+    }
+}
+
+/// Multipliers, explorers and critics of every kind.
 #[test]
 fn a_resumed_run_leaves_the_same_files() {
-    let constrained = [Method::cop_cal(), Method::saclag_ucb(), Method::sac_pid()];
-    let constrained = constrained.map(|method| ("b/hopper", small(method)));
-    for (task, method) in [("a/hopper", method())].into_iter().chain(constrained) {
-        let temporary = tempfile::tempdir().unwrap();
-        let run = |name: &str, steps: u64| {
-            let settings = RunSettings {
-                steps,
-                eval_every: 500,
-                eval_episodes: 2,
-                log_every: 250,
-                ..Default::default()
-            };
-            let plan = Plan { run: settings, task: task.to_owned(), ..Plan::new(&method) };
-            let path = temporary.path().join(name);
-            let open = if path.exists() { RunFolder::resume } else { RunFolder::create };
-            let folder = open(&path, &plan, &method.config).unwrap();
-            let [env, other] = [(); 2].map(|()| copq_envs_rapier::make(task).unwrap());
-            let learner = Learner::new(method.clone(), env.spec(), &Candle::default(), 0).unwrap();
-            let trainer = Trainer::new(env, Box::new(learner) as Box<dyn Agent>).unwrap();
-            let run = Run::new(trainer, Some(other), folder, settings);
-            run.unwrap().silent().train().unwrap();
-            path
-        };
-        let whole = run("whole", 2_000);
-        run("halves", 1_000);
-        let halves = run("halves", 2_000);
-        for file in ["metrics.csv", "evaluations.csv", "checkpoint.safetensors"] {
-            let read = |folder: &std::path::Path| std::fs::read(folder.join(file)).unwrap();
-            assert!(read(&whole) == read(&halves), "{}: {file} differs", method.name);
-        }
+    for (task, method) in [
+        ("a/hopper", Method::cop_td3()),
+        ("a/hopper", Method::cop_td3_oac()),
+        ("a/hopper", Method::by_name("redq-oac").unwrap()),
+        ("b/hopper", Method::cop_cal()),
+        ("b/hopper", Method::saclag_ucb()),
+        ("b/hopper", Method::sac_pid()),
+    ] {
+        let mut method = small(method);
+        method.config.updates_per_step = method.config.updates_per_step.min(2);
+        same_files(task, &Plan::new(&method), |spec| {
+            Box::new(Learner::new(method.clone(), spec, &Candle::default(), 0).unwrap())
+        });
+    }
+}
+
+/// Broken off in the middle of an epoch.
+#[test]
+fn a_resumed_on_policy_run_leaves_the_same_files() {
+    for name in ["cppo-pid", "rcpo", "cup"] {
+        let mut method = on_policy::Method::by_name(name).unwrap();
+        method.config.steps_per_epoch = 300;
+        method.config.passes = 2;
+        let plan = Plan::on_policy(name);
+        same_files("b/hopper", &plan, |spec| {
+            let learner = on_policy::Learner::new(method.clone(), spec, &Candle::default(), 0);
+            Box::new(learner.unwrap())
+        });
     }
 }
 

@@ -159,7 +159,11 @@ impl Claim {
         for name in self.than.all().iter().filter(|than| !is_limit(than)) {
             task.check_method(self.what("than"), name)?;
         }
-        if self.of == Measure::Exceeded || self.than.all().iter().any(|than| is_limit(&than)) {
+        let is_of_limit = self.than.all().iter().any(|than| is_limit(&than));
+        if is_of_limit && !self.of.is_of_quantity() {
+            return refused(self.what("than"), "a method's number, for it is a share", LIMIT);
+        }
+        if is_of_limit || self.of == Measure::Exceeded {
             task.check_limit(self.what("quantity"), quantity)?;
         }
         Ok(())

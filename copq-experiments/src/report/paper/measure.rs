@@ -49,11 +49,25 @@ impl Measure {
                 mean(&steps) / mean(half).abs()
             }
             Self::Exceeded => {
-                let over =
-                    trained.iter().filter(|&&value| limit.is_some_and(|limit| value > limit));
+                let Some(limit) = limit else { return f64::NAN };
+                let over = trained.iter().filter(|&&value| value > limit);
                 over.count() as f64 / trained.len() as f64
             }
         }
+    }
+
+    /// How many evaluations it takes at least.
+    pub(in crate::report) fn least(self) -> usize {
+        match self {
+            Self::Final | Self::LastFive | Self::Area => 1,
+            Self::Best | Self::BestOfMean | Self::Exceeded => 2,
+            Self::Swing => 3,
+        }
+    }
+
+    /// Whether it is in the units of its quantity.
+    pub(in crate::report) fn is_of_quantity(self) -> bool {
+        !matches!(self, Self::Swing | Self::Exceeded)
     }
 
     /// In words.
