@@ -136,23 +136,21 @@ pub fn check_chosen(chosen: &[usize], critics: usize) -> Result<()> {
 
 /// An error that names a setting unless it is from 0 to 1.
 pub(crate) fn check_fraction(name: &str, value: f64) -> Result<()> {
-    let is_one = (0.0..=1.0).contains(&value);
-    is_one.then_some(()).ok_or_else(|| Error::invalid(name, "a number from 0 to 1", value))
+    check_that((0.0..=1.0).contains(&value), name, "a number from 0 to 1", value)
 }
 
 /// The same unless it is finite and above 0.
 pub(crate) fn check_positive(name: &str, value: f64) -> Result<()> {
-    let is_one = value.is_finite() && value > 0.0;
-    is_one.then_some(()).ok_or_else(|| Error::invalid(name, "a positive number", value))
+    check_that(value.is_finite() && value > 0.0, name, "a positive number", value)
 }
 
 /// The same unless it is finite and at least 0.
 pub(crate) fn check_not_negative(name: &str, value: f64) -> Result<()> {
-    if value.is_finite() && value >= 0.0 {
-        Ok(())
-    } else {
-        Err(Error::invalid(name, "a finite number, at least 0", value))
-    }
+    check_that(value.is_finite() && value >= 0.0, name, "a finite number, at least 0", value)
+}
+
+fn check_that(is_so: bool, name: &str, wanted: &str, value: f64) -> Result<()> {
+    if is_so { Ok(()) } else { Err(Error::invalid(name, wanted, value)) }
 }
 
 #[cfg(test)]

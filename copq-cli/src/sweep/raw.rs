@@ -14,7 +14,7 @@ pub type Options = BTreeMap<String, toml::Value>;
 /// Options that may be given several times, and add up.
 const REPEATED: [&str; 3] = ["set", "limit", "import"];
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Raw {
     /// The folder of all runs. [default: runs/ and the file's name]
@@ -70,8 +70,11 @@ impl Raw {
 
     /// What it says of a paper.
     pub fn paper(&self) -> Paper {
-        let Self { reference, published, claim, .. } = self.clone();
-        Paper { reference, published, claims: claim }
+        Paper {
+            reference: self.reference.clone(),
+            published: self.published.clone(),
+            claims: self.claim.clone(),
+        }
     }
 
     pub fn combinations(&self) -> anyhow::Result<Vec<Combination>> {

@@ -122,16 +122,11 @@ mod tests {
     use copq::{Rng, Stream};
 
     use super::*;
+    use crate::statistics::tests::{cases, numbers};
 
-    /// SciPy's numbers (`tests/data/make_statistics.py`).
     #[test]
     fn scipys_intervals() {
-        let reference: serde_json::Value =
-            serde_json::from_str(include_str!("../../tests/data/statistics.json")).unwrap();
-        let numbers = |value: &serde_json::Value| -> Vec<f64> {
-            value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
-        };
-        for case in reference["cases"].as_array().unwrap() {
+        for case in cases() {
             let [first, second] = ["first", "second"].map(|name| Sample::of(&numbers(&case[name])));
             for (got, name) in [
                 (first.difference(&second), "welch"),

@@ -101,16 +101,21 @@ mod tests {
     use super::*;
 
     /// SciPy's numbers (`tests/data/make_statistics.py`).
+    pub(super) fn cases() -> Vec<serde_json::Value> {
+        let mut reference: serde_json::Value =
+            serde_json::from_str(include_str!("../../tests/data/statistics.json")).unwrap();
+        let cases: Vec<_> = reference["cases"].as_array_mut().unwrap().drain(..).collect();
+        assert!(cases.len() > 5);
+        cases
+    }
+
+    pub(super) fn numbers(value: &serde_json::Value) -> Vec<f64> {
+        value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+    }
+
     #[test]
     fn scipys_numbers() {
-        let reference: serde_json::Value =
-            serde_json::from_str(include_str!("../../tests/data/statistics.json")).unwrap();
-        let numbers = |value: &serde_json::Value| -> Vec<f64> {
-            value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
-        };
-        let cases = reference["cases"].as_array().unwrap();
-        assert!(cases.len() > 5);
-        for case in cases {
+        for case in cases() {
             let first = numbers(&case["first"]);
             let second = numbers(&case["second"]);
             let close = |got: f64, name: &str| {
