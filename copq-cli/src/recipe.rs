@@ -45,7 +45,6 @@ impl Recipe {
         let paper = self.name() == "cop-td3-paper";
         let benchmark = match self {
             _ if self.holds_costs() => "b",
-            Self::OffPolicy(method) if method.name == "td3" => "gym",
             _ => "a",
         };
         let usual = match self {

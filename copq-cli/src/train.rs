@@ -272,7 +272,7 @@ pub fn train(
 ) -> anyhow::Result<Ending> {
     // The worlds to learn in, and below another one to be evaluated in.
     let env = make_env(&plan, recipe.saute(), run)?;
-    check_task(&recipe, env.spec())?;
+    note_unheeded(&recipe, env.spec());
     note_no_update(&recipe, &plan);
     saved::note_other_versions(&plan, env.spec());
     plan.versions = plan.versions.or_else(|| env.spec().versions.clone());
@@ -311,27 +311,13 @@ fn note_no_update(recipe: &Recipe, plan: &Plan) {
 pub fn try_out(prepared: &Prepared) -> anyhow::Result<()> {
     let Prepared { plan, recipe, .. } = prepared;
     let env = make_env(plan, recipe.saute(), None)?;
-    check_method(recipe, env.spec())?;
     let init = plan.init_from.as_deref().map(saved::policy_file).transpose()?;
     let mut agent = recipe.clone().agent(env.spec(), plan, init.as_deref())?;
     Ok(agent.prepare(plan.envs)?)
 }
 
-/// An error for a method that a task does not suit.
-fn check_method(recipe: &Recipe, spec: &EnvSpec) -> anyhow::Result<()> {
-    if recipe.name() == "td3" && spec.objectives.len() > 1 {
-        bail!(
-            "td3: wanted a task with one objective, such as --task gym/hopper, got {}",
-            spec.name
-        );
-    }
-    Ok(())
-}
-
-/// An error for a method that a task does not suit; a note where it suits but something goes
-/// unheeded.
-fn check_task(recipe: &Recipe, spec: &EnvSpec) -> anyhow::Result<()> {
-    check_method(recipe, spec)?;
+/// A note where a method leaves something of its task unheeded.
+fn note_unheeded(recipe: &Recipe, spec: &EnvSpec) {
     for objective in spec.objectives.iter().filter(|objective| objective.limit.is_some()) {
         if !recipe.holds_costs() {
             let cost = &objective.name;
@@ -342,5 +328,4 @@ fn check_task(recipe: &Recipe, spec: &EnvSpec) -> anyhow::Result<()> {
             ));
         }
     }
-    Ok(())
 }

@@ -13,7 +13,6 @@ use std::io::{BufRead, Write, stdin, stdout};
 use std::time::Instant;
 
 use anyhow::{Result, bail};
-use copq::projection::ScalarisedMin;
 use copq::{Agent, Ensemble, Env, Learner, Method, Silent, Trainer, on_policy};
 use copq_bench::process_time;
 use copq_candle::Candle;
@@ -77,7 +76,7 @@ fn trainer(name: &str) -> Result<Trainer<Box<dyn Agent>>> {
     let candle = Candle::default();
     let off_policy = |method: Method| Learner::new(method.warm_up(START), spec, &candle, 0);
     let (agent, start): (Box<dyn Agent>, u64) = match name {
-        "td3" => (Box::new(off_policy(Method::td3().bound(ScalarisedMin))?), START),
+        "td3" => (Box::new(off_policy(Method::td3())?), START),
         "cop" => (Box::new(off_policy(Method::cop_td3_oac().critics(Ensemble::Joint(4)))?), START),
         _ => {
             let mut method = on_policy::Method::by_name(name)?;

@@ -41,9 +41,9 @@ use crate::{ActorKind, Constraint, FamoConfig, Projection};
 /// | COP-Q on TD3 | [`Method::cop_td3`] | N + 1 | [`Cholesky`](crate::projection::Cholesky) | deterministic |
 /// | COP-Q on TD3 + COP-OAC | [`Method::cop_td3_oac`] | N + 1 | [`Cholesky`](crate::projection::Cholesky) | deterministic |
 /// | the paper's main comparison | [`Method::cop_td3_paper`] | N + 1 | [`Cholesky`](crate::projection::Cholesky) | deterministic |
-/// | TD3 | [`Method::td3`] | 2 | any, for N = 1 | deterministic |
+/// | TD3 | [`Method::td3`] | 2 | [`ScalarisedMin`] | deterministic |
 /// | REDQ | [`Method::cop_td3_paper`]`.redq()` | 10 | [`ScalarisedMin`] | deterministic |
-/// | SAC | [`Method::sac`] | N + 1 | [`Cholesky`](crate::projection::Cholesky) | stochastic |
+/// | SAC | [`Method::sac`] | 2 | [`ScalarisedMin`] | stochastic |
 /// | SAC-Lagrangian | [`Method::sac_lagrangian`] | 1 of each cost, 2 of each reward | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
 /// | SAC-PID | [`Method::sac_pid`] | 1 and 2 | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |
 /// | SACLag-UCB | [`Method::saclag_ucb`] | 2 and 2 | [`IndependentMin`](crate::projection::IndependentMin) | stochastic |

@@ -2,7 +2,7 @@
 
 use crate::method::{Config, Ensemble, Init, Method, Networks, Optimism, Smoothing, WarmUp};
 use crate::multiplier::{Constraint, LagrangianConfig, PidConfig};
-use crate::projection::{Cholesky, IndependentMin, MeanStd};
+use crate::projection::{Cholesky, IndependentMin, MeanStd, ScalarisedMin};
 use crate::{Entropy, Error, FamoConfig, FamoDecay, Result};
 
 /// A method's name, how it is made, and where it is from.
@@ -135,19 +135,19 @@ impl Method {
     }
 
     /// TD3 as its authors have it (Fujimoto et al. 2018): noise alone explores, targets follow at
-    /// every second update, the warm-up is 25,000 steps. Meant for one objective and so for 2
-    /// critics, with which every bound is its clipped double-Q; the actor climbs the smaller
-    /// critic, too, where theirs climbs the first.
+    /// every second update, the warm-up is 25,000 steps, and of 2 critics the one counts whose
+    /// weighted total is smaller (clipped double-Q): for the actor, too, where theirs climbs the
+    /// first. Several objectives are learnt one by one, and count by their total.
     pub fn td3() -> Self {
-        let mut method = Self::cop_td3_paper().named("td3").warm_up(25_000);
+        let mut method = Self::cop_td3_paper().named("td3").bound(ScalarisedMin).warm_up(25_000);
         method.config.target_period = 2;
         method.config.famo = None;
         method
     }
 
     /// SAC with a learned temperature: the constants of the paper's Table D.3, a warm-up of 10,000
-    /// steps; actor, temperature and targets move at every second update. With one objective and 2
-    /// critics every bound is SAC's clipped double-Q.
+    /// steps; actor, temperature and targets move at every second update. Clipped double-Q on the
+    /// weighted total, as in [`Method::td3`].
     pub fn sac() -> Self {
         let mut method = Self::td3().named("sac").warm_up(10_000);
         method.config.smoothing = None;
@@ -177,7 +177,8 @@ impl Method {
     /// COP-Q on CAL (paper sec. 5 and Table D.3): SAC under the augmented Lagrangian, with N + 1
     /// critics of cost and reward together. The cost should be the first objective.
     pub fn cop_cal() -> Self {
-        Self::sac().named("cop-cal").constrain(Constraint::Lagrangian(LagrangianConfig::default()))
+        let sac = Self::sac().named("cop-cal").bound(Cholesky);
+        sac.constrain(Constraint::Lagrangian(LagrangianConfig::default()))
     }
 
     /// CAL as the paper compares it: [`Method::cop_cal`]'s constants, but 4 critics of each cost,

@@ -59,11 +59,23 @@ fn a_preset_is_its_composition() {
     assert_eq!((&oac.config, oac.critics), (&preset.config, preset.critics));
 
     let lagrangian = Constraint::Lagrangian(LagrangianConfig::default());
-    let cop_cal = Method::sac().constrain(lagrangian);
+    let cop_cal = Method::sac().bound(Cholesky).constrain(lagrangian);
     assert_eq!(
         (&cop_cal.config, cop_cal.critics),
         (&Method::cop_cal().config, Method::cop_cal().critics)
     );
+}
+
+#[test]
+fn baselines_are_clipped_double_q_until_a_bound_is_swapped_in() {
+    for method in [Method::td3(), Method::sac()] {
+        let name = method.name.clone();
+        assert_eq!(method.bound.name(), "scalarised-min", "{name}");
+        assert_eq!(critics(method, &Toy::new()), 4, "{name}");
+    }
+    for method in [Method::cop_td3(), Method::cop_cal()] {
+        assert_eq!((method.bound.name(), method.critics), ("cholesky", Ensemble::Spanning));
+    }
 }
 
 #[test]
