@@ -33,9 +33,11 @@ mod system {
 
     pub fn find(build: &mut cc::Build) {
         println!("cargo::rerun-if-env-changed={DIR}");
-        // Missing or not: when headers come or go, build again.
-        println!("cargo::rerun-if-changed=/usr/include/mujoco/mujoco.h");
-        let Some(dir) = env::var_os(DIR).map(PathBuf::from) else { return };
+        let Some(dir) = env::var_os(DIR).map(PathBuf::from) else {
+            // Missing or not: when headers come or go, build again.
+            println!("cargo::rerun-if-changed=/usr/include/mujoco/mujoco.h");
+            return;
+        };
         build.include(dir.join("include"));
         println!("cargo::rerun-if-changed={}", dir.join("include/mujoco/mujoco.h").display());
         if let Some(library) = library_below(&dir, 3) {

@@ -254,8 +254,10 @@ fn with_bound(method: Method, bound: &str) -> anyhow::Result<Method> {
     let usual = Method::by_name(&method.name)?;
     let name = &usual.name;
     let own = usual.bound.name();
+    let is_part_of_it =
+        usual.config.subset.is_some() || matches!(usual.critics, Ensemble::Separate { .. });
     ensure!(
-        usual.critics == Ensemble::Spanning || bound == own,
+        !is_part_of_it || bound == own,
         "--bound {bound}: wanted none, for {name} has its own, {own}"
     );
     Ok(method.bound(projection::by_name(bound)?))

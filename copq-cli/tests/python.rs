@@ -1,6 +1,7 @@
 //! The program on environments of Python's, with the interpreter that scripts/python-worlds.sh makes.
 #![cfg(unix)]
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -12,7 +13,12 @@ fn python() -> Option<PathBuf> {
     let usual = concat!(env!("CARGO_MANIFEST_DIR"), "/../third_party/gymnasium/bin/python");
     let python = std::env::var_os("COPQ_TEST_PYTHON").map_or(usual.into(), PathBuf::from);
     if !python.exists() {
-        eprintln!("SKIPPED: there is no {} (scripts/python-worlds.sh)", python.display());
+        writeln!(
+            std::io::stderr(),
+            "SKIPPED: there is no {} (scripts/python-worlds.sh)",
+            python.display()
+        )
+        .unwrap_or_default();
         return None;
     }
     Some(python)

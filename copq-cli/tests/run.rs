@@ -53,6 +53,7 @@ fn methods_on_td3() {
         "",
         "td3",
         "td3 --task gym/hopper",
+        "td3 --bound cholesky",
         "--bound independent-min",
         "cop-td3-oac --order vsc",
         "cop-td3-paper --projection independent-min",

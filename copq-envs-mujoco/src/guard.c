@@ -2,6 +2,7 @@
 
 #include <setjmp.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 typedef void (*copq_call)(const void* model, void* data);
 
@@ -23,13 +24,15 @@ const char* copq_guard(copq_call call, const void* model, void* data, int times)
   return message;
 }
 
-// For mju_user_error. Outside of copq_guard it returns, and MuJoCo ends the process as it would have done.
+// For mju_user_error. Outside of copq_guard it ends the process, as MuJoCo without a handler does: were it to return, MuJoCo
+// would go on where it must not.
 void copq_error(const char* text) {
   if (landing) {
     snprintf(message, sizeof message, "%s", text);
     longjmp(*landing, 1);
   }
   fprintf(stderr, "MuJoCo: %s\n", text);
+  exit(EXIT_FAILURE);
 }
 
 // For mju_user_warning, so that MuJoCo writes no MUJOCO_LOG.TXT. Inside copq_guard the caller reads mjData's warnings.

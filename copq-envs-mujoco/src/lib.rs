@@ -32,7 +32,6 @@ assert!(reward[0] > 0.9);
 mod c_text;
 mod doctor;
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
-mod fingerprint;
 #[cfg(feature = "mujoco-rs")]
 mod guard;
 #[cfg(all(test, any(feature = "mujoco-rs", feature = "system")))]

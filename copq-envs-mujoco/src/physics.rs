@@ -7,7 +7,6 @@ use copq::error::check_len;
 use copq::{Error, Result, State};
 use copq_envs::{Dims, Field, Identity, Physics, RobotSpec};
 
-use crate::fingerprint::Fingerprint;
 use crate::simulation::{Array, Call, Simulation};
 use crate::version::dotted;
 
@@ -20,7 +19,6 @@ use crate::version::dotted;
 /// that replay bit for bit.
 pub struct Mujoco {
     identity: Identity,
-    model: Fingerprint,
     masses: Vec<f64>,
     /// Damping that MuJoCo does not apply itself, by freedom.
     damping: Option<Vec<f64>>,
@@ -43,7 +41,6 @@ impl Mujoco {
         let mjcf = robot.mjcf(version);
         let mut engine = Self {
             identity: Identity::new(format!("MuJoCo {}", dotted(version)), robot),
-            model: Fingerprint::new(&mjcf),
             masses: robot.bodies.iter().map(|body| body.inertial.mass).collect(),
             damping: robot.applied_damping(version),
             simulation: RefCell::new(open(&mjcf)?),
@@ -136,7 +133,6 @@ impl Physics for Mujoco {
     fn save(&self, state: &mut State) -> Result<()> {
         self.update_contact_forces()?;
         self.identity.save(state);
-        self.model.save(state);
         state.put("broken", [u64::from(self.broken)]);
         let simulation = self.simulation.borrow();
         Array::SAVED.iter().for_each(|(array, name)| state.put(name, simulation.array(*array)));
@@ -145,7 +141,6 @@ impl Physics for Mujoco {
 
     fn load(&mut self, state: &State) -> Result<()> {
         self.identity.check(state)?;
-        self.model.check(state, self.identity.robot())?;
         let broken = state.get_one::<u64>("broken")? != 0;
         self.broken = true;
         let simulation = self.simulation.get_mut();

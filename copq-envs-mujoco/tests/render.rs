@@ -1,6 +1,8 @@
 //! Pictures of all robots: what any picture of a robot shows, whoever draws it.
 #![cfg(feature = "render")]
 
+use std::io::Write;
+
 use copq::Result;
 use copq_envs::RobotSpec;
 use copq_envs::robot::{Preset, ant, halfcheetah, hopper, humanoid, walker2d};
@@ -18,7 +20,7 @@ fn renderer(robot: &RobotSpec) -> Option<Renderer> {
     let made: Result<Renderer> = Renderer::new(robot, SIZE, |_| [255, 0, 255]);
     match made {
         Err(error) if error.to_string().contains("apt-get install libegl1") => {
-            println!("SKIPPED: {error}");
+            writeln!(std::io::stderr(), "SKIPPED: {error}").unwrap_or_default();
             None
         }
         made => Some(made.unwrap()),
@@ -133,4 +135,6 @@ fn what_cannot_be_drawn_is_an_error() {
     renderer.draw(&robot.initial_qpos).unwrap();
     let error = Renderer::new(&robot, [0, 240], |_| [0; 3]).unwrap_err().to_string();
     assert!(error.contains("size of a picture") && error.contains("0 x 240"), "{error}");
+    let error = Renderer::new(&robot, [20_000, 240], |_| [0; 3]).err().unwrap().to_string();
+    assert!(error.contains("wanted 1 to 8192 pixels"), "{error}");
 }

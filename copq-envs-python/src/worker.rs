@@ -156,6 +156,8 @@ impl Worker {
             kill_process(id, Signal::ABORT).unwrap_or_default();
         }
         let status = self.end();
+        // Its guard, which holds standard error open, goes when the socket does.
+        self.socket.shutdown(Shutdown::Both).unwrap_or_default();
         let said = self.errors.last_lines();
         if is_silent {
             let seconds = self.timeout.as_secs_f64();

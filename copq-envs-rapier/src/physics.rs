@@ -190,7 +190,6 @@ impl Physics for Rapier {
 
     fn load(&mut self, state: &State) -> Result<()> {
         self.identity.check(state)?;
-        self.motors.load(state)?;
         let bytes: &[u8] = state.get("world")?;
         // rapier trusts its indices, so a world that somebody else has written may make it panic. A
         // copy of it takes a step first; what that leaves in the pipeline is forgotten by a restart.
@@ -204,7 +203,9 @@ impl Physics for Rapier {
         }));
         self.pipeline.restart();
         let damaged = || self.identity.error("the saved world is damaged: rapier cannot move it");
-        self.world = tried.map_err(|_| damaged())??;
+        let world = tried.map_err(|_| damaged())??;
+        self.motors.load(state)?;
+        self.world = world;
         Ok(())
     }
 

@@ -29,12 +29,25 @@ pub struct Identity {
     engine: String,
     robot: String,
     dims: Dims,
+    /// What tells robots of one name apart, such as two presets': a hash of the description.
+    model: u64,
+}
+
+/// The version of MuJoCo for which a description is told, whatever the engine.
+const VERSION: i32 = 3_017_000;
+
+/// The FNV-1a hash, which is the same everywhere and always.
+fn hash(text: &str) -> u64 {
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
 }
 
 impl Identity {
     /// Given the engine's name and version.
     pub fn new(engine: impl Into<String>, robot: &RobotSpec) -> Self {
-        Self { engine: engine.into(), robot: robot.name.clone(), dims: robot.dims() }
+        let model = hash(&robot.mjcf(VERSION));
+        Self { engine: engine.into(), robot: robot.name.clone(), dims: robot.dims(), model }
     }
 
     /// The engine's name and version.
@@ -80,9 +93,11 @@ impl Identity {
     pub fn save(&self, state: &mut State) {
         state.put("engine", self.engine.as_bytes());
         state.put("robot", self.robot.as_bytes());
+        state.put("model", [self.model]);
     }
 
-    /// An error that names what is different, if a state was saved by another engine or robot.
+    /// An error that names what is different, if a state was saved by another engine, of another
+    /// robot, or of one of this name with other numbers.
     pub fn check(&self, state: &State) -> Result<()> {
         for (key, wanted) in [("engine", &self.engine), ("robot", &self.robot)] {
             let got = state.get::<u8>(key)?;
@@ -94,6 +109,10 @@ impl Identity {
                 ));
             }
         }
-        Ok(())
+        if state.get_one::<u64>("model")? == self.model {
+            return Ok(());
+        }
+        let wanted = format!("this {}", self.robot);
+        Err(Error::invalid("model of a saved state", wanted, "another preset's"))
     }
 }

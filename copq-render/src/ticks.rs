@@ -17,7 +17,7 @@ fn round_distance(distance: f64) -> f64 {
     rounds.into_iter().find(|&round| round >= distance * (1.0 - 1e-9)).unwrap_or(10.0 * power)
 }
 
-/// A short label: 500, 20k, 1.5M, with a real minus sign.
+/// A short label: 500, 20k, 1.5M, 2e-5, with a real minus sign.
 pub(crate) fn label(value: f64, largest: f64) -> String {
     let (unit, suffix) = match largest.abs() {
         // A million as 1M, but 200k to 800k beside it.
@@ -25,9 +25,15 @@ pub(crate) fn label(value: f64, largest: f64) -> String {
         l if l >= 1e4 => (1e3, "k"),
         _ => (1.0, ""),
     };
-    let digits = format!("{:.4}", (value / unit).abs());
-    let digits = digits.trim_end_matches('0').trim_end_matches('.');
-    if digits == "0" {
+    let size = (value / unit).abs();
+    let is_small = largest.abs() < 1e-3;
+    let digits = if is_small { format!("{size:.1e}") } else { format!("{size:.4}") };
+    let digits = if is_small {
+        digits.replace(".0e", "e").replace("e-", "e\u{2212}")
+    } else {
+        digits.trim_end_matches('0').trim_end_matches('.').to_owned()
+    };
+    if size == 0.0 || digits == "0" {
         return "0".to_owned();
     }
     format!("{}{digits}{suffix}", if value < 0.0 { "\u{2212}" } else { "" })
@@ -47,6 +53,7 @@ mod tests {
         assert_eq!(labels(&[0.0, 200_000.0, 1_000_000.0, 1_500_000.0]), "0 200k 1M 1.5M");
         assert_eq!(labels(&[-500.0, 0.0, 1_500.0]), "\u{2212}500 0 1500");
         assert_eq!(labels(&[-0.05, 0.1 + 0.2]), "\u{2212}0.05 0.3");
+        assert_eq!(labels(&[0.0, -2e-5, 1.5e-4]), "0 \u{2212}2e\u{2212}5 1.5e\u{2212}4");
     }
 
     #[test]

@@ -37,6 +37,10 @@ impl<E: Env> AdjustedEnv<E> {
             return Err(Error::invalid(what, wanted, "one with budgets in sight"));
         }
         for (name, limit) in limits {
+            if limit < 0.0 {
+                let what = format!("limit of '{name}'");
+                return Err(Error::invalid(what, "at least 0, as costs are", limit));
+            }
             let is_cost = |objective: &&mut Objective| objective.is_cost();
             let mut costs = self.spec.objectives.iter_mut().filter(is_cost);
             match costs.find(|cost| cost.name == name) {
@@ -155,7 +159,9 @@ mod tests {
     #[test]
     fn limits_are_of_costs() -> Result<()> {
         assert_eq!(two().limits([("heat", 2.0)])?.spec().limit(0), Some(2.0));
-        assert!(two().limits([("speed", 2.0)]).is_err());
+        for wrong in [("speed", 2.0), ("heat", -2.0), ("heat", f64::NAN)] {
+            assert!(two().limits([wrong]).is_err(), "{wrong:?}");
+        }
         Ok(())
     }
 }

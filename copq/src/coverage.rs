@@ -3,7 +3,8 @@
 use std::fmt;
 
 use crate::{
-    Agent, Env, EnvSpec, Error, Learner, Mode, Outcome, QEstimate, Result, Rng, Rollout, Stream,
+    Agent, Env, EnvSpec, Error, Learner, Mode, Objective, Outcome, QEstimate, Result, Rng, Rollout,
+    Stream,
 };
 
 /// What may come after an episode's time limit is this part of a return at most; it counts as the
@@ -215,6 +216,8 @@ fn add_bonus(values: &mut [f64], bonus: Option<(usize, f64)>) {
 struct Sums {
     discount: f64,
     horizon: usize,
+    /// Less of a cost is better, whatever its weight is now.
+    is_cost: Vec<bool>,
     actions: usize,
     of: Vec<ObjectiveCoverage>,
     /// Of each episode, its actions and how many of them are covered, by objective.
@@ -227,7 +230,8 @@ impl Sums {
         let of = names
             .map(|name| ObjectiveCoverage { name: name.to_owned(), ..Default::default() })
             .collect();
-        Self { discount, horizon: spec.horizon, actions: 0, of, episodes: Vec::new() }
+        let is_cost = spec.objectives.iter().map(Objective::is_cost).collect();
+        Self { discount, horizon: spec.horizon, is_cost, actions: 0, of, episodes: Vec::new() }
     }
 
     /// Goes back from an episode's end, where it is known what came after.
@@ -260,7 +264,7 @@ impl Sums {
         let total = |values: &[f64]| values.iter().zip(weights).map(|(x, w)| x * w).sum::<f64>();
         self.actions += 1;
         for i in 0..came.len() {
-            let sign = if weights[i] < 0.0 { -1.0 } else { 1.0 };
+            let sign = if self.is_cost[i] || weights[i] < 0.0 { -1.0 } else { 1.0 };
             self.add_one(i, sign, came[i], mean[i], std[i], bound[i]);
         }
         self.add_one(came.len(), 1.0, total(came), total(mean), *total_std, total(bound));
@@ -269,7 +273,7 @@ impl Sums {
         }
     }
 
-    /// `sign` is that of the objective's weight: more is better, or worse.
+    /// `sign` says whether more is better, or worse.
     fn add_one(&mut self, i: usize, sign: f64, came: f64, mean: f64, std: f64, bound: f64) {
         let of = &mut self.of[i];
         of.discounted += came;

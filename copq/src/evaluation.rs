@@ -69,7 +69,8 @@ impl fmt::Display for Evaluation {
 }
 
 /// Runs `episodes` episodes without exploration, on seeds drawn from the agent's alone: the same
-/// episodes every time.
+/// episodes every time. An error for a world that a learner was not made for, and for rewards that
+/// are no numbers.
 pub fn evaluate<A: Agent + ?Sized>(
     agent: &mut A,
     env: impl Env,
@@ -90,6 +91,7 @@ pub fn evaluate_while<A: Agent + ?Sized>(
         return Err(Error::invalid("evaluation episodes", "at least 1", 0));
     }
     let spec = env.spec();
+    agent.check_spec(spec)?;
     let n = spec.objectives.len();
     let mut result = Evaluation {
         objectives: spec.names().into_iter().map(str::to_owned).collect(),

@@ -38,7 +38,7 @@ pub struct FamoConfig {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum FamoDecay {
-    /// Beside Adam's step (AdamW, paper sec. 5). A step of 0.025 then meets a decay of 2.5e-5 of
+    /// Beside Adam's step (AdamW, paper Table D.1). A step of 0.025 then meets a decay of 2.5e-5 of
     /// the logit: in long runs the logits can drift until one objective hardly learns.
     #[default]
     Decoupled,

@@ -78,7 +78,7 @@
 //! | target network | the slow copy of a network |
 //! | TD target | the value that critics learn towards |
 //! | FAMO | weights of the objectives' losses, so that all fall equally fast |
-//! | agent, learner, trainer | what acts and may learn; the one agent of this crate; an agent with its world, step by step |
+//! | agent, learner, trainer | what acts and may learn; an agent that learns, off-policy or on; an agent with its world, step by step |
 //! | mode | a policy's action without noise |
 
 mod actor;

@@ -88,12 +88,14 @@ impl<E: Env> Rollout<E> {
         self.episode.length = 0;
         self.episode.outcome = Outcome::Truncated; // until there is one
         self.env.reset(seed, &mut self.obs)?;
+        self.check_numbers("observation", &self.obs, |i| format!("component {i}"))?;
         self.episode.outcome = Outcome::Running;
         Ok(())
     }
 
-    /// One step with an action in [-1, 1]. An episode that runs on past the horizon is an error:
-    /// whoever waits for its end would wait for ever.
+    /// One step with an action in [-1, 1]. What is no number (NaN, infinity) is an error, before it
+    /// counts. An episode that runs on past the horizon is one, too: whoever waits for its end would
+    /// wait for ever.
     pub fn step(&mut self, unit_action: &[f32]) -> Result<Outcome> {
         check_len("action", unit_action.len(), self.action.len())?;
         if !self.is_running() {
@@ -106,6 +108,9 @@ impl<E: Env> Rollout<E> {
         self.env.spec().scale_action(unit_action, &mut self.action);
         std::mem::swap(&mut self.obs, &mut self.previous_obs);
         let outcome = self.env.step(&self.action, &mut self.obs, &mut self.reward)?;
+        let objectives = &self.env.spec().objectives;
+        self.check_numbers("reward", &self.reward, |i| format!("'{}'", objectives[i].name))?;
+        self.check_numbers("observation", &self.obs, |i| format!("component {i}"))?;
         self.episode.length += 1;
         self.episode.outcome = outcome;
         for (sum, &reward) in self.episode.returns.iter_mut().zip(&self.reward) {
@@ -125,9 +130,18 @@ impl<E: Env> Rollout<E> {
         self.episode.outcome = Outcome::Truncated;
     }
 
-    /// Whether all that the environment has written is a number.
-    pub(crate) fn is_finite(&self) -> bool {
-        self.obs.iter().chain(&self.reward).all(|x| x.is_finite())
+    /// An error unless all that the environment has written is a number.
+    fn check_numbers(
+        &self,
+        what: &str,
+        values: &[f32],
+        name: impl Fn(usize) -> String,
+    ) -> Result<()> {
+        let Some(i) = values.iter().position(|x| !x.is_finite()) else { return Ok(()) };
+        let (env, step) = (&self.env.spec().name, self.episode.length);
+        let what =
+            format!("environment '{env}' after {step} steps of an episode: {what}, {}", name(i));
+        Err(Error::invalid(what, "a finite number", values[i]))
     }
 
     /// What is seen now.

@@ -196,9 +196,7 @@ impl<A: Agent> Trainer<A> {
 
     fn act(&mut self, world: usize) -> Result<()> {
         self.agent.attend(world);
-        let rollout = &self.worlds[world];
-        let chosen = self.agent.act(rollout.obs(), Mode::Explore, &mut self.actions[world]);
-        if rollout.is_finite() { chosen } else { self.or_give_up(world, chosen) }
+        self.agent.act(self.worlds[world].obs(), Mode::Explore, &mut self.actions[world])
     }
 
     /// Every world's step by its action, on as many threads as are wanted.

@@ -14,6 +14,9 @@ use mujoco_rs::wrappers::{MjData, MjModel, MjvCamera};
 
 use crate::mujoco_rs::{compile, version};
 
+/// Pixels that a picture has at most each way: every OpenGL draws as many.
+const LARGEST: u32 = 8_192;
+
 /// What EGL consists of, for those who lack it.
 const INSTALL: &str = "pictures need EGL and OpenGL; Mesa's draw without a graphics card (Debian: apt-get install libegl1 \
                        libgl1-mesa-dri)";
@@ -44,10 +47,10 @@ impl Renderer {
         colour: impl Fn(usize) -> [u8; 3],
     ) -> Result<Self> {
         robot.check()?;
-        if width == 0 || height == 0 {
+        if [width, height].iter().any(|pixels| !(1..=LARGEST).contains(pixels)) {
             return Err(Error::invalid(
                 "size of a picture",
-                "pixels both ways",
+                format!("1 to {LARGEST} pixels both ways"),
                 format!("{width} x {height}"),
             ));
         }

@@ -1,6 +1,6 @@
 //! What a picture needs beside the robot: sky, tiles, light.
 
-/// Tiles have the size of those in `copq_experiments::animation`: half a metre.
+/// Tiles have the size of those in `copq_render::animation`: half a metre.
 const ASSETS: &str = r#"<asset>
 <texture type="skybox" builtin="gradient" rgb1="0.96 0.97 0.99" rgb2="0.74 0.81 0.89" width="256" height="256"/>
 <texture name="tiles" type="2d" builtin="checker" rgb1="0.78 0.82 0.87" rgb2="0.62 0.68 0.75" width="256" height="256"/>

@@ -91,13 +91,18 @@ impl Drop for Opened {
 impl Simulation for Opened {
     fn array(&self, array: Array) -> &[f64] {
         let (start, length) = self.find(array);
-        // SAFETY: the array lives as long as the data; every array of a robot has at least one
-        // number, so it is not null.
+        if length == 0 {
+            return &[]; // of a robot without motors, which may be null
+        }
+        // SAFETY: the array lives as long as the data, and has numbers, so it is not null.
         unsafe { from_raw_parts(start, length) }
     }
 
     fn array_mut(&mut self, array: Array) -> &mut [f64] {
         let (start, length) = self.find(array);
+        if length == 0 {
+            return &mut [];
+        }
         // SAFETY: as above, and `&mut self` makes it the only slice.
         unsafe { from_raw_parts_mut(start, length) }
     }

@@ -1,5 +1,6 @@
 //! Interpreters to test with.
 
+use std::io::Write;
 use std::path::PathBuf;
 
 use copq_envs_python::{Options, PythonEnv};
@@ -17,10 +18,12 @@ pub fn python(task: &str) -> Option<PathBuf> {
         .join("bin/python");
     let python = std::env::var_os(variable).map_or(ours, PathBuf::from);
     if !python.exists() {
-        eprintln!(
+        writeln!(
+            std::io::stderr(),
             "SKIPPED: {task}, for there is no {} (scripts/python-worlds.sh)",
             python.display()
-        );
+        )
+        .unwrap_or_default();
         return None;
     }
     Some(python)

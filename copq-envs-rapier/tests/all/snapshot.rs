@@ -55,6 +55,24 @@ fn a_new_environment_goes_on_from_the_middle_of_an_episode() {
 }
 
 #[test]
+fn a_snapshot_of_another_presets_robot_is_refused_and_changes_nothing() {
+    for robot in [robot::hopper, robot::ant] {
+        let mut gym = Rapier::new(&robot(Preset::GymV5)).unwrap();
+        let controls = vec![0.3; gym.dims().nu];
+        gym.step(&controls, 10).unwrap();
+        let mut before = State::default();
+        gym.save(&mut before).unwrap();
+        let mut papers = State::default();
+        Rapier::new(&robot(Preset::Paper)).unwrap().save(&mut papers).unwrap();
+        let error = gym.load(&papers).unwrap_err().to_string();
+        assert!(error.contains("model of a saved state") && error.contains("another"), "{error}");
+        let mut after = State::default();
+        gym.save(&mut after).unwrap();
+        assert_eq!(before, after);
+    }
+}
+
+#[test]
 fn a_snapshot_of_a_snapshot_is_the_same() {
     let mut walk = Walk::new(make("a/hopper").unwrap(), 1);
     (0..30).for_each(|_| {

@@ -2,7 +2,7 @@
 
 use copq::{Error, Result};
 
-use super::{Health, RobotSpec, VelocityPoint};
+use super::{Health, Part, RobotSpec, VelocityPoint};
 
 impl RobotSpec {
     /// An error that names the first contradiction in the description.
@@ -12,7 +12,8 @@ impl RobotSpec {
         self.check_joints()?;
         self.check_geoms()?;
         self.check_actuators()?;
-        self.check_conventions()
+        self.check_conventions()?;
+        self.check_observation()
     }
 
     fn check_steps(&self) -> Result<()> {
@@ -91,6 +92,15 @@ impl RobotSpec {
 
     fn check_actuators(&self) -> Result<()> {
         for (index, actuator) in self.actuators.iter().enumerate() {
+            let [low, high] = actuator.range;
+            if low.is_nan() || high.is_nan() || low >= high {
+                let what = format!("actuator {index}");
+                return Err(self.wrong(
+                    &what,
+                    "lower limit < upper limit",
+                    format!("{low} to {high}"),
+                ));
+            }
             if self.joints.get(actuator.joint).is_none_or(|joint| joint.kind.nv() != 1) {
                 return Err(self.wrong(
                     &format!("actuator {index}"),
@@ -102,7 +112,7 @@ impl RobotSpec {
         Ok(())
     }
 
-    /// Health, velocity point and observation look at entries of qpos, which must be there.
+    /// Health and velocity point look at entries of qpos, which must be there.
     fn check_conventions(&self) -> Result<()> {
         let nq = self.nq();
         if self.health != Health::Always && nq < 3 {
@@ -116,12 +126,38 @@ impl RobotSpec {
         if self.velocity_point == VelocityPoint::Xy && nq < 2 {
             return Err(self.wrong("velocity_point", "at least 2 entries in qpos", nq));
         }
+        Ok(())
+    }
+
+    /// So that an observation neither skips more than there is nor is clipped to nothing.
+    fn check_observation(&self) -> Result<()> {
+        let nq = self.nq();
         if self.observation.skip >= nq {
             return Err(self.wrong(
                 "observation",
                 format!("to skip fewer than {nq} entries of qpos"),
                 self.observation.skip,
             ));
+        }
+        let parts = self.observation.parts.iter().chain(&self.observation.optional);
+        let fields = parts.filter_map(|part| match *part {
+            Part::Field { field, skip, clip } => Some((field, skip, clip)),
+            _ => None,
+        });
+        for (field, skip, clip) in fields {
+            if skip > field.len(self) {
+                let wanted =
+                    format!("to skip at most the {} numbers of {field:?}", field.len(self));
+                return Err(self.wrong("observation", wanted, skip));
+            }
+            if clip.is_nan() || clip < 0.0 {
+                let wanted = format!("{field:?} clipped at 0 or more");
+                return Err(self.wrong("observation", wanted, clip));
+            }
+        }
+        if self.observation.clip.is_nan() || self.observation.clip < 0.0 {
+            let wanted = "velocities clipped at 0 or more";
+            return Err(self.wrong("observation", wanted, self.observation.clip));
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! Gymnasium v5's own scalar rewards, to compare with what others report.
 
 use super::{Options, Signal, SignalSum, benchmark_b};
+use crate::robot::Preset;
 
 /// A robot's reward.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +17,8 @@ impl Row {
     /// One reward. Brax has the same but for contact forces, which it does not price.
     pub(super) fn objectives(&self, options: &Options) -> Vec<SignalSum> {
         let reward = benchmark_b::scalar(self.weights, options);
-        vec![match self.contact {
+        let is_gymnasiums = options.preset == Preset::GymV5;
+        vec![match self.contact.filter(|_| is_gymnasiums) {
             Some((factor, force)) => reward.plus(factor, force),
             None => reward,
         }]

@@ -123,7 +123,8 @@ pub enum Cost {
     Speed,
     /// The size of the forward velocity.
     ForwardSpeed,
-    /// The signed forward velocity (Safety-Gymnasium's code for planar robots).
+    /// The signed forward velocity (Safety-Gymnasium's code for planar robots): negative, and so no
+    /// cost that [`check_env`](copq::check_env) lets pass, while a robot walks backwards.
     Velocity,
 }
 

@@ -1,7 +1,7 @@
 //! A description that contradicts itself is refused by name.
 
-use copq_envs::RobotSpec;
-use copq_envs::robot::{self, Preset, VelocityPoint};
+use copq_envs::robot::{self, Part, Preset, VelocityPoint};
+use copq_envs::{Field, RobotSpec};
 
 fn refused(spoil: impl Fn(&mut RobotSpec)) -> String {
     let mut robot = robot::walker2d(Preset::GymV5);
@@ -25,7 +25,7 @@ type Spoil = fn(&mut RobotSpec);
 
 #[test]
 fn contradictions_are_named() {
-    let spoiled: [(&str, Spoil); 8] = [
+    let spoiled: [(&str, Spoil); 12] = [
         ("timestep", |robot| robot.timestep = 0.0),
         ("frame_skip", |robot| robot.frame_skip = 0),
         ("initial_qpos", |robot| robot.initial_qpos.truncate(3)),
@@ -36,6 +36,16 @@ fn contradictions_are_named() {
         ("actuator 2", |robot| robot.actuators[2].joint = 9),
         ("velocity_point", |robot| robot.velocity_point = VelocityPoint::Body(7)),
         ("observation", |robot| robot.observation.skip = 9),
+        ("actuator 1: wanted lower limit", |robot| robot.actuators[1].range = [1.0, -1.0]),
+        ("velocities clipped", |robot| robot.observation.clip = -1.0),
+        ("to skip at most the 42 numbers of ContactForce", |robot| {
+            let field = Field::ContactForce;
+            robot.observation.parts = vec![Part::Field { field, skip: 43, clip: 1.0 }]
+        }),
+        ("Velocity clipped at 0", |robot| {
+            let field = Field::Velocity;
+            robot.observation.optional = vec![Part::Field { field, skip: 0, clip: f64::NAN }]
+        }),
     ];
     for (what, spoil) in spoiled {
         let error = refused(spoil);

@@ -88,6 +88,17 @@ fn options_choose_the_other_readings() {
     assert_eq!(values("b/humanoid", &actions, true)[1], 5.0 - 3.75 - 0.2);
 }
 
+#[test]
+fn gymnasiums_reward_prices_contacts_and_braxs_does_not() {
+    for name in ["gym/ant", "gym/humanoid"] {
+        let terms = |preset| {
+            let options = Options { preset, ..Options::default() };
+            task_with(name, &options).unwrap().objectives[0].terms.len()
+        };
+        assert_eq!(terms(Preset::GymV5), terms(Preset::Paper) + 1, "{name}");
+    }
+}
+
 /// The pose is Brax's, the coordinates and the noise are Gymnasium's.
 #[test]
 fn any_preset_can_start_as_the_paper_does() {

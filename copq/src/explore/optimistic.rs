@@ -26,20 +26,17 @@ use crate::{Net, Optimism, QView, Result};
 /// use copq::{Optimism, Optimistic};
 ///
 /// // Extremum-OAC with the paper's constants, by name or by value; Learner::explore takes either.
-/// let explore = Optimistic::new(Optimism::by("extremum"), 0.1)?;
-/// assert_eq!((explore.optimism.beta, explore.std), (4.66, 0.1));
-/// let explore = Optimistic::default().projection(Extremum);
-/// assert_eq!((explore.optimism.beta, explore.std), (4.66, 0.1));
+/// let by_name = Optimistic::new(Optimism::by("extremum"), 0.1)?;
+/// let by_value = Optimistic::default().projection(Extremum);
+/// assert_eq!(by_name.optimism().beta, by_value.optimism().beta);
 /// assert!(Optimistic::new(Optimism::by("extremun"), 0.1).is_err());
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Debug)]
 pub struct Optimistic {
-    /// How optimistic.
-    pub optimism: Optimism,
-    /// Standard deviation of a deterministic policy's noise, in units of half the action range;
-    /// unused for others.
-    pub std: f32,
+    optimism: Optimism,
+    /// In units of half the action range.
+    std: f32,
     /// Whose upper bound; the learner's own projection's, unless given.
     projection: Option<Arc<dyn Projection>>,
     buffers: Buffers,
@@ -69,11 +66,18 @@ impl Default for Optimistic {
 }
 
 impl Optimistic {
-    /// Optimism as described, an error for a projection that nobody knows; `std` as the field of
-    /// that name.
+    /// Optimism as described, an error for what cannot be used; `std` is the standard deviation of a
+    /// deterministic policy's noise, in units of half the action range, unused for others.
     pub fn new(optimism: Optimism, std: f32) -> Result<Self> {
+        check_not_negative("optimistic.std", f64::from(std))?;
+        optimism.check()?;
         let projection = optimism.projection.as_deref().map(by_name).transpose()?;
         Ok(Self { optimism, std, projection, ..Self::default() })
+    }
+
+    /// How optimistic.
+    pub fn optimism(&self) -> &Optimism {
+        &self.optimism
     }
 
     /// The upper bound of another projection than the learner's own, or of one of your own making.
@@ -112,8 +116,6 @@ impl Optimistic {
 
 impl Explore for Optimistic {
     fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()> {
-        check_not_negative("optimistic.std", f64::from(self.std))?;
-        self.optimism.check()?;
         context.actor.mode(Net::Online, obs, action)?;
         let shift = self.optimism.shift_at(context.step);
         if shift > 0.0 {

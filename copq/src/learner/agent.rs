@@ -53,6 +53,7 @@ impl Agent for Learner {
     }
 
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
+        check_len("action", action.len(), self.spec.action_len())?;
         check_finite_obs(obs, self.steps)?;
         self.normalise(obs)?;
         let Self {
@@ -84,12 +85,13 @@ impl Agent for Learner {
             let explore = if *steps < config.start_steps { warm_up } else { explore };
             explore.act(&mut context, obs, action)?;
         }
-        check_finite_row(
-            "action",
-            action,
-            self.steps,
-            "the actor's weights have diverged; lower its step size",
-        )
+        let hint =
+            "the actor's weights have diverged (lower its step size), or the rule that explores";
+        check_finite_row("action", action, self.steps, hint)?;
+        match action.iter().find(|a| a.abs() > 1.0) {
+            Some(a) => Err(Error::invalid("an action, as chosen", "numbers in [-1, 1]", a)),
+            None => Ok(()),
+        }
     }
 
     fn observe(&mut self, t: Transition<'_>) -> Result<()> {

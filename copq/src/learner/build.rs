@@ -9,9 +9,9 @@ use crate::error::check_len;
 use crate::multiplier::FixedWeights;
 use crate::temperature::Temperature;
 use crate::{
-    Actor, ActorKind, Backend, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, GaussianNoise,
-    Method, Multiplier, Normaliser, Optimistic, PolicySamples, Replay, Result, Rng, Stream,
-    UniformActions, WarmUp, memory,
+    Actor, ActorKind, Backend, Batch, Config, Critic, Ensemble, EnvSpec, Error, Explore, Famo,
+    GaussianNoise, Method, Multiplier, Normaliser, Optimistic, PolicySamples, Replay, Result, Rng,
+    Stream, UniformActions, WarmUp, memory,
 };
 
 impl Learner {
@@ -26,6 +26,11 @@ impl Learner {
         method.config.check()?;
         spec.check()?;
         memory::check(&method.config, spec, method.critics.count(spec))?;
+        if method.config.subset.is_some() && matches!(method.critics, Ensemble::Separate { .. }) {
+            let wanted =
+                "none with separate critics, of which one subset would be of one objective";
+            return Err(Error::invalid("subset", wanted, "both"));
+        }
         let networks = &method.config.networks;
         let kind = method.actor();
         let mut rng = Rng::new(seed, Stream::Init);

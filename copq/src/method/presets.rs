@@ -10,14 +10,14 @@ type Preset = (&'static str, fn() -> Method, &'static str);
 
 const METHODS: &[Preset] = &[
     ("cop-td3", Method::cop_td3, "copq's own, on the paper's eqs. 11 to 14"),
-    ("cop-td3-oac", Method::cop_td3_oac, "paper sec. 5.2, Table D.2"),
+    ("cop-td3-oac", Method::cop_td3_oac, "paper sec. 5.1, Table D.2"),
     ("cop-td3-paper", Method::cop_td3_paper, "paper sec. 5.1, Tables D.1 and D.3"),
     ("td3", Method::td3, "Fujimoto et al. 2018"),
     ("redq", || Method::cop_td3_paper().redq(), "Chen et al. 2021; paper App. D"),
     (
         "redq-oac",
         || Method::cop_td3_paper().redq().explore(Optimism::by("cholesky")),
-        "paper sec. 5.2, App. D",
+        "paper sec. 5.1, App. D",
     ),
     ("redq-sac", || Method::sac().redq(), "Chen et al. 2021"),
     (
@@ -74,7 +74,7 @@ impl Method {
         method
     }
 
-    /// COP-Q on TD3 that explores towards the critics' upper bound (COP-OAC, paper sec. 5.2 and
+    /// COP-Q on TD3 that explores towards the critics' upper bound (COP-OAC, paper sec. 5.1 and
     /// Table D.2): by the method's own bound, unless [`Optimism::projection`] names another. The
     /// rest is [`Method::cop_td3_paper`] after a warm-up of 1,000 uniform actions; separate critics
     /// have no FAMO.

@@ -1,7 +1,7 @@
 //! The costs of a task under multipliers: limits in the units of Q, estimates, weights, and their
 //! report.
 
-use crate::{EnvSpec, Observer, Result};
+use crate::{EnvSpec, Error, Observer, Result};
 
 /// An episode's limit in the units of a discounted value: `limit (1 - gamma^T) / ((1 - gamma) T)`,
 /// the value of paying `limit / T` at every one of the episode's T steps (paper App. C); the limit
@@ -22,6 +22,9 @@ pub fn discounted_limit(limit: f64, discount: f64, horizon: usize) -> f64 {
     }
     limit * (1.0 - libm::pow(discount, steps)) / ((1.0 - discount) * steps)
 }
+
+/// Steps of the longest episode whose limit a discounted value is held to.
+const LONGEST: usize = 1_000_000_000;
 
 /// The costs among a task's objectives, and the weights that their multipliers give.
 #[derive(Clone, Debug)]
@@ -45,7 +48,7 @@ struct Cost {
 }
 
 impl Costs {
-    /// The costs of a task; an error if there are none.
+    /// The costs of a task; an error if there are none, or no end to an episode.
     pub(super) fn new(spec: &EnvSpec, discount: f64) -> Result<Self> {
         spec.check()?;
         let cost = |objective: usize| {
@@ -62,6 +65,11 @@ impl Costs {
             })
         };
         spec.check_has_cost("a constraint")?;
+        if spec.horizon > LONGEST {
+            let what = format!("horizon of '{}'", spec.name);
+            let wanted = "at most a billion steps, since a limit is what an episode may cost";
+            return Err(Error::invalid(what, wanted, spec.horizon));
+        }
         let costs = (0..spec.objectives.len()).filter_map(cost).collect();
         let weights = spec.weights();
         let actor_weights = spec.weights().iter().map(|&w| w.into()).collect();

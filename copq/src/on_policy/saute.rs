@@ -68,6 +68,10 @@ impl<E: Env> Saute<E> {
             return Err(Error::invalid("saute.discount", wanted, config.discount));
         }
         old.check_has_cost("Saute")?;
+        if shows_budgets(old) {
+            let wanted = "a world that does not show its budgets yet";
+            return Err(Error::invalid("Saute::new", wanted, format!("'{}'", old.name)));
+        }
         let costs = old.costs();
         let budget = |&cost: &usize| {
             let limit = f64::from(old.limit(cost).unwrap_or(0.0));

@@ -11,9 +11,10 @@ const TOLERANCE: f32 = 1e-2;
 /// Of the rows, how many may disagree: a bound may have kinks, and some rows lie on one.
 const KINKS: usize = ROWS / 10;
 
-/// Compares a projection's gradient with central differences, for 64 seeded rows of critics' values
-/// and both signs of the step; an error says where they differ. Up to a tenth of the rows may, for
-/// a bound that has kinks, as a minimum has.
+/// Compares a projection's gradient with central differences, for 64 seeded rows of critics' values,
+/// weights of both signs and both signs of the step; an error says where they differ. Up to a tenth
+/// of the rows may, for a bound that has kinks, as a minimum has. Then a batch of all rows, with
+/// weights of their own, must come to what they come to one by one.
 ///
 /// ```
 /// use copq::projection::{Cholesky, ScalarisedMin, check_projection};
@@ -27,18 +28,31 @@ pub fn check_projection(
     critics: usize,
     objectives: usize,
 ) -> Result<()> {
+    for (what, count) in [("critics", critics), ("objectives", objectives)] {
+        if count == 0 {
+            return Err(Error::invalid(what, "at least 1", 0));
+        }
+    }
     let mut rng = Rng::new(0, Stream::Custom);
+    let mut rows = Vec::new();
     let mut wrong = Vec::new();
     for row in 0..ROWS {
         let mut q = vec![0.0; critics * objectives];
         let mut grad_out = vec![0.0; objectives];
         rng.fill_normal(&mut q);
         rng.fill_normal(&mut grad_out);
-        let weights: Vec<_> = (0..objectives).map(|_| rng.uniform_in(0.1, 1.0) as f32).collect();
+        let mut weight = || {
+            let size = rng.uniform_in(0.1, 1.0) as f32;
+            // A quarter are costs'.
+            if rng.uniform_in(0.0, 1.0) < 0.25 { -size } else { size }
+        };
+        let weights: Vec<_> = (0..objectives).map(|_| weight()).collect();
         let step = if row % 2 == 0 { -1.0 } else { 1.0 };
         let point = Point { projection, objectives, weights: &weights, step };
         wrong.extend(point.compare(&q, &grad_out)?);
+        rows.push((q, weights));
     }
+    check_batch(projection, objectives, &rows)?;
     match wrong.first() {
         Some(Difference { index, gradient, slope }) if wrong.len() > KINKS => {
             let critic = index / objectives;
@@ -56,6 +70,39 @@ pub fn check_projection(
         }
         _ => Ok(()),
     }
+}
+
+/// An error unless a batch's rows come to what each of them comes to alone.
+fn check_batch(
+    projection: &dyn Projection,
+    objectives: usize,
+    rows: &[(Vec<f32>, Vec<f32>)],
+) -> Result<()> {
+    let critics = rows[0].0.len() / objectives;
+    // Of a batch, a critic's values lie together.
+    let of_critic = |k: usize| {
+        rows.iter().flat_map(move |(q, _)| &q[k * objectives..(k + 1) * objectives]).copied()
+    };
+    let q: Vec<f32> = (0..critics).flat_map(of_critic).collect();
+    let weights: Vec<f32> = rows.iter().flat_map(|(_, weights)| weights).copied().collect();
+    let bounds = |q: &[f32], weights: &[f32]| {
+        let q = QView::new(q, critics, objectives)?;
+        let mut out = vec![0.0; q.rows() * objectives];
+        let asked = BoundQuery { q, weights, step: -1.0 };
+        projection.project(asked, &mut Scratch::default(), &mut out).map(|()| out)
+    };
+    let together = bounds(&q, &weights)?;
+    for (row, ((q, weights), together)) in
+        rows.iter().zip(together.chunks_exact(objectives)).enumerate()
+    {
+        let alone = bounds(q, weights)?;
+        if alone != together {
+            let what = format!("projection {} of row {row} in a batch", projection.name());
+            let wanted = format!("{alone:?}, as of that row alone");
+            return Err(Error::invalid(what, wanted, format!("{together:?}")));
+        }
+    }
+    Ok(())
 }
 
 /// A bound of one row.
@@ -152,6 +199,47 @@ mod tests {
                 *grad *= 2.0;
             }
             Ok(())
+        }
+    }
+
+    /// Every row is told the first one's bound.
+    #[derive(Debug)]
+    struct First;
+
+    impl Projection for First {
+        fn name(&self) -> &'static str {
+            "first"
+        }
+
+        fn project(
+            &self,
+            asked: BoundQuery<'_>,
+            scratch: &mut Scratch,
+            out: &mut [f32],
+        ) -> Result<()> {
+            Diagonal.project(asked, scratch, out)?;
+            let (first, rest) = out.split_at_mut(asked.q.objectives());
+            rest.chunks_exact_mut(first.len()).for_each(|row| row.copy_from_slice(first));
+            Ok(())
+        }
+
+        fn vjp(
+            &self,
+            asked: BoundQuery<'_>,
+            scratch: &mut Scratch,
+            grad_out: &[f32],
+            grad_q: &mut [f32],
+        ) -> Result<()> {
+            Diagonal.vjp(asked, scratch, grad_out, grad_q)
+        }
+    }
+
+    #[test]
+    fn rows_that_do_not_stand_alone_and_nothing_to_look_at_are_errors() {
+        let error = check_projection(&First, 3, 2).unwrap_err().to_string();
+        assert!(error.starts_with("projection first of row 1 in a batch: wanted ["), "{error}");
+        for (critics, objectives) in [(0, 2), (3, 0)] {
+            assert!(check_projection(&Diagonal, critics, objectives).is_err());
         }
     }
 

@@ -32,7 +32,7 @@ pub struct MeanStd {
 }
 
 impl Default for MeanStd {
-    /// CAL's as the paper has it: 0.5 unbiased deviations of four cost critics, and one of each
+    /// CAL's as its authors' code has it: 0.5 unbiased deviations of four cost critics, and one of each
     /// reward.
     fn default() -> Self {
         Self::cal(0.5, 4)
@@ -41,7 +41,7 @@ impl Default for MeanStd {
 
 impl MeanStd {
     /// CAL's bounds (Wu et al. 2024): `mean + k std` of `critics` cost critics, with their unbiased
-    /// standard deviation (over K - 1), and the smaller of two reward critics. The paper's k is
+    /// standard deviation (over K - 1), and the smaller of two reward critics. Their code's k is
     /// 0.5, with 4 cost critics.
     pub fn cal(k: f64, critics: usize) -> Self {
         let unbiased = (critics as f64 / critics.saturating_sub(1).max(1) as f64).sqrt();

@@ -4,8 +4,8 @@ use crate::toy;
 
 use copq::projection::Cholesky;
 use copq::{
-    Config, Constraint, Learner, Method, Optimistic, PidConfig, SeparateCritics, Silent, Trainer,
-    projection,
+    Config, Constraint, Learner, Method, Optimism, Optimistic, PidConfig, SeparateCritics, Silent,
+    Trainer, projection,
 };
 use toy::{LinearCritics, Toy};
 
@@ -51,7 +51,7 @@ fn nor_does_one_of_the_other_methods() {
             "redq",
             Toy::new(),
             toy::learner(toy::method(redq), 10, 1)
-                .explore(Optimistic::default().projection(Cholesky)),
+                .explore(Optimistic::new(Optimism::by("cholesky"), 0.1).unwrap()),
         ),
         (
             "cop-td3-oac",

@@ -168,6 +168,102 @@ fn how_an_episode_ends_does_not_decide_what_is_looked_at() {
     assert_eq!(coverage(&mut learner, late, config).unwrap().actions, 7 * 40);
 }
 
+/// A policy that rests, and says -2 of the action's log-probability.
+struct Sampled;
+
+impl Actor for Sampled {
+    fn action_len(&self) -> usize {
+        1
+    }
+
+    fn noise_len(&self) -> usize {
+        1
+    }
+
+    fn mode(&mut self, _: Net, _: &[f32], action: &mut [f32]) -> Result<()> {
+        action.fill(0.0);
+        Ok(())
+    }
+
+    fn sample(
+        &mut self,
+        _: Net,
+        _: &[f32],
+        _: &[f32],
+        action: &mut [f32],
+        log_prob: &mut [f32],
+    ) -> Result<()> {
+        action.fill(0.0);
+        log_prob.fill(-2.0);
+        Ok(())
+    }
+
+    fn improve(&mut self, _: &[f32], _: &[f32], _: ActionGrad<'_>) -> Result<()> {
+        Ok(())
+    }
+
+    fn update_target(&mut self, _: f32) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// 1 for each of three steps.
+struct Three(EnvSpec, u32);
+
+impl Env for Three {
+    fn spec(&self) -> &EnvSpec {
+        &self.0
+    }
+
+    fn reset(&mut self, _: u64, obs: &mut [f32]) -> Result<()> {
+        self.1 = 0;
+        obs.fill(0.0);
+        Ok(())
+    }
+
+    fn step(&mut self, _: &[f32], _: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+        self.1 += 1;
+        reward.fill(1.0);
+        Ok(if self.1 == 3 { Outcome::Terminated } else { Outcome::Running })
+    }
+}
+
+#[test]
+fn an_entropy_bonus_counts_from_the_next_action_on() {
+    let spec = EnvSpec::new("three", 1, 1).reward("time", 1.0);
+    let mut method = Method::sac();
+    method.config.discount = 0.5;
+    let (critic, actor) = (Box::new(Unsure { objectives: 1 }), Box::new(Sampled));
+    let mut learner = Learner::with_networks(method, &spec, critic, actor, 0).unwrap();
+    // A temperature of 1 and a log-probability of -2: 2 an action.
+    for (bare, wanted) in [
+        (false, 1.0 + (1.0 + 0.5 * (2.0 + 1.0)) + (1.0 + 0.5 * (2.0 + 2.5))),
+        (true, 1.0 + (1.0 + 0.5) + (1.0 + 0.5 * 1.5)),
+    ] {
+        let config = CoverageConfig { episodes: 2, stride: 1, bare };
+        let all = coverage(&mut learner, Three(spec.clone(), 0), config).unwrap();
+        assert_eq!((all.actions, all.objectives[0].discounted), (6, wanted / 3.0));
+    }
+}
+
+#[test]
+fn less_of_a_cost_is_better_whatever_it_weighs() {
+    let spec = EnvSpec::new("guess", 2, 1).cost("first", 1.0).reward("second", 1.0);
+    let config = CoverageConfig { episodes: 200, stride: 1, bare: false };
+    let [nothing, minus_nothing, little] = [0.0, -0.0, -1e-30].map(|weight| {
+        let mut spec = spec.clone();
+        spec.objectives[0].weight = weight;
+        let (critic, actor) = (Box::new(Unsure { objectives: 2 }), Box::new(Resting));
+        let mut learner =
+            Learner::with_networks(Method::cop_td3(), &spec, critic, actor, 0).unwrap();
+        let guess = Guess { spec, luck: vec![0.0; 2] };
+        coverage(&mut learner, guess, config).unwrap().objectives.swap_remove(0)
+    });
+    assert_eq!((&nothing, &minus_nothing), (&little, &little));
+    let share_above = 1.0 - little.coverage;
+    assert!((0.3..0.7).contains(&share_above) && share_above != little.coverage, "{little:?}");
+}
+
 #[test]
 fn what_cannot_be_looked_at_is_an_error() {
     let said = |episodes, stride, env| {

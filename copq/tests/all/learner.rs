@@ -221,19 +221,28 @@ fn pessimism_is_reported_where_it_acts() {
 }
 
 #[test]
-fn nan_is_a_named_error() {
-    let fails = |env: Toy| {
-        let mut trainer =
-            Trainer::new(env, toy::learner(toy::method(toy::config()), 3, 0)).unwrap();
-        (0..20)
-            .find_map(|_| trainer.step(&mut Silent).err())
-            .expect("a NaN must not pass")
-            .to_string()
+fn nan_is_a_named_error_before_it_counts() {
+    let fails = |mut env: Toy, length: u64| {
+        let mut learner = toy::learner(toy::method(toy::config()), 3, 0);
+        let evaluated = evaluate(&mut learner, &mut env, 1).unwrap_err().to_string();
+        let mut trainer = Trainer::new(env, learner).unwrap();
+        let error = (0..20).find_map(|_| trainer.step(&mut Silent).err());
+        let error = error.expect("a NaN must not pass").to_string();
+        assert_eq!(error, evaluated);
+        let [episode] = trainer.cut_short() else { panic!("one world") };
+        assert!(trainer.world_failed() && episode.returns.iter().all(|x| x.is_finite()));
+        assert_eq!((episode.length, trainer.steps()), (length, length));
+        error
     };
-    let reward = fails(Toy { nan_reward_at: Some(7), ..Toy::new() });
-    assert!(reward.contains("reward of objective 'rest' is not finite at step 6"), "{reward}");
-    let obs = fails(Toy { nan_obs_at: Some(5), ..Toy::new() });
-    assert!(obs.contains("observation, component 0 is not finite at step 4"), "{obs}");
+    let reward = fails(Toy { nan_reward_at: Some(7), ..Toy::new() }, 6);
+    assert!(reward.contains("environment 'toy' after 6 steps of an episode: reward, 'rest': wanted a finite number, got NaN"), "{reward}");
+    let obs = fails(Toy { nan_obs_at: Some(5), ..Toy::new() }, 4);
+    assert!(
+        obs.contains(
+            "environment 'toy' after 4 steps of an episode: observation, component 0: wanted"
+        ),
+        "{obs}"
+    );
 }
 
 #[test]
@@ -241,7 +250,8 @@ fn an_observation_that_is_not_finite_is_not_blamed_on_the_actor() {
     let mut learner = toy::learner(toy::method(toy::config()), 3, 0);
     let error = learner.act(&[f32::NAN], Mode::Exploit, &mut [0.0]).unwrap_err().to_string();
     assert!(
-        error.contains("observation, component 0 is not finite") && error.contains("environment"),
+        error.contains("observation, component 0 is not finite")
+            && error.contains("environment"),
         "{error}"
     );
 }
@@ -381,7 +391,8 @@ fn a_world_that_fails_ends_its_episode_and_not_the_training() {
     trainer.run(2, &mut Silent).unwrap();
     let error = trainer.step(&mut Silent).unwrap_err().to_string();
     assert!(
-        trainer.world_failed() && error.contains("observation, component 0 is not finite"),
+        trainer.world_failed()
+            && error.contains("observation, component 0: wanted a finite number"),
         "{error}"
     );
     assert_eq!(trainer.steps(), 2);

@@ -1,6 +1,7 @@
 //! Gymnasium's own environments through the bridge to Python, against copq's on the same MuJoCo.
 
 use std::fs::Permissions;
+use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
@@ -18,7 +19,12 @@ fn python() -> Option<PathBuf> {
     if python.exists() {
         return std::path::absolute(python).ok();
     }
-    eprintln!("SKIPPED: there is no {} (scripts/python-worlds.sh)", python.display());
+    writeln!(
+        std::io::stderr(),
+        "SKIPPED: there is no {} (scripts/python-worlds.sh)",
+        python.display()
+    )
+    .unwrap_or_default();
     None
 }
 

@@ -19,8 +19,8 @@ const GEARS: [f64; 17] = [
 ];
 
 /// The humanoid: 42.12 kg, qpos = (position, quaternion, waist z y x, right hip x z y, right knee,
-/// left leg, right shoulder 1 2, right elbow, left arm), 17 motors of 25 to 300 N m with controls
-/// in [-0.4, 0.4], those of the waist as y z x.
+/// left leg, right shoulder 1 2, right elbow, left arm), 17 motors of 10 to 120 N m (gears of 25 to
+/// 300, controls in [-0.4, 0.4]), those of the waist as y z x.
 pub fn humanoid(preset: Preset) -> RobotSpec {
     match preset {
         Preset::GymV5 => gym(),

@@ -224,7 +224,7 @@ pub fn ellipsoids() -> [&'static dyn Ellipsoid; 4] {
     [&Cholesky, &Eigen, &Extremum, &Diagonal]
 }
 
-/// The six that have a name in the registry, and CAL's.
+/// All of the registry; CAL's with the length of the others.
 pub fn projections() -> [&'static dyn Projection; 7] {
     [&Cholesky, &Eigen, &Extremum, &Diagonal, &ScalarisedMin, &IndependentMin, &MEAN_STD]
 }
