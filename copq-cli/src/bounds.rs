@@ -30,7 +30,13 @@ pub struct Bounds {
     out: PathBuf,
 
     /// The critics' standard deviations of safety and of speed, as 1,2: one picture of all bounds.
-    #[arg(long, value_name = "A,B", value_delimiter = ',', num_args = 1)]
+    #[arg(
+        long,
+        value_name = "A,B",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true
+    )]
     std: Option<Vec<f64>>,
 
     /// How the critics' safety and speed go together, from -1 to 1. [default: 0]
@@ -38,7 +44,14 @@ pub struct Bounds {
     correlation: Option<f64>,
 
     /// The objectives' weights.
-    #[arg(long, value_name = "A,B", value_delimiter = ',', num_args = 1, default_value = "1,1")]
+    #[arg(
+        long,
+        value_name = "A,B",
+        value_delimiter = ',',
+        num_args = 1,
+        default_value = "1,1",
+        allow_hyphen_values = true
+    )]
     weights: Vec<f32>,
 }
 
@@ -104,9 +117,10 @@ struct Critics(Disagreement);
 
 impl Critics {
     fn new([safety, speed]: [f64; 2], correlation: f64) -> copq::Result<Self> {
-        if !(safety > 0.0 && speed > 0.0 && safety.is_finite() && speed.is_finite()) {
+        // Critics' values are f32.
+        if ![safety, speed].iter().all(|std| *std > 0.0 && *std <= 1e30) {
             let got = format!("{safety},{speed}");
-            return Err(copq::Error::invalid("--std", "two numbers above 0", got));
+            return Err(copq::Error::invalid("--std", "two numbers above 0, up to 1e30", got));
         }
         if !(-1.0..=1.0).contains(&correlation) {
             return Err(copq::Error::invalid("--correlation", "-1 to 1", correlation));

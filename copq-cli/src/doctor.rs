@@ -1,17 +1,20 @@
 //! `copq doctor`: which engines this build has, whether they work, and what Python has.
 
+use std::path::PathBuf;
+
 use copq_envs_mujoco::doctor;
 use copq_envs_python::{PACKAGES, interpreter, look};
 
 use crate::options::say;
-use crate::python::PythonProcess;
 
 /// Says which MuJoCo this build has, whether it fits, and the one thing to do next; and which
 /// environments your Python has. Fails if there is something to do.
 #[derive(clap::Args)]
 pub struct Doctor {
-    #[command(flatten)]
-    process: PythonProcess,
+    /// The interpreter to look at, such as .venv/bin/python. [default: what COPQ_PYTHON names, or
+    /// python3]
+    #[arg(long, value_name = "PATH")]
+    python: Option<PathBuf>,
 }
 
 impl Doctor {
@@ -19,7 +22,9 @@ impl Doctor {
         let report = doctor();
         let mut lines = vec!["engine rapier: built in".to_owned()];
         lines.extend(report.lines);
-        lines.extend(self.python_lines());
+        let python = self.python_lines();
+        let has_python = python.is_ok();
+        lines.extend(python.unwrap_or_else(|line| vec![line]));
         let built = cfg!(any(feature = "mujoco", feature = "system"));
         let next = report.next.filter(|_| built);
         match (&next, built) {
@@ -32,19 +37,23 @@ impl Doctor {
             (Some(_), _) => {}
         }
         say(&(lines.join("\n") + "\n"))?;
-        match next {
-            None => Ok(()),
-            Some(next) => anyhow::bail!("next: {next}"),
+        match (next, &self.python) {
+            (Some(next), _) => anyhow::bail!("next: {next}"),
+            (None, Some(python)) if !has_python => {
+                anyhow::bail!("--python {}: wanted an interpreter that starts", python.display())
+            }
+            _ => Ok(()),
         }
     }
 
-    /// What the interpreter has, and what it could have.
-    fn python_lines(&self) -> Vec<String> {
-        let found = look(&interpreter(self.process.python()));
+    /// What the interpreter has, and what it could have; what there is to say of one that does not
+    /// start.
+    fn python_lines(&self) -> Result<Vec<String>, String> {
+        let found = look(&interpreter(self.python.as_deref()));
         let python = found.python.display();
         let version = match found.version {
             Ok(version) => version,
-            Err(error) => return vec![format!("python {python}: {error}; no environments of its")],
+            Err(error) => return Err(format!("python {python}: {error}; no environments of its")),
         };
         let mut lines = vec![format!("python {python}: {version}")];
         for (name, version) in found.packages {
@@ -56,6 +65,6 @@ impl Doctor {
                 None => continue,
             });
         }
-        lines
+        Ok(lines)
     }
 }

@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf};
 
 use copq::{Error, Policy, Result};
 use copq_candle::Candle;
-use copq_envs_python::is_task;
 use copq_experiments::{read_policy, write_onnx};
 
 use crate::options::say;
-use crate::saved::Learned;
+use crate::saved::{Learned, newest_policy};
 
 /// Writes what a run has learned to one small file, without the replay: network, normaliser, action
 /// bounds. Of a run's folder it is the last policy; policy-best.safetensors in it is the best one.
@@ -101,9 +100,8 @@ impl Export {
             return Policy::from_state(&read_policy(&self.run)?, &Candle::default());
         }
         let learned = Learned::read(&self.run)?;
-        let file = self.run.join("policy.safetensors");
-        if is_task(&learned.plan.task) && file.is_file() {
-            // Nothing of Python's is needed for it.
+        if let Some(file) = newest_policy(&self.run) {
+            // No world is needed for it.
             return Policy::from_state(&read_policy(file)?, &Candle::default());
         }
         learned.policy(&self.run, learned.env()?.spec())

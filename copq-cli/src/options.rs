@@ -15,16 +15,24 @@ pub fn note(text: &str) {
     writeln!(std::io::stderr(), "note: {text}").unwrap_or_default();
 }
 
+/// The largest number that a file of settings (TOML) holds.
+const LARGEST: u64 = i64::MAX as u64;
+
 /// A whole number from 0 on. Clap would take the minus of -1 for an option's.
 pub fn whole(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| "wanted a whole number from 0 on".to_owned())
+    number_from(0, text)
 }
 
 /// A whole number from 1 on.
 pub fn positive(text: &str) -> Result<u64, String> {
+    number_from(1, text)
+}
+
+fn number_from(first: u64, text: &str) -> Result<u64, String> {
     match text.parse() {
-        Ok(number) if number > 0 => Ok(number),
-        _ => Err("wanted a whole number from 1 on".to_owned()),
+        Ok(number) if number > LARGEST => Err(format!("wanted at most {LARGEST}")),
+        Ok(number) if number >= first => Ok(number),
+        _ => Err(format!("wanted a whole number from {first} on")),
     }
 }
 
@@ -39,27 +47,5 @@ pub fn number_of(text: &str) -> Result<(String, f64), String> {
     match parts {
         Some((name, value)) => Ok((name.to_owned(), value)),
         None => Err("wanted NAME=NUMBER".to_owned()),
-    }
-}
-
-/// A text as one word of a shell, in quotes where it needs them.
-pub fn quoted(text: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
-    if !text.is_empty() && text.chars().all(is_plain) {
-        return text.to_owned();
-    }
-    format!("'{}'", text.replace('\'', r"'\''"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::quoted;
-
-    #[test]
-    fn a_quoted_text_is_one_word() {
-        assert_eq!(quoted("runs/a-s0"), "runs/a-s0");
-        assert_eq!(quoted("networks.hidden=[8, 8]"), "'networks.hidden=[8, 8]'");
-        assert_eq!(quoted("/a b/it's"), r"'/a b/it'\''s'");
-        assert_eq!(quoted(""), "''");
     }
 }

@@ -45,15 +45,11 @@ pub struct PythonProcess {
 
     /// Longest silence before a reset or a step counts as failed; a start may take five times as
     /// long. [default: 60]
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     env_timeout: Option<f64>,
 }
 
 impl PythonProcess {
-    pub fn python(&self) -> Option<&Path> {
-        self.python.as_deref()
-    }
-
     /// The plan with these over it; an error if it has no use for them.
     pub fn over(&self, plan: &mut Plan) -> anyhow::Result<()> {
         let is_used = self.python.is_some() || self.env_timeout.is_some();

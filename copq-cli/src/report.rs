@@ -86,6 +86,9 @@ impl Report {
                     // However it is reached, a run is one run.
                     if known.insert(folder.canonicalize().unwrap_or_else(|_| folder.to_owned())) {
                         all.push(ReportRun { label: label.clone(), ..of_folder(folder) });
+                    } else if let Some(label) = &label {
+                        let shown = folder.display();
+                        note(&format!("{shown} is there already, and not again as {label}"));
                     }
                 })?;
                 ensure!(!is_empty, "'{folder}': wanted runs in it, got none");
@@ -174,6 +177,8 @@ impl Making {
         runs: impl Fn() -> anyhow::Result<Vec<ReportRun>>,
     ) -> anyhow::Result<()> {
         let out = self.out.as_deref().unwrap_or(usual);
+        let is_page = out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("html"));
+        ensure!(is_page, "--out {}: wanted a name that ends in .html", out.display());
         if let Some(folder) = out.parent() {
             std::fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
         }

@@ -9,11 +9,11 @@ use crate::options::{note, positive};
 use crate::python::PythonProcess;
 use crate::recipe::Recipe;
 use crate::saved;
-use crate::train::train;
+use crate::train::{leave, train};
 
 /// Goes on with a run from its last checkpoint, as if it had never stopped.
 ///
-/// Method, task, seed and settings are the run's own.
+/// Method, task, seed and settings are the run's own. Ctrl-C saves and exits with code 75 again.
 #[derive(clap::Args)]
 pub struct Resume {
     /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
@@ -52,14 +52,14 @@ impl Resume {
             note("its world cannot be saved: it goes on with a new episode, all else as it was");
         }
         let init = saved::init(&self.run, &plan)?;
-        train(recipe, plan, init, Some(&self.run), |recipe, plan| {
+        let ending = train(recipe, plan, init, Some(&self.run), |recipe, plan| {
             saved::note_other_build(&self.run);
             let folder = recipe.resume(&self.run, plan)?;
             if self.previous {
                 folder.go_back()?;
             }
             Ok(folder)
-        })
-        .map(drop)
+        })?;
+        leave(&ending)
     }
 }

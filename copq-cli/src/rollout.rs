@@ -4,6 +4,7 @@
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
+use anyhow::ensure;
 use copq::on_policy::Saute;
 use copq::{AdjustedEnv, Env, Outcome, Policy, Result, Rng, Stream};
 use copq_envs_python::{Picture, PythonEnv, is_task};
@@ -18,8 +19,8 @@ use crate::world::{World, adjusted, make_world};
 /// Plays episodes of a run's last policy without exploration; writes a GIF in real time, with the
 /// returns so far.
 ///
-/// Task, engine and policy are those of the run. Its folder is only read: the run may go on
-/// meanwhile.
+/// Task, engine and policy are those of the run, which may go on meanwhile: nothing in its folder is
+/// written but rollout.gif.
 #[derive(clap::Args)]
 pub struct Rollout {
     /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
@@ -76,6 +77,12 @@ pub fn film(folder: &Path) -> anyhow::Result<()> {
 
 impl Rollout {
     pub fn run(self) -> anyhow::Result<()> {
+        let out = self.out();
+        let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let is_gif = out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gif"));
+        let shown = out.display();
+        ensure!(is_gif, "--out {shown}: wanted a name that ends in .gif");
+        ensure!(folder.is_none_or(Path::is_dir), "--out {shown}: wanted a folder that is there");
         // The run's task on its engine, and the policy that it has learned.
         let mut learned = Learned::read(&self.run)?;
         self.process.over(&mut learned.plan)?;
@@ -99,6 +106,10 @@ impl Rollout {
                 self.film(&learned, Stage::new(world, dt, &mut look)?, &mut *draw)
             }
         }
+    }
+
+    fn out(&self) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| self.run.join("rollout.gif"))
     }
 
     /// An environment of Python's draws itself, when it is looked at.
@@ -148,7 +159,7 @@ impl Rollout {
                 end.readings.iter().map(|(name, value)| format!("{name} {value}")).collect();
             say(&format!("episode {episode}: {}\n", readings.join(", ")))?;
         }
-        let out = self.out.unwrap_or_else(|| self.run.join("rollout.gif"));
+        let out = self.out();
         film.write_gif(&out, draw)?;
         say(&format!("{} frames in {}\n", film.frames(), out.display()))?;
         if let Some(folder) = self.png {

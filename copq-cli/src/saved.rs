@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use copq::error::check_len;
 use copq::on_policy::{self, SauteConfig};
 use copq::{ActorKind, Config, Env, EnvSpec, Error, Networks, Policy};
 use copq_candle::Candle;
-use copq_experiments::{MadeWith, Plan, read_checkpoint, read_config, read_plan};
+use copq_experiments::{MadeWith, Plan, read_checkpoint, read_config, read_plan, read_policy};
 
 use crate::options::note;
 use crate::recipe::{Recipe, is_on_policy};
@@ -94,10 +95,25 @@ impl Learned {
 
     /// What has been learned so far, for the run's world.
     pub fn policy(&self, folder: &Path, spec: &EnvSpec) -> copq::Result<Policy> {
+        if let Some(file) = newest_policy(folder) {
+            let policy = Policy::from_state(&read_policy(&file)?, &Candle::default())?;
+            check_len("the policy's observation", policy.obs_len(), spec.obs_len)?;
+            check_len("the policy's action", policy.action_len(), spec.action_len())?;
+            return Ok(policy);
+        }
         let checkpoint = read_checkpoint(folder)?;
         let agent = checkpoint.child("trainer")?.child("agent")?;
         Policy::load(agent, spec, &self.networks, self.kind, &Candle::default())
     }
+}
+
+/// The file of a run's last policy, which every evaluation renews, unless its checkpoint is newer.
+pub fn newest_policy(folder: &Path) -> Option<PathBuf> {
+    let file = folder.join("policy.safetensors");
+    let changed = |path: &Path| path.metadata().and_then(|about| about.modified()).ok();
+    let written = changed(&file)?;
+    let is_newest = changed(&folder.join("checkpoint.safetensors")).is_none_or(|at| at <= written);
+    is_newest.then_some(file)
 }
 
 /// Says so if a world is of other versions than those that its run began with.

@@ -17,7 +17,7 @@ use crate::world::make_env;
 /// Trains a method on a robot.
 ///
 /// Leaves a folder with settings, metrics.csv, TensorBoard events, curves and a checkpoint. Ctrl-C
-/// saves and exits; copq resume goes on, bit for bit.
+/// saves and exits with code 75; copq resume goes on, bit for bit.
 #[derive(clap::Args)]
 pub struct Train {
     /// What to learn by; copq methods describes each. [default: cop-td3]
@@ -37,7 +37,7 @@ pub struct Train {
 
     /// Robot and task: what moves, and which rewards it gets, by priority; copq tasks lists them. Or
     /// an environment of Python's as PACKAGE:ID, such as mo-gymnasium:mo-hopper-v5. [default:
-    /// a/hopper; b/hopper under a limit, gym/hopper for td3]
+    /// a/hopper; b/hopper under a limit]
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
 
@@ -85,7 +85,12 @@ pub struct Train {
     ///
     /// cholesky puts the uncertainty of high-priority objectives first; swap it to see what that is
     /// worth.
-    #[arg(long, value_name = "NAME", visible_alias = "projection")]
+    #[arg(
+        long,
+        value_name = "NAME",
+        visible_alias = "projection",
+        value_parser = clap::builder::PossibleValuesParser::new(projection::names())
+    )]
     bound: Option<String>,
 
     /// Environment steps to train for; copq resume lets you raise them. [default: 100000; 1000000
@@ -130,9 +135,6 @@ pub struct Train {
     #[command(flatten)]
     keeping: Keeping,
 
-    #[command(flatten)]
-    python: PythonWorld,
-
     /// Another value for one of the settings that config.toml lists, such as batch=512; may be
     /// given several times.
     ///
@@ -142,6 +144,9 @@ pub struct Train {
     /// --bound's.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+
+    #[command(flatten)]
+    python: PythonWorld,
 }
 
 /// What to train, and the usual name of its folder.
@@ -155,8 +160,15 @@ impl Train {
     pub fn run(self) -> anyhow::Result<()> {
         let Prepared { recipe, plan, name } = self.prepare()?;
         let folder = self.out.unwrap_or_else(|| PathBuf::from("runs").join(name));
-        let init = plan.init_from.as_deref().map(saved::policy_file).transpose()?;
-        train(recipe, plan, init, None, |recipe, plan| Ok(recipe.create(&folder, plan)?)).map(drop)
+        // A run like another begins with that one's own copy of a policy.
+        let copy =
+            self.like.filter(|_| self.init_from.is_none()).map(|like| like.join(saved::INIT));
+        let init = match copy.filter(|copy| copy.is_file()) {
+            Some(copy) => Some(copy),
+            None => plan.init_from.as_deref().map(saved::policy_file).transpose()?,
+        };
+        let open = |recipe: &Recipe, plan: &Plan| Ok(recipe.create(&folder, plan)?);
+        leave(&train(recipe, plan, init, None, open)?)
     }
 
     /// What these options come to, before anything is made.
@@ -249,6 +261,17 @@ impl Train {
     }
 }
 
+/// Stopped, and can go on (EX_TEMPFAIL).
+pub const STOPPED: i32 = 75;
+
+/// Leaves the program as a run has ended, so that nothing goes on with half of it.
+pub fn leave(ending: &Ending) -> anyhow::Result<()> {
+    match ending {
+        Ending::Finished { .. } => Ok(()),
+        _ => std::process::exit(STOPPED),
+    }
+}
+
 /// The method with another bound; an error for one that has its own.
 fn with_bound(method: Method, bound: &str) -> anyhow::Result<Method> {
     let usual = Method::by_name(&method.name)?;
@@ -272,6 +295,7 @@ pub fn train(
     run: Option<&Path>,
     open: impl FnOnce(&Recipe, &Plan) -> anyhow::Result<RunFolder>,
 ) -> anyhow::Result<Ending> {
+    plan.check()?;
     // The worlds to learn in, and below another one to be evaluated in.
     let env = make_env(&plan, recipe.saute(), run)?;
     note_unheeded(&recipe, env.spec());
@@ -312,6 +336,7 @@ fn note_no_update(recipe: &Recipe, plan: &Plan) {
 /// Makes a run's world and agent, and lets them go again: an error for what could not begin.
 pub fn try_out(prepared: &Prepared) -> anyhow::Result<()> {
     let Prepared { plan, recipe, .. } = prepared;
+    plan.check()?;
     let env = make_env(plan, recipe.saute(), None)?;
     let init = plan.init_from.as_deref().map(saved::policy_file).transpose()?;
     let mut agent = recipe.clone().agent(env.spec(), plan, init.as_deref())?;

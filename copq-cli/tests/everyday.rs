@@ -111,9 +111,9 @@ fn a_closed_terminal_saves_unless_it_was_told_not_to_matter() {
         };
         child.kill().unwrap();
         child.wait().unwrap();
-        ended.map(|status| (status.success(), out.join("checkpoint.safetensors").exists()))
+        ended.map(|status| (status.code(), out.join("checkpoint.safetensors").exists()))
     };
-    assert_eq!(hang_up("terminal", ""), Some((true, true)));
+    assert_eq!(hang_up("terminal", ""), Some((Some(75), true)));
     assert_eq!(hang_up("nohup", "trap '' HUP;"), None, "it goes on");
 }
 
@@ -143,7 +143,7 @@ fn a_signal_ends_a_long_evaluation_and_the_resumed_run_does_it_again() {
     let id = child.id().to_string();
     assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
-    assert_well(&output);
+    assert_eq!(output.status.code(), Some(75), "it can go on, and whoever waits for it shall know");
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(said.contains("stopped and saved at step 0"), "{said}{}", words(&output));
     assert!(!words(&output).contains("nothing to do"), "{}", words(&output));
@@ -228,6 +228,13 @@ fn a_run_begins_with_another_ones_policy_or_like_another() {
     for words in ["seed = 7", "batch = 16", "steps = 220", "hidden = [8]"] {
         assert!(config.contains(words), "{words}: {config}");
     }
+    // A run like one that began with a policy begins with its copy, whatever became of the other.
+    let file = path("teacher").join("policy.safetensors");
+    std::fs::write(file, "no policy any more").unwrap();
+    let mut like = copq();
+    like.args(["train", "--like"]).arg(path("pupil")).arg("--out").arg(path("pupils-twin"));
+    assert_well(&like.output().unwrap());
+    assert_same(&path("pupil"), &path("pupils-twin"));
     // A run goes on without its teacher, from its first step too.
     std::fs::remove_dir_all(path("teacher")).unwrap();
     assert_well(&resume(&path("pupil"), "230"));
@@ -243,6 +250,39 @@ fn a_run_begins_with_another_ones_policy_or_like_another() {
     wrong.args(["train", "sac", "--init-from"]).arg(path("pupil")).arg("--out").arg(path("x"));
     let output = wrong.output().unwrap();
     assert!(words(&output).contains("the policy to begin with: wanted"), "{}", words(&output));
+}
+
+#[test]
+fn a_refused_resume_leaves_the_run_as_it_was() {
+    let temporary = tempfile::tempdir().unwrap();
+    let run = temporary.path().join("run");
+    assert_well(&train(&run, "120").output().unwrap());
+    let read = |name: &str| std::fs::read(run.join(name)).unwrap();
+    let before = ["DONE", "config.toml", "log.txt"].map(read);
+    let rows = String::from_utf8(read("evaluations.csv")).unwrap();
+    std::fs::write(run.join("evaluations.csv"), rows.replace("\n100,", "\n100.0,")).unwrap();
+    let output = resume(&run, "130");
+    assert!(words(&output).contains("line 3 of"), "{}", words(&output));
+    assert_eq!(["DONE", "config.toml", "log.txt"].map(read), before);
+    std::fs::write(run.join("evaluations.csv"), rows).unwrap();
+    assert_well(&resume(&run, "130"));
+}
+
+#[test]
+fn the_last_policy_is_the_one_that_was_written_last() {
+    let temporary = tempfile::tempdir().unwrap();
+    let run = temporary.path().join("run");
+    let mut command = train(&run, "200");
+    assert_well(&command.args(["--checkpoint-every", "200"]).output().unwrap());
+    // As after a kill between two checkpoints: an evaluation's policy beside an older checkpoint.
+    let policy = std::fs::read(run.join("policy-best.safetensors")).unwrap();
+    std::fs::write(run.join("policy.safetensors"), &policy).unwrap();
+    let out = temporary.path().join("out.safetensors");
+    let export = |run: &Path| copq().arg("export").arg(run).arg("--out").arg(&out).output();
+    assert_well(&export(&run).unwrap());
+    assert!(std::fs::read(&out).unwrap() == policy);
+    std::fs::remove_file(run.join("checkpoint.safetensors")).unwrap();
+    assert_well(&copq().arg("evaluate").arg(&run).args(["--episodes", "1"]).output().unwrap());
 }
 
 /// Every array of a checkpoint, damaged in turn: each is found before anything is believed.

@@ -135,7 +135,7 @@ fn a_run_is_found_again_from_elsewhere_and_by_others() {
     // Other arguments are another folder, and a run like it on a robot of ours has nothing of it.
     let kwargs = r#"{ "fault":  "none" }"#;
     well(train(&["--env-kwargs", kwargs]).args(python_words));
-    let usual = project.join("runs/td3-gymnasium-copq-Faulty-v0-cholesky-fault---none");
+    let usual = project.join("runs/td3-gymnasium-copq-Faulty-v0-scalarised-min-fault---none");
     assert!(
         std::fs::read_dir(project.join("runs"))
             .unwrap()
@@ -169,7 +169,7 @@ fn a_signal_to_everybody_is_a_stop() {
     Command::new("pkill").args(["-TERM", "-P", &mark]).status().unwrap();
     Command::new("kill").args(["-TERM", &mark]).status().unwrap();
     let status = program.wait().unwrap();
-    assert!(status.success(), "{status}");
+    assert_eq!(status.code(), Some(75), "{status}");
     assert!(run.join("checkpoint.safetensors").exists());
 }
 

@@ -46,7 +46,7 @@ fn a_page_its_tables_and_its_figures() {
     // A run whose evaluations are gone, one whose table is damaged, one that failed.
     for (name, file, text) in [
         ("d-s0", "evaluations.csv", ""),
-        ("e-s0", "metrics.csv", "\u{0}"),
+        ("e-s0", "evaluations.csv", "step,weighted_total/mean\n0,1.5\n50.0,2\n100,3\n"),
         ("f-s0", "log.txt", "from step 0\nerror: the <disk> is full\n"),
     ] {
         let copy = folder.join("runs").join(name);
@@ -64,6 +64,7 @@ fn a_page_its_tables_and_its_figures() {
         "cop-td3 extremum",
         "the &lt;disk&gt; is full",
         "is the same seed",
+        "line 3 of ",
         "Reward against cost",
         "What the critics disagree about",
         "correlation/safety/velocity",
@@ -83,6 +84,10 @@ fn a_page_its_tables_and_its_figures() {
     let files =
         ["a-hopper-rapier-gym-v5.svg", "a-hopper-rapier-gym-v5.png", "all-tasks-column.svg"];
     assert!(files.iter().all(|name| folder.join("parts").join(name).is_file()));
+
+    let damaged = copq(folder, "plot e=runs/e-s0 a=runs/a-s0").output().unwrap();
+    let words = String::from_utf8(damaged.stderr).unwrap();
+    assert!(!damaged.status.success() && words.contains("wanted 2 cells"), "{words}");
 
     let none = copq(folder, "report parts").output().unwrap();
     let words = String::from_utf8(none.stderr).unwrap();
@@ -106,7 +111,7 @@ fn a_page_of_what_goes_on() {
     });
     let id = training.id().to_string();
     assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
-    assert!(training.wait().unwrap().success());
+    assert_eq!(training.wait().unwrap().code(), Some(75));
     assert!(report.wait().unwrap().success());
     assert!(!read(folder.join("page.html")).contains("http-equiv"));
 }

@@ -226,7 +226,7 @@ fn wrong_words_are_readable_errors() {
         ("train --seed -1", "invalid value '-1' for '--seed <N>': wanted a whole number from 0 on"),
         ("train --steps 0", "invalid value '0' for '--steps <N>': wanted a whole number from 1 on"),
         ("train cop-tdr", "invalid value 'cop-tdr' for '[METHOD]'"),
-        ("train --bound eigne", "Error: unknown projection 'eigne'; known: eigen"),
+        ("train --bound eigne", "a similar value exists: 'eigen'"),
         (
             "resume nowhere",
             "run folder 'nowhere': wanted the folder of a run, got nothing of that name",

@@ -238,10 +238,34 @@ fn what_is_done_is_done_for_the_file_as_it_is() {
     let (code, words) = run();
     assert!(code == Some(1) && words.contains("wanted at least its 120, got 60"), "{words}");
     let status = text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
-    assert!(status.contains("| changed |") && status.contains("other settings"), "{status}");
+    assert!(
+        status.contains("| changed |") && status.contains("wanted at least its 120"),
+        "{status}"
+    );
     // A file that has changed since its pool began trains nothing by mistake.
     let task = sweep(folder, &["task", "tiny.toml", "--task", "0", "--expect", "abc"]).output();
     assert!(text(&task.unwrap()).contains("has changed since this sweep was begun"));
+}
+
+/// The files that the repository has, but for those of Python's environments, which need its
+/// packages.
+#[test]
+fn the_repositorys_sweeps_can_be_planned() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let has_mujoco = cfg!(any(feature = "mujoco", feature = "system"));
+    let mut planned = 0;
+    for entry in std::fs::read_dir(folder.join("experiments")).unwrap() {
+        let path = entry.unwrap().path();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let needs_mujoco = text.contains("mujoco") || text.contains("files =");
+        if text.contains("python =") || needs_mujoco && !has_mujoco {
+            continue;
+        }
+        let output = sweep(folder, &["plan", path.to_str().unwrap()]).output().unwrap();
+        assert!(output.status.success(), "{}: {}", path.display(), self::text(&output));
+        planned += 1;
+    }
+    assert!(planned >= if has_mujoco { 14 } else { 2 }, "{planned}");
 }
 
 /// Two pools of one sweep share its runs, and each run is trained once.

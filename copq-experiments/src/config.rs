@@ -108,6 +108,7 @@ pub(crate) fn encode<S: Serialize>(config: &RunConfig<S>) -> Result<String> {
 }
 
 /// Writes a configuration, atomically.
+#[cfg(test)]
 pub(crate) fn write<S: Serialize>(path: &Path, config: &RunConfig<S>) -> Result<()> {
     files::replace(path, encode(config)?.as_bytes())
 }

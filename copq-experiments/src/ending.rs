@@ -55,7 +55,7 @@ impl fmt::Display for Ending {
 /// author of another program has for it.
 pub(crate) fn resume_command(folder: &Path) -> String {
     if is_copq() {
-        format!("copq resume {}", folder.display())
+        format!("copq resume {}", quoted(&folder.to_string_lossy()))
     } else {
         format!("RunFolder::resume({folder:?}, ..)")
     }
@@ -64,7 +64,7 @@ pub(crate) fn resume_command(folder: &Path) -> String {
 /// How to go on from the checkpoint before the newest.
 pub(crate) fn go_back_command(folder: &Path) -> String {
     if is_copq() {
-        format!("copq resume {} --previous", folder.display())
+        format!("copq resume {} --previous", quoted(&folder.to_string_lossy()))
     } else {
         "RunFolder::go_back".to_owned()
     }
@@ -75,4 +75,30 @@ fn is_copq() -> bool {
     // As Linux calls a file in whose place another has come.
     let names = ["copq", "copq (deleted)"];
     program.file_stem().is_some_and(|name| names.iter().any(|known| name == *known))
+}
+
+/// A text as one word of a shell, in quotes where it needs them.
+///
+/// ```
+/// assert_eq!(copq_experiments::quoted("runs/a b"), "'runs/a b'");
+/// ```
+pub fn quoted(text: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
+    if !text.is_empty() && text.chars().all(is_plain) {
+        return text.to_owned();
+    }
+    format!("'{}'", text.replace('\'', r"'\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    #[test]
+    fn a_quoted_text_is_one_word() {
+        assert_eq!(quoted("runs/a-s0"), "runs/a-s0");
+        assert_eq!(quoted("networks.hidden=[8, 8]"), "'networks.hidden=[8, 8]'");
+        assert_eq!(quoted("/a b/it's"), r"'/a b/it'\''s'");
+        assert_eq!(quoted(""), "''");
+    }
 }

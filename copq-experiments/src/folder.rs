@@ -106,6 +106,8 @@ pub struct RunFolder {
     path: PathBuf,
     checkpoints: Checkpoints,
     fingerprint: String,
+    /// The configuration of a run that goes on, if it is to be another.
+    changed: Option<String>,
     // Held for as long as the run writes; the system lets go of it when the process ends, however
     // it ends.
     _lock: File,
@@ -131,10 +133,12 @@ impl RunFolder {
         let fingerprint = fingerprint(plan, settings)?;
         let lock = begin(&path, &config, is_new)?;
         let checkpoints = Checkpoints::new(&path, &plan.run);
-        Ok(Self { _lock: lock, checkpoints, fingerprint, path })
+        Ok(Self { _lock: lock, changed: None, checkpoints, fingerprint, path })
     }
 
     /// Reopens a folder to go on with its run.
+    ///
+    /// Nothing in it changes before a [`Run`](crate::Run) has proved to fit.
     ///
     /// Errors: no run there, another process writes to it, settings or a plan that differ from the
     /// saved ones; only the number of steps may be larger than it was, and that of threads another.
@@ -147,7 +151,8 @@ impl RunFolder {
         read_config::<toml::Table>(&path)?;
         let checkpoints = Checkpoints::new(&path, &plan.run);
         let fingerprint = fingerprint(plan, settings)?;
-        let folder = Self { _lock: lock(&path)?, path, checkpoints, fingerprint };
+        let lock = lock(&path)?;
+        let mut folder = Self { _lock: lock, path, checkpoints, fingerprint, changed: None };
         let file = folder.file("config.toml");
         let mut saved: RunConfig<S> = config::read(&file)?;
         config::check_same(&file, "settings", &saved.settings, settings)?;
@@ -155,16 +160,24 @@ impl RunFolder {
         folder.check_not_lost()?;
         if *plan != saved.plan {
             saved.plan = plan.clone();
-            config::write(&file, &saved)?;
+            folder.changed = Some(config::encode(&saved)?);
+        }
+        Ok(folder)
+    }
+
+    /// Takes the run up again, which is then neither done nor failed.
+    pub(crate) fn take_up(&mut self) -> Result<()> {
+        if let Some(config) = self.changed.take() {
+            files::replace(&self.file("config.toml"), config.as_bytes())?;
         }
         // What was said of an earlier failure is no longer true.
-        fs::remove_file(complaint_file(&folder.path)).unwrap_or_default();
+        fs::remove_file(complaint_file(&self.path)).unwrap_or_default();
         // Its last rows may be written anew.
-        match fs::remove_file(folder.file(DONE)) {
+        match fs::remove_file(self.file(DONE)) {
             Err(error) if error.kind() != ErrorKind::NotFound => {
-                Err(files::failed("removing", &folder.file(DONE))(error))
+                Err(files::failed("removing", &self.file(DONE))(error))
             }
-            _ => Ok(folder),
+            _ => Ok(()),
         }
     }
 

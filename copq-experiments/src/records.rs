@@ -154,8 +154,8 @@ fn check_not_begun(folder: &RunFolder, settings: &RunSettings) -> Result<()> {
     match last {
         Some(step) if step > settings.checkpoint_every => {
             let what = format!("run folder '{}'", folder.path().display());
-            let wanted = "its checkpoint.safetensors, to go on from (the command in config.toml, \
-                 with a new --out, repeats the run)";
+            let wanted = "its checkpoint.safetensors, to go on from (a run like it in a new folder: \
+                 copq train --like)";
             Err(Error::invalid(
                 what,
                 wanted,

@@ -64,16 +64,27 @@ impl Sheet {
         Ok(Self { columns, rows, damaged })
     }
 
+    /// What a damaged row has cost, if there is one.
+    pub(crate) fn damage(&self, path: &Path) -> Option<Error> {
+        let (number, line) = self.damaged.as_ref()?;
+        let start: String = line.chars().take(40).collect();
+        let what = format!("line {number} of '{}'", path.display());
+        Some(Error::invalid(what, self.wanted_cells(), format!("'{start}'; it ends the file")))
+    }
+
+    fn wanted_cells(&self) -> String {
+        format!("{} cells between commas, a whole step first", self.columns.len())
+    }
+
     /// That fewer rows were left than there must be, by the line that could not be read.
     pub(crate) fn lost_rows(&self, path: &Path, wanted: u64, got: u64) -> Error {
         let advice = "mend it, or move the file away to go on without its rows";
         match &self.damaged {
             Some((number, line)) => {
-                let columns = self.columns.len();
                 let start: String = line.chars().take(40).collect();
                 Error::invalid(
                     format!("line {number} of '{}' ({advice})", path.display()),
-                    format!("{columns} cells between commas, a whole step first"),
+                    self.wanted_cells(),
                     format!("'{start}'"),
                 )
             }

@@ -68,7 +68,7 @@ pub struct ObjectiveCoverage {
     pub rmse: f64,
     /// How often what came was at least as good as the bound; of a cost, at most as large.
     pub coverage: f64,
-    /// Standard error of `coverage`; an episode's actions count as one.
+    /// Standard error of `coverage`, NaN for one episode; an episode's actions count as one.
     pub coverage_se: f64,
     /// What `coverage` would be if what came were normal, with the critics' mean and standard
     /// deviation.
@@ -131,9 +131,10 @@ impl fmt::Display for Coverage {
             let ObjectiveCoverage { name, discounted, q_mean, bound, q_std, rmse, .. } = of;
             let [coverage, se, nominal] =
                 [of.coverage, of.coverage_se, of.nominal].map(|share| 100.0 * share);
+            let se = if se.is_nan() { "?".to_owned() } else { format!("{se:.0}") };
             writeln!(
                 f,
-                "| {name} | {discounted:.2} | {q_mean:.2} | {bound:.2} | {q_std:.2} | {rmse:.2} | {coverage:.0} ± {se:.0} % | {nominal:.0} % |"
+                "| {name} | {discounted:.2} | {q_mean:.2} | {bound:.2} | {q_std:.2} | {rmse:.2} | {coverage:.0} ± {se} % | {nominal:.0} % |"
             )?;
         }
         Ok(())
@@ -308,7 +309,10 @@ impl Sums {
             let apart = |(actions, covered): &(usize, Vec<usize>)| {
                 (covered[i] as f64 - of.coverage * *actions as f64).powi(2)
             };
-            of.coverage_se = self.episodes.iter().map(apart).sum::<f64>().sqrt() / count;
+            // Of one episode nothing is known of how they differ.
+            let n = self.episodes.len() as f64;
+            let sum: f64 = self.episodes.iter().map(apart).sum();
+            of.coverage_se = if n > 1.0 { (sum * n / (n - 1.0)).sqrt() / count } else { f64::NAN };
         }
         // One more than objectives, of which there is one at least.
         let total = self.of.pop().unwrap_or_default();

@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use clap::Parser;
 use copq_experiments::paper::Paper;
-use copq_experiments::{Plan, fingerprint, read_done};
+use copq_experiments::{Plan, fingerprint, quoted, read_done};
 
-use super::raw::{Combination, Options, Raw};
+use super::raw::{Combination, Options, REPEATED, Raw};
 use super::report::check_paper;
-use crate::options::quoted;
 use crate::train::{Prepared, Train, try_out};
 
 /// Longest name of a folder that every file system takes, with room for an ending.
@@ -40,8 +39,9 @@ pub struct Task {
     arguments: Vec<String>,
 }
 
-/// `copq train` alone, so that a task's options are read as its.
+// `copq train` alone, so that a task's options are read as its.
 #[derive(Parser)]
+#[command(disable_help_flag = true)]
 struct Line {
     #[command(flatten)]
     train: Train,
@@ -134,7 +134,8 @@ impl SweepFile {
         let mut paper = raw.paper();
         for file in &raw.files {
             let file = path.parent().unwrap_or(Path::new("")).join(file);
-            let other = Self::read_within(&file, others)?;
+            let other = Self::read_within(&file, others)
+                .with_context(|| format!("'{shown}' has files, one of them {}", file.display()))?;
             paper = paper.and(other.paper);
             for task in other.tasks {
                 let task = task.moved(&out);
@@ -227,6 +228,10 @@ fn arguments(options: &Options) -> anyhow::Result<Vec<String>> {
         match (name.as_str(), value) {
             ("method", value) => arguments.insert(0, plain(name, value)?),
             (_, toml::Value::Array(values)) => {
+                ensure!(
+                    REPEATED.contains(&name.as_str()),
+                    "{name}: wanted one value for a run, got a list, whose place is [grid]"
+                );
                 for value in values {
                     arguments.extend([format!("--{name}"), plain(name, value)?]);
                 }

@@ -61,7 +61,7 @@ const FILE: &str = r#"A sweep's file is TOML. Its keys are copq train's long opt
   says = "it learns faster"
   source = "section 5.1"
   task = ["a/hopper", "a/walker2d"]
-  of = "area"                # or final, best, last-five, swing, exceeded; of the total, or of quantity
+  of = "area"                # or final, best, last-five, swing, exceeded (of a quantity)
   method = "cholesky"        # as the report calls it
   is = "above"               # or below; near or not-below, with within = 0.1
   than = "minimum"           # several in a list; limit is that of the cost in quantity
@@ -120,4 +120,22 @@ fn plan(file: &Path) -> anyhow::Result<()> {
         text += &format!("{i:>4}  {folder}  {}  {}\n", task.fingerprint, task.command());
     }
     Ok(say(&text)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::FILE;
+
+    #[test]
+    fn the_sample_is_a_file_as_printed() {
+        let sample: String = FILE
+            .lines()
+            .filter_map(|line| line.strip_prefix("  "))
+            .map(|l| l.to_owned() + "\n")
+            .collect();
+        let table: toml::Table = sample.parse().unwrap();
+        assert_eq!(table["arm"].as_array().map(Vec::len), Some(2));
+        // Terminals wrap help at 100 letters.
+        FILE.lines().for_each(|line| assert!(line.len() < 98, "{line}"));
+    }
 }

@@ -14,8 +14,9 @@ use copq_experiments::{Stop, complaint_file, failure, steps_done};
 use super::cores::cores;
 use super::file::SweepFile;
 use super::process::{terminate, this_program, was_told_to_end};
-use super::task::{HELD, STOPPED};
+use super::task::HELD;
 use crate::options::{count, note, say};
+use crate::train::STOPPED;
 
 /// A run's exit code after a second Ctrl-C.
 const INTERRUPTED: i32 = 130;

@@ -12,7 +12,7 @@ use serde::Deserialize;
 pub type Options = BTreeMap<String, toml::Value>;
 
 /// Options that may be given several times, and add up.
-const REPEATED: [&str; 3] = ["set", "limit", "import"];
+pub const REPEATED: [&str; 3] = ["set", "limit", "import"];
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -1,6 +1,6 @@
 //! What has become of a sweep's runs.
 
-use copq_experiments::{Standing, steps_done};
+use copq_experiments::{Standing, failure, steps_done};
 
 use super::file::{SweepFile, Task};
 use crate::options::say;
@@ -27,7 +27,8 @@ fn standing(task: &Task) -> [String; 2] {
         Standing::Done if !task.is_done() => {
             let remark = "done by other settings than the file has now; sweep run goes on where only \
                  steps have risen, and says what else differs";
-            ["changed", remark].map(str::to_owned)
+            let why = failure(&task.folder).map_or(String::new(), |why| format!(" ({why})"));
+            ["changed".to_owned(), format!("{remark}{why}")]
         }
         standing => {
             let remark = standing.remark().unwrap_or_default().to_owned();

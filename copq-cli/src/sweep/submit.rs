@@ -9,7 +9,7 @@ use clap::ValueEnum;
 use copq::files;
 
 use super::file::SweepFile;
-use crate::options::{count, note, quoted, say};
+use crate::options::{count, note, say};
 
 /// Most tasks of one array; Slurm's own limit is 1001 unless its administrator has raised it.
 const ARRAY: usize = 1_000;
@@ -309,7 +309,7 @@ fn word(path: &Path) -> anyhow::Result<String> {
     let text = path.to_str().with_context(|| {
         format!("'{}': wanted a path of letters, got other bytes", path.display())
     })?;
-    Ok(quoted(text))
+    Ok(copq_experiments::quoted(text))
 }
 
 /// Submits a script and returns its job's number.

@@ -12,10 +12,8 @@ use super::cores;
 use super::file::{SweepFile, Task};
 use crate::options::{note, say};
 use crate::saved;
-use crate::train::train;
+use crate::train::{STOPPED, train};
 
-/// Stopped, and can go on (EX_TEMPFAIL).
-pub const STOPPED: i32 = 75;
 /// Another process is at it (EX_CANTCREAT).
 pub const HELD: i32 = 73;
 

@@ -108,7 +108,7 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[Limit], out: &Path) -> 
 /// range; then the mean weighted total of all evaluations until then (the area under its curve), as
 /// the mean over the seeds and, from three on, its bootstrap interval at 95 %; and how likely a seed
 /// has more of it than one of the first label's, up to the last step that all of both reached, where
-/// both have three.
+/// both have three and are of one task, engine and preset.
 pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
@@ -249,6 +249,13 @@ impl Group {
 
     /// How likely a seed's area is larger than one of the other's, if there are enough of both.
     fn chance_to_beat(&self, other: &Self) -> String {
+        let world = |group: &Self| {
+            let plan = group.config.as_ref().map(|config| &config.plan)?;
+            Some((plan.task.clone(), plan.engine.clone(), plan.preset.clone()))
+        };
+        if world(self) != world(other) {
+            return "another world".to_owned();
+        }
         let end = self.last_step().min(other.last_step());
         let both = [self.areas(end), other.areas(end)];
         if both.iter().any(|areas| areas.len() < FEWEST) {

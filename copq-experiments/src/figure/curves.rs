@@ -14,6 +14,8 @@ use crate::statistics::area_under;
 pub(crate) struct Evaluated {
     steps: Vec<u64>,
     columns: Vec<(String, Vec<f64>)>,
+    /// Why there are no more.
+    damage: Option<String>,
 }
 
 /// What a curve is of.
@@ -41,15 +43,21 @@ impl Quantity {
 }
 
 impl Evaluated {
-    /// Reads `evaluations.csv` in a run's folder; an error if there is no evaluation.
+    /// Reads `evaluations.csv` in a run's folder; an error if there is no evaluation, or a damaged
+    /// one.
     pub(crate) fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join("evaluations.csv");
+        if path.exists()
+            && let Some(damage) = Sheet::read(&path)?.damage(&path)
+        {
+            return Err(damage);
+        }
         Self::read_if_any(folder)?.ok_or_else(|| {
-            let what = format!("'{}'", folder.join("evaluations.csv").display());
-            Error::invalid(what, "at least one evaluation", "none")
+            Error::invalid(format!("'{}'", path.display()), "at least one evaluation", "none")
         })
     }
 
-    /// The same; nothing if there is no evaluation yet.
+    /// What there is up to a damaged row; nothing if there is no evaluation yet.
     pub(crate) fn read_if_any(folder: &Path) -> Result<Option<Self>> {
         let path = folder.join("evaluations.csv");
         if !path.exists() {
@@ -59,7 +67,13 @@ impl Evaluated {
         let column = |name: &String| Some((name.clone(), sheet.column(name)?));
         let columns = sheet.columns().iter().filter_map(column).collect();
         let steps = sheet.steps();
-        Ok((!steps.is_empty()).then_some(Self { steps, columns }))
+        let damage = sheet.damage(&path).map(|damage| damage.to_string());
+        Ok((!steps.is_empty()).then_some(Self { steps, columns, damage }))
+    }
+
+    /// Why there are no more evaluations, if a row is damaged.
+    pub(crate) fn damage(&self) -> Option<&String> {
+        self.damage.as_ref()
     }
 
     /// The evaluations up to a step.

@@ -94,12 +94,14 @@ impl Stored {
             read_if_there(folder, "config.toml", read_config, &mut problems);
         let evaluated =
             read_if_there(folder, "evaluations.csv", Evaluated::read_if_any, &mut problems);
+        let evaluated = evaluated.flatten();
+        problems.extend(evaluated.as_ref().and_then(Evaluated::damage).cloned());
         let times = read_if_there(folder, "timings.csv", read_times, &mut problems);
         let [steps, seconds, rate] = times.unwrap_or([0.0, 0.0, f64::NAN]);
         let planned = run.planned.as_ref().map(|(plan, _)| plan.run.steps);
         // A longer run in its place is looked at as far as it is wanted.
         let end = planned.unwrap_or(u64::MAX);
-        let evaluated = evaluated.flatten().map(|evaluated| evaluated.until(end));
+        let evaluated = evaluated.map(|evaluated| evaluated.until(end));
         let wanted = config.as_ref().map(|config| config.plan.run.steps);
         // Bins of the same width for all seeds, however far each has come.
         let bin = (planned.or(wanted).unwrap_or(steps as u64) / POINTS).max(1);

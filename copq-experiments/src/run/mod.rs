@@ -83,7 +83,7 @@ impl Run {
     pub fn new(
         mut trainer: Trainer,
         eval_env: Option<Box<dyn Env>>,
-        folder: RunFolder,
+        mut folder: RunFolder,
         settings: RunSettings,
     ) -> Result<Self> {
         settings.check()?;
@@ -100,8 +100,10 @@ impl Run {
             go_on(&mut trainer, &folder, saved)?;
         }
         let step = trainer.steps();
+        let records = Records::open(&folder, &settings, saved.as_ref(), &trainer)?;
+        folder.take_up()?;
         Ok(Self {
-            records: Records::open(&folder, &settings, saved.as_ref(), &trainer)?,
+            records,
             progress: Progress::new(step, settings.steps, &folder.file("log.txt")),
             first_step: step,
             saved_step: saved.is_some().then_some(step),

@@ -102,6 +102,7 @@ fn a_run_that_lost_its_checkpoint_loses_nothing_more() {
     assert!(error.contains("RunFolder::go_back goes on from it"), "{error}");
     drop(folder);
     std::fs::remove_file(bare.join("checkpoint.1.safetensors")).unwrap();
+    std::fs::remove_file(bare.join("DONE")).unwrap();
     let evaluations = std::fs::read_to_string(bare.join("evaluations.csv")).unwrap();
     let plan = plan(5, 900);
     let eval_env = Box::new(point_mass::PointMass::new());
@@ -118,12 +119,15 @@ fn a_run_that_lost_its_checkpoint_loses_nothing_more() {
 #[test]
 fn a_run_goes_on_with_more_threads() {
     let temporary = tempfile::tempdir().unwrap();
-    let folder = temporary.path().join("run");
-    train(&folder, 5, 300);
+    let path = temporary.path().join("run");
+    train(&path, 5, 300);
     let more = Plan { threads: 2, ..plan(5, 300) };
-    drop(RunFolder::resume(&folder, &more, &settings()).unwrap());
-    assert_eq!(read_plan(&folder).unwrap(), more);
+    let folder = RunFolder::resume(&path, &more, &settings()).unwrap();
+    assert_eq!(read_plan(&path).unwrap(), plan(5, 300), "it may still not fit");
+    let eval_env = Box::new(point_mass::PointMass::new());
+    drop(Run::new(point_mass::trainer(5), Some(eval_env), folder, more.run).unwrap());
+    assert_eq!(read_plan(&path).unwrap(), more);
     let none = Plan { threads: 0, ..more };
-    let error = RunFolder::resume(&folder, &none, &settings()).unwrap_err().to_string();
+    let error = RunFolder::resume(&path, &none, &settings()).unwrap_err().to_string();
     assert_eq!(error, "threads: wanted 1 to 256, got 0");
 }

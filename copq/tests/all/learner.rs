@@ -250,8 +250,7 @@ fn an_observation_that_is_not_finite_is_not_blamed_on_the_actor() {
     let mut learner = toy::learner(toy::method(toy::config()), 3, 0);
     let error = learner.act(&[f32::NAN], Mode::Exploit, &mut [0.0]).unwrap_err().to_string();
     assert!(
-        error.contains("observation, component 0 is not finite")
-            && error.contains("environment"),
+        error.contains("observation, component 0 is not finite") && error.contains("environment"),
         "{error}"
     );
 }

@@ -57,6 +57,15 @@ impl Paper {
     /// An error for what none of a report's tasks and methods can have, so that a slip of the pen does
     /// not hide a number.
     pub(in crate::report) fn check(&self, known: &KnownTasks<'_>) -> Result<()> {
+        for (task, score) in &self.reference {
+            let what = || format!("reference score of {task}");
+            if !known.contains_key(task.as_str()) {
+                return unknown(what(), known.keys(), task);
+            }
+            if !(score.is_finite() && *score > 0.0) {
+                return refused(what(), "a positive number, for it counts as 1", score);
+            }
+        }
         for (number, published) in self.published.iter().enumerate() {
             published.check(known)?;
             let Published { of, task, quantity, .. } = published;
