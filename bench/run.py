@@ -131,14 +131,15 @@ def build(mujoco):
 
 
 def machine(python):
-    """What ran where."""
+    """What ran where; peers if they did."""
     model = next(line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name"))
     flags = next(line for line in open("/proc/cpuinfo") if line.startswith("flags")).split()
     widest = "AVX-512" if "avx512f" in flags else "AVX2" if "avx2" in flags else "no AVX2"
     rustc = output(["rustc", "--version"]).split()[1]
     names = {"torch": "PyTorch", "jax": "JAX", "gymnasium": "Gymnasium", "stable_baselines3": "SB3", "sbx-rl": "SBX"}
-    peers = versions(python, names)
-    return f"{model}, {os.cpu_count()} cores, {widest}; Linux {platform.release()}; rustc {rustc}; {peers}"
+    commit = output(["git", "-C", ROOT, "describe", "--always", "--dirty"]).strip()
+    ours = f"{model}, {os.cpu_count()} cores, {widest}; Linux {platform.release()}; copq {commit}, rustc {rustc}"
+    return f"{ours}; {versions(python, names)}" if python else ours
 
 
 def versions(python, names):
@@ -259,7 +260,8 @@ def run(part, args):
     table = measured.get(part, partial(ours_alone, part))(args)
     load = f"load {before:.1f} before, {os.getloadavg()[0]:.1f} after"
     statistics = "" if part == "instructions" else "Medians (smallest-largest), ratios of neighbouring rounds; "
-    head = f"{machine(args.python)}; {load}. {statistics}"
+    has_peers = part in WORKLOADS or part in ("steps", "on-policy")
+    head = f"{machine(args.python if has_peers else None)}; {load}. {statistics}"
     (args.results / f"{part}.md").write_text(head + table)
     print(table)
 
@@ -280,7 +282,7 @@ def main():
     for chosen, known in [(args.parts, PARTS), (args.skip, PROGRAMS.keys() - {"copq", "products"} | {"omnisafe"})]:
         if unknown := set(chosen) - set(known):
             parser.error(f"{', '.join(sorted(unknown))}: wanted some of {', '.join(known)}")
-    args.python = args.python or environment()
+    args.python = args.python or (environment() if {*WORKLOADS, "steps", "on-policy"} & {*args.parts} else None)
     args.programs = args.programs or build(bool({"steps", "on-policy"} & {*args.parts}))
     args.results.mkdir(parents=True, exist_ok=True)
     began, failed = time.monotonic(), []

@@ -26,7 +26,10 @@ class Server:
     """A program that answers one line with one line, on cores of its own choice."""
 
     def __init__(self, command, threads):
-        cores = ",".join(map(str, sorted(os.sched_getaffinity(0))[-threads:]))
+        own = sorted(os.sched_getaffinity(0))
+        if len(own) < threads:
+            raise Failure(f"{threads} threads: wanted as many cores, got {len(own)}")
+        cores = ",".join(map(str, own[-threads:]))
         environ = {
             **os.environ,
             "OMP_NUM_THREADS": str(threads),

@@ -27,7 +27,7 @@ fn main() -> Result<()> {
 
         // The policy is copq's own in both.
         let learner = match normed {
-            true => Learner::new(method, env.spec(), &Modules::critics(critic), 0)?,
+            true => Learner::new(method, env.spec(), &Modules::with_critics(critic), 0)?,
             false => Learner::new(method, env.spec(), &Candle::default(), 0)?,
         };
         let mut trainer = Trainer::new(env, learner)?;

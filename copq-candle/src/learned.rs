@@ -44,7 +44,11 @@ impl Learned {
     /// Reads what [`Learned::export`] wrote.
     pub fn import(arrays: &[Array], state: &State) -> Result<Vec<f32>> {
         let mut online = vec![0.0; arrays.last().map_or(0, |last| last.range.end)];
-        for Array { name, range, .. } in arrays {
+        for Array { name, dims, range } in arrays {
+            if let Some(shape) = state.shape(name).filter(|shape| shape != dims) {
+                let (wanted, got) = (format!("{dims:?}"), format!("{shape:?}"));
+                return Err(Error::invalid(format!("shape of '{name}'"), wanted, got));
+            }
             state.read(name, &mut online[range.clone()])?;
         }
         Ok(online)

@@ -43,6 +43,7 @@
 
 mod adam;
 mod check;
+mod deviations;
 pub mod fused;
 mod init;
 mod learned;

@@ -28,7 +28,7 @@ pub type MakeModule = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Resul
 /// use copq::{Agent, EnvSpec, Learner, Method};
 /// use copq_candle::Modules;
 ///
-/// let backend = Modules::critics(|vars: VarBuilder<'_>, input, output| {
+/// let backend = Modules::with_critics(|vars: VarBuilder<'_>, input, output| {
 ///     let hidden = linear(input, 64, vars.pp("hidden"))?;
 ///     let norm = layer_norm_no_bias(64, 1e-5, vars.pp("norm"))?;
 ///     let last = linear(64, output, vars.pp("last"))?;
@@ -57,7 +57,7 @@ impl fmt::Debug for Modules {
 
 impl Modules {
     /// Critics that map observation and action, side by side, to one value per objective.
-    pub fn critics<F>(make: F) -> Self
+    pub fn with_critics<F>(make: F) -> Self
     where
         F: Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>>
             + Send
@@ -69,7 +69,7 @@ impl Modules {
 
     /// A policy that maps an observation to one number per action component, which tanh brings to
     /// [-1, 1]; a stochastic one (SAC) is asked for twice as many, means and then log stds.
-    pub fn actor<F>(self, make: F) -> Self
+    pub fn with_actor<F>(self, make: F) -> Self
     where
         F: Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>>
             + Send

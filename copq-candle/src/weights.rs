@@ -39,6 +39,12 @@ pub(crate) fn load(path: &Path, prefixes: &[String], arrays: &[Array]) -> Result
     let what = || format!("reading {}", path.display());
     let bytes = std::fs::read(path).map_err(|e| Error::other(what(), e))?;
     let file = SafeTensors::deserialize(&bytes).map_err(|e| Error::other(what(), e))?;
+    let one_more = format!("critic.{}.", prefixes.len());
+    if prefixes[0] != actor_prefix() && file.names().iter().any(|name| name.starts_with(&one_more))
+    {
+        let what = format!("critics in {}", path.display());
+        return Err(Error::invalid(what, prefixes.len(), "more"));
+    }
     prefixes.iter().map(|prefix| read(&file, path, prefix, arrays)).collect()
 }
 

@@ -74,10 +74,8 @@ fn read(text: &str) -> Result<Vec<Block>> {
 }
 
 fn draw(area: &Area<'_>, block: &Block, top: i32) -> Result<()> {
-    let longest = block.bars.iter().map(|(_, [_, median, _])| *median).fold(0.0, f64::max);
-    let x = |time: f64| {
-        LEFT + (f64::from(WIDTH - LEFT - RIGHT) * time.min(longest) / longest).round() as i32
-    };
+    let longest = block.bars.iter().map(|(_, [_, _, high])| *high).fold(0.0, f64::max);
+    let x = |time: f64| LEFT + (f64::from(WIDTH - LEFT - RIGHT) * time / longest).round() as i32;
     word(
         area,
         &format!("{}: ms an update, median", block.title),
@@ -88,7 +86,8 @@ fn draw(area: &Area<'_>, block: &Block, top: i32) -> Result<()> {
     for (i, (name, [low, median, high])) in block.bars.iter().enumerate() {
         let middle = top + TITLE + i as i32 * ROW + ROW / 2;
         let colour = match name.as_str() {
-            "copq" | "learner" | "plain" => OURS,
+            "copq" | "plain" | "backward" | "careful" => OURS,
+            name if name.starts_with("learner") => OURS,
             "products" => FLOOR,
             _ => PEER,
         };
@@ -112,7 +111,11 @@ fn draw(area: &Area<'_>, block: &Block, top: i32) -> Result<()> {
 fn label(name: &str) -> &str {
     match name {
         "products" => "matrix products alone",
+        "backward" => "copq, backward in bf16",
+        "careful" => "copq, careful in bf16",
         "learner" => "copq, whole learner",
+        "learner-backward" => "whole learner, backward",
+        "learner-careful" => "whole learner, careful",
         "scan" => "JAX, scan over updates",
         "step" => "JAX, one update a call",
         "compiled" => "PyTorch, compiled",

@@ -34,8 +34,7 @@ struct Cli {
     #[arg(long, default_value_t = 20)]
     updates: usize,
 
-    /// What to time, the first against the second and so on; copq, products, learner, plain and
-    /// autograd by default.
+    /// What to time, the first against the second and so on; all by default.
     names: Vec<String>,
 
     /// Do --updates and no more, without a look at any clock: for what counts instructions.

@@ -21,6 +21,8 @@ struct Network {
     /// Values in and out of each layer.
     layers: Vec<(usize, usize)>,
     rows: usize,
+    /// That share a product.
+    threads: usize,
     online: Vec<Vec<f32>>,
     target: Vec<Vec<f32>>,
     grad: Vec<Vec<f32>>,
@@ -35,14 +37,19 @@ impl Products {
     pub fn new(workload: &Workload) -> Result<Self> {
         let Workload { observation, action, objectives, width, rows, .. } = *workload;
         let critic =
-            || Network::new(&[observation + action, width, width, objectives], rows, action);
+            || Network::new(&[observation + action, width, width, objectives], rows, action, 1);
         Ok(Self {
             critics: (0..workload.critics).map(|_| critic()).collect(),
-            actor: Network::new(&[observation, width, width, action], rows, 0),
+            actor: Network::new(&[observation, width, width, action], rows, 0, workload.threads),
             observation,
             actor_delay: workload.actor_delay,
             pool: rayon::ThreadPoolBuilder::new().num_threads(workload.threads).build()?,
         })
+    }
+
+    /// The actor's products one after another, each shared by all threads as copq does.
+    fn actor(&mut self, task: impl Fn(&mut Network) + Send + Sync) {
+        self.pool.install(|| task(&mut self.actor));
     }
 
     fn each_critic(&mut self, task: impl Fn(&mut Network) + Send + Sync) {
@@ -56,23 +63,23 @@ impl Products {
 
 impl Update for Products {
     fn update(&mut self, number: usize, _batch: &Inputs) -> Result<Losses> {
-        self.actor.forward(false);
+        self.actor(|actor| actor.forward(false));
         self.each_critic(|critic| critic.forward(false));
         self.each_critic(|critic| critic.forward(true));
         self.each_critic(Network::backward);
         if number.is_multiple_of(self.actor_delay) {
             let observation = self.observation;
-            self.actor.forward(true);
+            self.actor(|actor| actor.forward(true));
             self.each_critic(|critic| critic.forward(true));
             self.each_critic(|critic| critic.backward_to_input(observation));
-            self.actor.backward();
+            self.actor(Network::backward);
         }
         Ok(Losses::default())
     }
 }
 
 impl Network {
-    fn new(widths: &[usize], rows: usize, action: usize) -> Self {
+    fn new(widths: &[usize], rows: usize, action: usize, threads: usize) -> Self {
         let layers: Vec<_> = widths.windows(2).map(|pair| (pair[0], pair[1])).collect();
         // Of a size at which products neither grow nor fade from layer to layer.
         let weights = || {
@@ -88,6 +95,7 @@ impl Network {
             action_grad: vec![0.0; rows * action],
             layers,
             rows,
+            threads,
         }
     }
 
@@ -97,6 +105,7 @@ impl Network {
             let (below, above) = self.activations.split_at_mut(i + 1);
             let weight = Matrix::new(&weights[i], input).t();
             product(
+                self.threads,
                 &mut above[0],
                 (self.rows, input, output),
                 Matrix::new(&below[i], input),
@@ -110,9 +119,14 @@ impl Network {
         for (i, &(input, output)) in self.layers.iter().enumerate().rev() {
             let delta = Matrix::new(&self.delta[0], output);
             let below = Matrix::new(&self.activations[i], input);
-            product(&mut self.grad[i], (output, self.rows, input), delta.t(), below);
+            product(self.threads, &mut self.grad[i], (output, self.rows, input), delta.t(), below);
             if i > 0 {
-                step_down(&mut self.delta, (self.rows, output, input), &self.online[i]);
+                step_down(
+                    self.threads,
+                    &mut self.delta,
+                    (self.rows, output, input),
+                    &self.online[i],
+                );
             }
         }
     }
@@ -120,13 +134,19 @@ impl Network {
     fn backward_to_input(&mut self, first: usize) {
         self.begin_backward();
         for (i, &(input, output)) in self.layers.iter().enumerate().skip(1).rev() {
-            step_down(&mut self.delta, (self.rows, output, input), &self.online[i]);
+            step_down(self.threads, &mut self.delta, (self.rows, output, input), &self.online[i]);
         }
         let (input, output) = self.layers[0];
         let weight =
             Matrix { values: &self.online[0][first..], ..Matrix::new(&self.online[0], input) };
         let shape = (self.rows, output, input - first);
-        product(&mut self.action_grad, shape, Matrix::new(&self.delta[0], output), weight);
+        product(
+            self.threads,
+            &mut self.action_grad,
+            shape,
+            Matrix::new(&self.delta[0], output),
+            weight,
+        );
     }
 
     /// A fresh gradient of the output, lest what comes back fades to numbers so small that they
@@ -138,12 +158,19 @@ impl Network {
 }
 
 fn step_down(
+    threads: usize,
     [here, below]: &mut [Vec<f32>; 2],
     (rows, output, input): (usize, usize, usize),
     weight: &[f32],
 ) {
     let out = &mut below[..rows * input];
-    product(out, (rows, output, input), Matrix::new(here, output), Matrix::new(weight, input));
+    product(
+        threads,
+        out,
+        (rows, output, input),
+        Matrix::new(here, output),
+        Matrix::new(weight, input),
+    );
     std::mem::swap(here, below);
 }
 
@@ -171,8 +198,14 @@ impl<'a> Matrix<'a> {
     }
 }
 
-/// `out = left * right`, `m x k` times `k x n`, on one thread.
-fn product(out: &mut [f32], (m, k, n): (usize, usize, usize), left: Matrix<'_>, right: Matrix<'_>) {
+/// `out = left * right`, `m x k` times `k x n`.
+fn product(
+    threads: usize,
+    out: &mut [f32],
+    (m, k, n): (usize, usize, usize),
+    left: Matrix<'_>,
+    right: Matrix<'_>,
+) {
     assert!(
         out.len() == m * n && left.holds(m, k) && right.holds(k, n),
         "a matrix leaves its slice"
@@ -185,13 +218,16 @@ fn product(out: &mut [f32], (m, k, n): (usize, usize, usize), left: Matrix<'_>, 
     let rhs_col = right.col_step as isize;
     let out = out.as_mut_ptr();
     let out_row = n as isize;
-    let one_thread = gemm::Parallelism::None;
+    let shared = match threads {
+        1 => gemm::Parallelism::None,
+        more => gemm::Parallelism::Rayon(more),
+    };
     // SAFETY: the assertion keeps every element that `gemm` reads or writes inside its slice, `out`
     // is a `&mut` and so overlaps neither factor, and is only written (`read_dst` false).
     unsafe {
         gemm::gemm(
             m, n, k, out, 1, out_row, false, lhs, lhs_col, lhs_row, rhs, rhs_col, rhs_row, 0.0,
-            1.0, false, false, false, one_thread,
+            1.0, false, false, false, shared,
         );
     }
 }

@@ -51,6 +51,8 @@ pub struct Critics {
     is_careful: bool,
     workers: Workers,
     input: Panels,
+    /// Critics that were asked for alone.
+    chosen: Vec<usize>,
     q: Vec<f32>,
     grad: Vec<f32>,
 }
@@ -73,6 +75,7 @@ impl Critics {
             is_careful: networks.precision == Precision::Careful && networks.hidden.len() > 1,
             workers: Workers::new(1)?,
             input: Panels::default(),
+            chosen: Vec::new(),
             q: Vec::new(),
             grad: Vec::new(),
         })
@@ -137,7 +140,7 @@ impl Critics {
         let rows = self.gather(obs, act)?;
         check_len("critic values", q.len(), self.networks.len() * rows * self.objectives)?;
         let Self { networks, workers, input, observation, .. } = self;
-        workers.each(&mut networks[..], <[_]>::chunks_mut, q, |_, network, q, workspace| {
+        workers.each(networks, q, |_, network, q, workspace| {
             // The next call may be of other actions at the same observations.
             if net == Net::Online && *observation >= WORTH_KEEPING {
                 network.begin(input, *observation, workspace);
@@ -154,7 +157,7 @@ impl Critics {
         let len = networks.len() * rows * self.objectives;
         let q = room(&mut self.q, len);
         let dq = room(&mut self.grad, len);
-        workers.each(&mut networks[..], <[_]>::chunks_mut, q, |_, network, q, workspace| {
+        workers.each(networks, q, |_, network, q, workspace| {
             network.forward(input, in_half, q, workspace);
         });
         grad(QView::new(q, networks.len(), self.objectives)?, dq)
@@ -186,8 +189,10 @@ impl Critic for Critics {
         check_chosen(chosen, self.networks.len())?;
         check_len("critic values", q.len(), chosen.len() * rows * self.objectives)?;
         let in_half = self.is_careful;
-        let Self { networks, workers, input, .. } = self;
-        workers.each(chosen, <[_]>::chunks, q, |_, &k, q, workspace| {
+        let Self { networks, workers, input, chosen: own, .. } = self;
+        own.clear();
+        own.extend(chosen);
+        workers.each(own, q, |_, &mut k, q, workspace| {
             networks[k].values(net, input, in_half, q, workspace);
         });
         Ok(())
@@ -207,7 +212,7 @@ impl Critic for Critics {
         let Self { networks, workers, input, lr, .. } = self;
         let dq = &mut self.grad[..networks.len() * rows * self.objectives];
         let lr = *lr;
-        workers.each(&mut networks[..], <[_]>::chunks_mut, dq, |_, network, dq, workspace| {
+        workers.each(networks, dq, |_, network, dq, workspace| {
             network.learn(input, dq, lr, tau, workspace);
         });
         Ok(())
@@ -230,7 +235,7 @@ impl Critic for Critics {
         // The values have been used: their buffer, or a larger one, takes each critic's share of
         // the gradient.
         let parts = room(&mut self.q, networks.len() * out.len());
-        workers.each(&mut networks[..], <[_]>::chunks_mut, parts, |k, network, part, workspace| {
+        workers.each(networks, parts, |k, network, part, workspace| {
             network.input_grad(
                 rows,
                 &dq[k * share..(k + 1) * share],

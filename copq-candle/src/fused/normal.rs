@@ -8,8 +8,8 @@ use super::panels::{PanelRow, Panels};
 use super::passes::room;
 use super::value::prepare;
 use super::workspace::Workspace;
-use crate::adam::{BETA1, BETA2, EPSILON, Step};
 use crate::check;
+use crate::deviations::Deviations;
 use crate::learned::Learned;
 use crate::shape::Shape;
 
@@ -39,34 +39,12 @@ pub struct Normal {
     input: Panels,
     workspace: Workspace,
     observation: usize,
-    log_std: Deviations,
+    deviations: Deviations,
+    grad_log_std: Vec<f32>,
     /// Of a batch: means, their gradient, and the network's parameters'.
     mean: Vec<f32>,
     grad_mean: Vec<f32>,
     grad: Vec<PanelRow>,
-}
-
-/// The deviations' logarithms and Adam's moments of them; the network counts the steps.
-#[derive(Clone, Debug)]
-struct Deviations {
-    online: Vec<f32>,
-    m: Vec<f32>,
-    v: Vec<f32>,
-    grad: Vec<f32>,
-}
-
-impl Deviations {
-    fn step(&mut self, lr: f64, count: u64) {
-        let Step { rate, root } = Step::new(lr, count);
-        let moments = self.m.iter_mut().zip(&mut self.v);
-        for ((x, (m, v)), &grad) in self.online.iter_mut().zip(moments).zip(&self.grad) {
-            let grad = f64::from(grad);
-            *m = (BETA1 * f64::from(*m) + (1.0 - BETA1) * grad) as f32;
-            *v = (BETA2 * f64::from(*v) + (1.0 - BETA2) * grad * grad) as f32;
-            let scale = f64::from(*v).sqrt() / root + EPSILON;
-            *x = (f64::from(*x) - rate * f64::from(*m) / scale) as f32;
-        }
-    }
 }
 
 impl Normal {
@@ -81,12 +59,8 @@ impl Normal {
             input: Panels::default(),
             workspace: Workspace::default(),
             observation: spec.obs_len,
-            log_std: Deviations {
-                online: zeros.clone(),
-                m: zeros.clone(),
-                v: zeros.clone(),
-                grad: zeros,
-            },
+            deviations: Deviations::new(zeros.clone()),
+            grad_log_std: zeros,
             mean: Vec::new(),
             grad_mean: Vec::new(),
             grad: Vec::new(),
@@ -97,13 +71,13 @@ impl Normal {
     fn backward(&mut self, obs: &[f32], grad: NormalGrad<'_>) -> Result<()> {
         let rows = check::rows(obs, self.observation)?;
         self.input.set(rows, &[obs]);
-        let len = rows * self.log_std.online.len();
+        let len = rows * self.deviations.log_std.len();
         let mean = room(&mut self.mean, len);
         self.network.forward(&self.input, false, mean, &mut self.workspace);
         let grad_mean = room(&mut self.grad_mean, len);
         grad(
-            on_policy::Normal { mean, log_std: &self.log_std.online },
-            NormalGradient { mean: grad_mean, log_std: &mut self.log_std.grad },
+            on_policy::Normal { mean, log_std: &self.deviations.log_std },
+            NormalGradient { mean: grad_mean, log_std: &mut self.grad_log_std },
         )?;
         self.network.gradient(&self.input, grad_mean, &mut self.grad, &mut self.workspace);
         Ok(())
@@ -112,7 +86,7 @@ impl Normal {
 
 impl Actor for Normal {
     fn action_len(&self) -> usize {
-        self.log_std.online.len()
+        self.deviations.log_std.len()
     }
 
     fn mode(&mut self, _: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
@@ -132,45 +106,39 @@ impl Actor for Normal {
 
     fn export(&self, state: &mut State) -> Result<()> {
         Learned::export(&self.network.learned().online, &self.network.shape().arrays(), state);
-        state.put("log_std", self.log_std.online.as_slice());
+        self.deviations.export(state);
         Ok(())
     }
 
     fn import(&mut self, state: &State) -> Result<()> {
         let online = Learned::import(&self.network.shape().arrays(), state)?;
-        state.read("log_std", &mut self.log_std.online)?;
+        self.deviations = self.deviations.import(state)?;
         self.network.set_learned(&Learned::from_online(online));
-        self.log_std.m.fill(0.0);
-        self.log_std.v.fill(0.0);
         Ok(())
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
         self.network.save(state);
-        let Deviations { online, m, v, .. } = &self.log_std;
-        for (name, values) in [("log_std", online), ("log_std_m", m), ("log_std_v", v)] {
-            state.put(name, values.as_slice());
-        }
+        self.deviations.save(state);
         Ok(())
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
-        let Deviations { online, m, v, .. } = &mut self.log_std;
-        for (name, values) in [("log_std", online), ("log_std_m", m), ("log_std_v", v)] {
-            state.read(name, values)?;
-        }
-        self.network.load(state)
+        let deviations = self.deviations.load(state)?;
+        self.network.load(state)?;
+        self.deviations = deviations;
+        Ok(())
     }
 }
 
 impl on_policy::Policy for Normal {
     fn log_std(&self) -> &[f32] {
-        &self.log_std.online
+        &self.deviations.log_std
     }
 
     fn means(&mut self, obs: &[f32], mean: &mut [f32]) -> Result<()> {
         let rows = check::rows(obs, self.observation)?;
-        check::batch("means", mean, rows, self.log_std.online.len())?;
+        check::batch("means", mean, rows, self.deviations.log_std.len())?;
         self.input.set(rows, &[obs]);
         self.network.values(Net::Online, &self.input, false, mean, &mut self.workspace);
         Ok(())
@@ -178,19 +146,19 @@ impl on_policy::Policy for Normal {
 
     fn descend(&mut self, obs: &[f32], step: Descent, grad: NormalGrad<'_>) -> Result<()> {
         self.backward(obs, grad)?;
-        let Deviations { online, grad, .. } = &mut self.log_std;
+        let Self { deviations, grad_log_std: grad, .. } = self;
         let penalty = 2.0 * step.decay as f32;
-        grad.iter_mut().zip(&*online).for_each(|(grad, x)| *grad += penalty * x);
+        grad.iter_mut().zip(&deviations.log_std).for_each(|(grad, x)| *grad += penalty * x);
         let more = grad.iter().map(|&x| f64::from(x) * f64::from(x)).sum();
         let factor = prepare(&self.network, &mut self.grad, more, step);
         grad.iter_mut().for_each(|grad| *grad *= factor);
         self.network.descend(&self.grad, step.lr);
-        self.log_std.step(step.lr, self.network.steps());
+        self.deviations.step(&self.grad_log_std, step.lr, self.network.steps());
         Ok(())
     }
 
     fn parameters(&self) -> usize {
-        self.network.shape().len() + self.log_std.online.len()
+        self.network.shape().len() + self.deviations.log_std.len()
     }
 
     fn gradient(&mut self, obs: &[f32], grad: NormalGrad<'_>, out: &mut [f32]) -> Result<()> {
@@ -198,14 +166,14 @@ impl on_policy::Policy for Normal {
         self.backward(obs, grad)?;
         let (network, log_std) = out.split_at_mut(self.network.shape().len());
         network.copy_from_slice(&self.network.flat(&self.grad));
-        log_std.copy_from_slice(&self.log_std.grad);
+        log_std.copy_from_slice(&self.grad_log_std);
         Ok(())
     }
 
     fn push_forward(&mut self, obs: &[f32], direction: &[f32], out: &mut [f32]) -> Result<()> {
         let rows = check::rows(obs, self.observation)?;
         check::batch("direction", direction, self.parameters(), 1)?;
-        check::batch("moved means", out, rows, self.log_std.online.len())?;
+        check::batch("moved means", out, rows, self.deviations.log_std.len())?;
         self.input.set(rows, &[obs]);
         let mean = room(&mut self.mean, out.len());
         self.network.forward(&self.input, false, mean, &mut self.workspace);
@@ -218,7 +186,7 @@ impl on_policy::Policy for Normal {
         check::batch("step", step, self.parameters(), 1)?;
         let (network, log_std) = step.split_at(self.network.shape().len());
         self.network.shift(network);
-        self.log_std.online.iter_mut().zip(log_std).for_each(|(x, step)| *x += step);
+        self.deviations.log_std.iter_mut().zip(log_std).for_each(|(x, step)| *x += step);
         Ok(())
     }
 }

@@ -1,7 +1,5 @@
 //! Running one task a critic, on the caller's thread or spread over several.
 
-use std::ops::Deref;
-
 use copq::Result;
 
 use super::threads::Threads;
@@ -25,27 +23,27 @@ impl Workers {
         })
     }
 
-    /// Runs `task` on each critic, given its number and its equal share of `chunks`. `groups` is
-    /// what cuts a slice into groups of a size; a thread takes one.
-    pub fn each<T, S: Deref<Target = [T]>, I: Iterator<Item: IntoIterator + Send>>(
+    /// Runs `task` on each item, given its number and its equal share of `chunks`; a thread takes a
+    /// group of neighbours.
+    pub fn each<T: Send>(
         &mut self,
-        critics: S,
-        groups: impl FnOnce(S, usize) -> I,
+        items: &mut [T],
         chunks: &mut [f32],
-        task: impl Fn(usize, <I::Item as IntoIterator>::Item, &mut [f32], &mut Workspace) + Sync,
+        task: impl Fn(usize, &mut T, &mut [f32], &mut Workspace) + Sync,
     ) {
-        let count = critics.len();
+        let count = items.len();
         let size = count.div_ceil(self.threads.count());
         let share = chunks.len() / count;
-        let parts = groups(critics, size)
+        let parts = items
+            .chunks_mut(size)
             .zip(chunks.chunks_mut(size * share))
             .zip(&mut self.workspaces)
             .enumerate();
-        self.threads.each(parts, |(i, ((group, chunks), workspace))| {
-            for (k, (critic, chunk)) in
-                (i * size..).zip(group.into_iter().zip(chunks.chunks_exact_mut(share)))
+        self.threads.each(parts, |(i, ((items, chunks), workspace))| {
+            for (k, (item, chunk)) in
+                (i * size..).zip(items.iter_mut().zip(chunks.chunks_exact_mut(share)))
             {
-                task(k, critic, chunk, workspace);
+                task(k, item, chunk, workspace);
             }
         });
     }

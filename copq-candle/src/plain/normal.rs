@@ -8,8 +8,8 @@ use super::network::Network;
 use super::perceptron::network;
 use super::value::{factor, forward, with_penalty};
 use super::{failed, values};
-use crate::adam::{BETA1, BETA2, EPSILON, Step};
 use crate::check;
+use crate::deviations::Deviations;
 use crate::learned::Learned;
 
 /// PPO's policy: observation -> hidden layers -> the means of a Gaussian, whose deviations are
@@ -34,10 +34,8 @@ pub struct Normal {
     observation: usize,
     device: Device,
     log_std: Var,
-    /// The same as numbers, and Adam's moments of them.
-    shown: Vec<f32>,
-    m: Vec<f32>,
-    v: Vec<f32>,
+    /// The same as numbers.
+    deviations: Deviations,
 }
 
 impl Normal {
@@ -56,9 +54,7 @@ impl Normal {
             observation: spec.obs_len,
             device: device.clone(),
             log_std: Var::from_tensor(&log_std).map_err(failed)?,
-            shown: zeros.clone(),
-            m: zeros.clone(),
-            v: zeros,
+            deviations: Deviations::new(zeros),
         })
     }
 
@@ -66,31 +62,18 @@ impl Normal {
         forward(&self.network, obs, self.observation, &self.device)
     }
 
-    fn set_log_std(&mut self, values: Vec<f32>) -> Result<()> {
-        let tensor = Tensor::from_slice(&values, values.len(), &self.device).map_err(failed)?;
+    fn set_deviations(&mut self, deviations: Deviations) -> Result<()> {
+        let values = &deviations.log_std;
+        let tensor = Tensor::from_slice(values, values.len(), &self.device).map_err(failed)?;
         self.log_std.set(&tensor).map_err(failed)?;
-        self.shown = values;
+        self.deviations = deviations;
         Ok(())
-    }
-
-    /// Adam's step of the deviations; the network counts the steps.
-    fn step_log_std(&mut self, grad: &[f32], lr: f64) -> Result<()> {
-        let Step { rate, root } = Step::new(lr, self.network.steps());
-        let mut values = self.shown.clone();
-        for (i, x) in values.iter_mut().enumerate() {
-            let grad = f64::from(grad[i]);
-            self.m[i] = (BETA1 * f64::from(self.m[i]) + (1.0 - BETA1) * grad) as f32;
-            self.v[i] = (BETA2 * f64::from(self.v[i]) + (1.0 - BETA2) * grad * grad) as f32;
-            let scale = f64::from(self.v[i]).sqrt() / root + EPSILON;
-            *x = (f64::from(*x) - rate * f64::from(self.m[i]) / scale) as f32;
-        }
-        self.set_log_std(values)
     }
 }
 
 impl Actor for Normal {
     fn action_len(&self) -> usize {
-        self.shown.len()
+        self.deviations.log_std.len()
     }
 
     fn mode(&mut self, _: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
@@ -110,43 +93,33 @@ impl Actor for Normal {
 
     fn export(&self, state: &mut State) -> Result<()> {
         Learned::export(&self.network.learned()?.online, self.network.arrays(), state);
-        state.put("log_std", self.shown.as_slice());
+        self.deviations.export(state);
         Ok(())
     }
 
     fn import(&mut self, state: &State) -> Result<()> {
         let online = Learned::import(self.network.arrays(), state)?;
-        let mut log_std = self.shown.clone();
-        state.read("log_std", &mut log_std)?;
+        let deviations = self.deviations.import(state)?;
         self.network.set_learned(&Learned::from_online(online))?;
-        self.m.fill(0.0);
-        self.v.fill(0.0);
-        self.set_log_std(log_std)
+        self.set_deviations(deviations)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
         self.network.learned()?.save(self.network.arrays(), state);
-        for (name, values) in
-            [("log_std", &self.shown), ("log_std_m", &self.m), ("log_std_v", &self.v)]
-        {
-            state.put(name, values.as_slice());
-        }
+        self.deviations.save(state);
         Ok(())
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
-        let mut log_std = self.shown.clone();
-        state.read("log_std", &mut log_std)?;
-        state.read("log_std_m", &mut self.m)?;
-        state.read("log_std_v", &mut self.v)?;
+        let deviations = self.deviations.load(state)?;
         self.network.set_learned(&Learned::load(self.network.arrays(), state)?)?;
-        self.set_log_std(log_std)
+        self.set_deviations(deviations)
     }
 }
 
 impl on_policy::Policy for Normal {
     fn log_std(&self) -> &[f32] {
-        &self.shown
+        &self.deviations.log_std
     }
 
     fn means(&mut self, obs: &[f32], mean: &mut [f32]) -> Result<()> {
@@ -160,15 +133,15 @@ impl on_policy::Policy for Normal {
         let output = self.forward(obs)?;
         let mean = values(&output).map_err(failed)?;
         let mut grad_mean = vec![0.0; mean.len()];
-        let mut grad_log_std = vec![0.0; self.shown.len()];
+        let mut grad_log_std = vec![0.0; self.deviations.log_std.len()];
         grad(
-            on_policy::Normal { mean: &mean, log_std: &self.shown },
+            on_policy::Normal { mean: &mean, log_std: &self.deviations.log_std },
             NormalGradient { mean: &mut grad_mean, log_std: &mut grad_log_std },
         )?;
         let loss = || {
             // A loss with these gradients, which are constants.
             let grad_mean = Tensor::from_vec(grad_mean, output.dims(), &self.device)?;
-            let grad = Tensor::from_vec(grad_log_std, self.shown.len(), &self.device)?;
+            let grad = Tensor::from_vec(grad_log_std, self.deviations.log_std.len(), &self.device)?;
             (output * grad_mean)?.sum_all()? + (self.log_std.as_tensor() * grad)?.sum_all()?
         };
         let variables = self.network.online().chain([&self.log_std]);
@@ -177,7 +150,7 @@ impl on_policy::Policy for Normal {
             let mut grads = loss.backward()?;
             let log_std = match grads.get(&self.log_std) {
                 Some(grad) => values(grad)?,
-                None => vec![0.0; self.shown.len()],
+                None => vec![0.0; self.deviations.log_std.len()],
             };
             let own: f64 = log_std.iter().map(|&x| f64::from(x) * f64::from(x)).sum();
             let factor = factor(self.network.squares(&grads)? + own, step);
@@ -187,6 +160,8 @@ impl on_policy::Policy for Normal {
         };
         let (log_std, factor) = descend().map_err(failed)?;
         let cut: Vec<f32> = log_std.iter().map(|grad| factor * grad).collect();
-        self.step_log_std(&cut, step.lr)
+        let mut deviations = self.deviations.clone();
+        deviations.step(&cut, step.lr, self.network.steps());
+        self.set_deviations(deviations)
     }
 }

@@ -4,7 +4,9 @@
 use crate::common;
 
 use common::{Case, init, saved};
-use copq::{Net, Networks, Result};
+use copq::on_policy::Policy;
+use copq::{Actor, Net, Networks, Result};
+use copq_candle::fused;
 
 fn case() -> Case {
     Case::new(2, 3, &[5, 4], 7)
@@ -105,8 +107,8 @@ fn settings_are_checked() {
 fn states_of_other_networks_are_refused_and_change_nothing() {
     for (other, words) in [
         (Case { critics: 3, ..case() }, &["saved critics", "2", "3"]),
-        (Case { hidden: vec![5, 6], ..case() }, &["layer.1.weight", "20 values", "30"]),
-        (Case { objectives: 2, ..case() }, &["layer.2.weight", "12 values", "8"]),
+        (Case { hidden: vec![5, 6], ..case() }, &["layer.1.weight", "[4, 5]", "[6, 5]"]),
+        (Case { objectives: 2, ..case() }, &["layer.2.weight", "[3, 4]", "[2, 4]"]),
     ] {
         let state = saved(other.critics(1)[0].as_ref());
         for mut critic in case().critics(2) {
@@ -118,6 +120,15 @@ fn states_of_other_networks_are_refused_and_change_nothing() {
     for mut actor in case().actors(1) {
         assert_says(actor.load(&copq::State::default()), &["online"]);
     }
+    let normal = |case: &Case, seed| {
+        fused::Normal::new(&case.spec(), &case.networks(), &mut init(seed)).unwrap()
+    };
+    let (mut policy, other) =
+        (normal(&case(), 1), normal(&Case { hidden: vec![5, 6], ..case() }, 2));
+    policy.shift(&vec![0.5; policy.parameters()]).unwrap();
+    let before = saved(&policy as &dyn Actor);
+    assert_says(policy.load(&saved(&other as &dyn Actor)), &["layer.1.weight", "[6, 5]"]);
+    assert_eq!(saved(&policy as &dyn Actor), before);
 }
 
 #[test]
@@ -137,6 +148,9 @@ fn weight_files_of_other_networks_are_refused() {
         critic.load_safetensors(&path),
         &["critic.0.layer.1.weight", "F32 [4, 5]", "F32 [6, 5]"],
     );
+    let three = copq_candle::critic(&case().spec(), 3, &case().networks(), &mut init(1)).unwrap();
+    three.save_safetensors(&path).unwrap();
+    assert_says(critic.load_safetensors(&path), &["critics in", "wanted 2, got more"]);
     let mut actor = copq_candle::actor(&case().spec(), &case().networks(), &mut init(1)).unwrap();
     assert_says(actor.load_safetensors(&path), &["actor.layer.0.weight", "no such tensor"]);
     assert_says(actor.save_safetensors(folder.path().join("no/such/folder")), &["writing"]);

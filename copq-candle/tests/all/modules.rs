@@ -49,7 +49,8 @@ fn a_module_of_the_same_layers_learns_as_the_plain_networks_do() {
     let networks = Networks { hidden: vec![8], critic_lr: 0.01, ..Networks::default() };
     let mut rng = Rng::new(1, Stream::Init);
     let mut plain = plain::Critics::new(&spec(), 3, &networks, &mut rng, &Device::Cpu).unwrap();
-    let mut module = Modules::critics(perceptron).critics(&spec(), &networks, 3, &mut rng).unwrap();
+    let mut module =
+        Modules::with_critics(perceptron).critics(&spec(), &networks, 3, &mut rng).unwrap();
     module.load(&saved(&plain)).unwrap();
     let obs = [0.1, -0.4, 0.8, 0.3, 0.2, -0.9];
     let act = [0.5, -0.5, 0.7, 0.1];
@@ -80,7 +81,7 @@ fn a_stochastic_policy_of_a_module_is_the_plain_one_of_the_same_layers() {
     let networks = Networks { hidden: vec![8], actor_lr: 0.01, ..Networks::default() };
     let mut rng = Rng::new(2, Stream::Init);
     let mut plain = plain::Gaussian::new(&spec(), &networks, &mut rng, &Device::Cpu).unwrap();
-    let backend = Modules::critics(normed).actor(perceptron);
+    let backend = Modules::with_critics(normed).with_actor(perceptron);
     let kind = ActorKind::Gaussian;
     let mut module = Backend::actor(&backend, &spec(), &networks, kind, &mut rng).unwrap();
     let mut state = State::default();
@@ -111,7 +112,7 @@ fn learner(seed: u64) -> Learner {
     config.batch = 16;
     config.networks.actor_lr = 0.01;
     let method = Method::new("modules", config, Cholesky);
-    Learner::new(method, &spec(), &Modules::critics(normed).actor(normed), seed).unwrap()
+    Learner::new(method, &spec(), &Modules::with_critics(normed).with_actor(normed), seed).unwrap()
 }
 
 fn experience(learner: &mut Learner, steps: std::ops::Range<u32>) {
@@ -163,7 +164,8 @@ fn a_learner_of_modules_repeats_resumes_and_leaves_its_policy() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("policy.safetensors");
     one.save_policy(&path).unwrap();
-    let mut policy = Policy::read(&path, &Modules::critics(normed).actor(normed)).unwrap();
+    let mut policy =
+        Policy::read(&path, &Modules::with_critics(normed).with_actor(normed)).unwrap();
     let mut acted = [[0.0; 2]; 2];
     policy.act(&[0.3; 3], &mut acted[0]).unwrap();
     let mut one = one;
@@ -177,19 +179,20 @@ fn a_learner_of_modules_repeats_resumes_and_leaves_its_policy() {
 fn what_a_module_cannot_be_is_a_readable_error() {
     let mut rng = Rng::new(0, Stream::Init);
     let networks = Networks::default();
-    let wide =
-        Modules::critics(|vars, input, output| Ok(Box::new(linear(input, output + 1, vars)?) as _));
+    let wide = Modules::with_critics(|vars, input, output| {
+        Ok(Box::new(linear(input, output + 1, vars)?) as _)
+    });
     let mut critic = wide.critics(&spec(), &networks, 2, &mut rng).unwrap();
     let error =
         critic.values(Net::Online, &[0.0; 3], &[0.0; 2], &mut [0.0; 4]).unwrap_err().to_string();
     assert_eq!(error, "a critic module's values: wanted 4 values, got 6");
-    let twice = Modules::critics(|vars, input, output| {
+    let twice = Modules::with_critics(|vars, input, output| {
         linear(input, output, vars.clone())?;
         Ok(Box::new(linear(input, output, vars)?) as _)
     });
     let error = twice.critics(&spec(), &networks, 2, &mut rng).err().unwrap().to_string();
     assert!(error.contains("candle"), "{error}");
-    let narrow = wide.actor(|vars, input, _| Ok(Box::new(linear(input, 2, vars)?) as _));
+    let narrow = wide.with_actor(|vars, input, _| Ok(Box::new(linear(input, 2, vars)?) as _));
     let kind = ActorKind::Gaussian;
     let mut actor = Backend::actor(&narrow, &spec(), &networks, kind, &mut rng).unwrap();
     let error = actor.mode(Net::Online, &[0.0; 3], &mut [0.0; 2]).unwrap_err().to_string();

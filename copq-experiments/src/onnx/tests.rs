@@ -176,7 +176,7 @@ fn module(
 fn modules_of_ones_own_are_refused_in_words() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("policy");
-    let backend = Modules::critics(module).actor(module);
+    let backend = Modules::with_critics(module).with_actor(module);
     let mut method = Method::cop_td3();
     method.config.networks.hidden = vec![5];
     Learner::new(method, &spec(), &backend, 0).unwrap().save_policy(&path).unwrap();

@@ -1,6 +1,6 @@
 use copq::Rng;
 
-use super::super::adam::Adam;
+use super::super::adam::{self, Adam};
 use super::super::matrices::{self, SHAPES, panels};
 use super::*;
 
@@ -186,23 +186,25 @@ fn a_gradient_is_its_sums_to_the_bit() {
 }
 
 #[test]
-fn every_kind_takes_the_same_step() {
+fn every_kind_takes_the_step_of_its_gradient() {
     let mut rng = Rng::with_stream(3, 0);
     let (rows, inputs, cols) = (67, 40, 37);
     let left = panels(rows, &values(rows * inputs, &mut rng));
     let right = panels(rows, &values(rows * cols, &mut rng));
     let map = panels(inputs + 1, &values((inputs + 1) * cols, &mut rng));
-    let steps: Vec<_> = kinds()
-        .iter()
-        .map(|(_, kind)| {
-            let mut parts = [(); 4].map(|()| map.clone());
-            parts[3].lines_mut().iter_mut().flat_map(|line| &mut line.0).for_each(|v| *v *= *v);
-            let [online, target, m, v] = parts.each_mut().map(Panels::lines_mut);
-            let adam = Adam::new(1e-3, 7, 0.005);
-            let map = Descent { online, target, m, v, adam };
-            descend(&down(kind, &left), &down(kind, &right), map, &Threads::default());
-            parts.map(|part| dense(&part))
-        })
-        .collect();
-    assert!(steps.windows(2).all(|two| two[0] == two[1]));
+    let stepped = |descend: &dyn Fn(Descent<'_>)| {
+        let mut parts = [(); 4].map(|()| map.clone());
+        parts[3].lines_mut().iter_mut().flat_map(|line| &mut line.0).for_each(|v| *v *= *v);
+        let [online, target, m, v] = parts.each_mut().map(Panels::lines_mut);
+        descend(Descent { online, target, m, v, adam: Adam::new(1e-3, 7, 0.005) });
+        parts.map(|part| dense(&part))
+    };
+    for (_, kind) in kinds() {
+        let [left, right] = [&left, &right].map(|factor| down(&kind, factor));
+        // The gradient in memory first, then Adam over it.
+        let mut grad = Panels::default();
+        gradient(&left, &right, grad.reshape(inputs + 1, cols));
+        let wanted = stepped(&|map| adam::step(map, grad.lines()));
+        assert!(stepped(&|map| descend(&left, &right, map, &Threads::default())) == wanted);
+    }
 }

@@ -1,6 +1,5 @@
 //! What the tests share: small settings, repeatable numbers, both implementations of every network,
 //! comparisons.
-#![allow(dead_code)] // Each test binary uses its own part.
 
 pub mod reference;
 
