@@ -4,7 +4,7 @@
 //! that many steps.
 
 use copq::{
-    Env, EnvSpec, Learner, Method, Outcome, Result, Rng, Silent, Stream, Trainer, check_env,
+    Env, EnvSpec, Learner, Method, Outcome, Result, Rng, Silent, State, Stream, Trainer, check_env,
 };
 use copq_candle::Candle;
 
@@ -56,6 +56,19 @@ impl Env for Cart {
         } else {
             Outcome::Running
         })
+    }
+
+    // With these a run can stop and go on in the middle of an episode, bit for bit.
+    fn save(&self, state: &mut State) -> Result<()> {
+        state.put("state", self.state);
+        state.put("steps", [self.steps as u64]);
+        Ok(())
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        state.read("state", &mut self.state)?;
+        self.steps = state.get_one::<u64>("steps")? as usize;
+        Ok(())
     }
 }
 

@@ -3,7 +3,7 @@
 //! `cargo run --release -p copq-examples --example sac_lagrangian`
 
 use copq::projection::IndependentMin;
-use copq::{Constraint, Ensemble, LagrangianConfig, Learner, Method, Result, Trainer};
+use copq::{Constraint, Ensemble, LagrangianConfig, Learner, Method, Result, Silent, Trainer};
 use copq_candle::Candle;
 
 fn main() -> Result<()> {
@@ -20,12 +20,8 @@ fn main() -> Result<()> {
     let limit = env.spec().limit(0).unwrap_or_default();
     let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;
     let mut trainer = Trainer::new(env, learner)?;
-    let mut multiplier = 0.0;
-    trainer.run(steps, &mut |_: u64, name: &str, value: f64| {
-        if name == "multiplier/cost" {
-            multiplier = value;
-        }
-    })?;
+    trainer.run(steps, &mut Silent)?;
+    let multiplier = -trainer.agent().weights()[0];
     println!("{}the limit is {limit}, the multiplier {multiplier:.3}", trainer.evaluate(10)?);
     Ok(())
 }

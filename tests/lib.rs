@@ -15,7 +15,7 @@ struct Readme;
 /// fn main() -> copq::Result<()> {
 ///     std::env::set_current_dir(std::env::temp_dir()).map_err(|e| copq::Error::other("a folder", e))?;
 ///     let env = copq_envs_rapier::make("a/hopper")?;
-///     let method = Method::cop_td3().bound(Extremum); // the swap: COP-Q has Cholesky here, and critics follow
+///     let method = Method::cop_td3().bound(Extremum); // the swap (COP-Q has Cholesky here); its critics come with it
 ///     let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;
 ///     let mut trainer = Trainer::new(env, learner)?;
 ///     trainer.run(1_050, &mut Silent)?;

@@ -53,7 +53,8 @@ mod shape;
 mod squash;
 mod weights;
 
-pub use candle_core::Device;
+pub use candle_core::{self, Device};
+pub use candle_nn;
 use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Networks, Result, Rng, on_policy};
 pub use modules::{MakeModule, Modules};
 
@@ -175,7 +176,7 @@ impl Backend for Candle {
         spec: &EnvSpec,
         networks: &Networks,
         rng: &mut Rng,
-    ) -> Result<Box<dyn on_policy::Policy>> {
+    ) -> Result<Box<dyn on_policy::GaussianPolicy>> {
         Ok(Box::new(fused::Normal::new(spec, networks, rng)?))
     }
 
@@ -184,7 +185,7 @@ impl Backend for Candle {
         spec: &EnvSpec,
         networks: &Networks,
         rng: &mut Rng,
-    ) -> Result<Box<dyn on_policy::Value>> {
+    ) -> Result<Box<dyn on_policy::StateValue>> {
         Ok(Box::new(fused::Value::new(spec, networks, rng)?))
     }
 }

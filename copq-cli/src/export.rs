@@ -6,7 +6,7 @@ use copq::{Error, Policy, Result};
 use copq_candle::Candle;
 use copq_experiments::{read_policy, write_onnx};
 
-use crate::options::say;
+use crate::options::{in_place, say};
 use crate::saved::{Learned, newest_policy};
 
 /// Writes what a run has learned to one small file, without the replay: network, normaliser, action
@@ -57,10 +57,13 @@ impl Export {
         let format = self.format()?;
         let out = self.out(format)?;
         let policy = self.policy()?;
-        match format {
-            Format::Safetensors => policy.write(&out)?,
-            Format::Onnx => write_onnx(&policy, &out)?,
-        }
+        in_place(&out, |part| {
+            match format {
+                Format::Safetensors => policy.write(part),
+                Format::Onnx => write_onnx(&policy, part),
+            }?;
+            Ok(())
+        })?;
         Ok(say(&format!("the policy is in {}\n", out.display()))?)
     }
 

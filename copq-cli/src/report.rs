@@ -12,7 +12,7 @@ use copq_envs::{Options, task_with};
 use copq_experiments::paper::Paper;
 use copq_experiments::{Plan, Report as Page, ReportRun, Stop, read_config, read_plan};
 
-use crate::options::{note, number_of, positive, say};
+use crate::options::{in_place, note, number_of, positive, say};
 use crate::rollout::film;
 
 /// How deep runs are looked for.
@@ -148,12 +148,17 @@ fn of_folder(folder: &Path) -> ReportRun {
 /// A run with what is known of its plan's task: the limits of its costs, the plan's own or else the
 /// task's, and its weights.
 pub fn of_task(mut run: ReportRun, plan: &Plan) -> ReportRun {
+    let mut names = Vec::new();
     let options = plan.preset.parse().map(|preset| Options { preset, ..Options::default() });
     if let Ok(task) = options.and_then(|options| task_with(&plan.task, &options)) {
         for objective in task.objectives {
             run.limits.extend(objective.limit.map(|limit| (objective.name.clone(), limit)));
-            run.weights.insert(objective.name, f64::from(objective.weight));
+            run.weights.insert(objective.name.clone(), f64::from(objective.weight));
+            names.push(objective.name);
         }
+    }
+    for (name, weight) in own_weights(plan, &names) {
+        run.weights.insert(name, weight);
     }
     run.limits.extend(plan.limits.clone());
     for cost in plan.limits.keys() {
@@ -161,6 +166,19 @@ pub fn of_task(mut run: ReportRun, plan: &Plan) -> ReportRun {
         run.weights.entry(cost.clone()).or_insert(0.0);
     }
     run
+}
+
+/// The weights that a plan has in place of its task's, whose objectives are these.
+fn own_weights(plan: &Plan, names: &[String]) -> Vec<(String, f64)> {
+    let text = plan.weights.as_deref().unwrap_or_default();
+    let one = |(i, part): (usize, &str)| {
+        let (name, number) = match part.split_once('=') {
+            Some((name, number)) => (name.trim().to_owned(), number),
+            None => (names.get(i)?.clone(), part),
+        };
+        Some((name, number.trim().parse().ok()?))
+    };
+    text.split(',').enumerate().filter_map(one).collect()
 }
 
 impl Making {
@@ -231,7 +249,10 @@ impl Making {
         let mut paper = self.paper.clone();
         paper.reference.extend(self.reference.clone());
         let page = Page::read(title, runs).paper(paper)?;
-        files::replace(out, page.page(again)?.as_bytes())?;
+        let text = page.page(again)?;
+        in_place(out, |part| {
+            Ok(std::fs::write(part, &text).map_err(files::failed("writing", part))?)
+        })?;
         if let Some(folder) = &self.parts {
             page.write_parts(folder)?;
         }

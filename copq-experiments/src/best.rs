@@ -1,5 +1,7 @@
 //! Which evaluation was the best: costs within their limits first, then the weighted total.
 
+use std::collections::BTreeMap;
+
 use copq::EnvSpec;
 
 use crate::sheet::Sheet;
@@ -36,8 +38,11 @@ impl Best {
     /// The best of the rows of an `evaluations.csv`.
     pub(crate) fn of_rows(sheet: &Sheet, spec: &EnvSpec) -> Self {
         let mut best = Self::default();
+        let columns: BTreeMap<&String, Vec<f64>> =
+            sheet.columns().iter().filter_map(|name| Some((name, sheet.column(name)?))).collect();
         for row in 0..sheet.steps().len() {
-            let number = |name: &str| sheet.column(name).map_or(f64::NAN, |column| column[row]);
+            let number =
+                |name: &str| columns.get(&name.to_owned()).map_or(f64::NAN, |column| column[row]);
             best.update_by_name(&number, spec);
         }
         best

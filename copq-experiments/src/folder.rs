@@ -76,8 +76,9 @@ use copq::files;
 /// | `multiplier/NAME` | lambda of a cost |
 /// | `cost_window/NAME`, `cost_epoch/NAME` | mean undiscounted cost of the episodes that the multiplier sees, and of those that ended in this epoch |
 ///
-/// `evaluations.csv` has mean, standard deviation, least and largest of the returns over its
-/// episodes, `q_start/NAME` (the critics' mean value of an episode's first action: the value of
+/// `evaluations.csv` has `episodes`, then mean, standard deviation, least and largest of the returns
+/// over them (`weighted_total/mean`, `/std`, `/min`, `/max`, `return/NAME/mean` and so on),
+/// `length/mean`, `q_start/NAME` (the critics' mean value of an episode's first action: the value of
 /// the policy that they learn, so with its smoothing noise, or its samples and their entropy bonus)
 /// and `discounted/NAME` (what the episode then returned, discounted).
 ///

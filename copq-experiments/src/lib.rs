@@ -13,10 +13,12 @@
 //!     make_agent: fn(Method) -> Result<Box<dyn Agent>>,
 //! ) -> Result<()> {
 //!     let method = Method::cop_td3();
-//!     let plan = Plan::new(&method);
+//!     let env = make_env()?;
+//!     // A plan's words are yours to give: nobody compares them with the trainer.
+//!     let plan = Plan { task: env.spec().name.clone(), ..Plan::new(&method) };
 //!     let config = method.config.clone();
 //!     let folder = RunFolder::create("runs/first", &plan, &config)?; // with its config.toml
-//!     let trainer = Trainer::new(make_env()?, make_agent(method)?)?;
+//!     let trainer = Trainer::new(env, make_agent(method)?)?; // or Trainer::boxed of any agent's
 //!     let ending = Run::new(trainer, Some(make_env()?), folder, plan.run)?.train()?;
 //!     println!("{ending}"); // where everything is, or how to go on after Ctrl-C
 //!     Ok(())

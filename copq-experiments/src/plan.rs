@@ -103,7 +103,7 @@ pub struct RunSettings {
     pub steps: u64,
     /// Seed of every random number: networks, exploration, batches, episodes.
     pub seed: u64,
-    /// Steps between two evaluations; 0 means never.
+    /// Steps between two evaluations; 0 means never. There is also one at step 0, and one at the end.
     pub eval_every: u64,
     /// Episodes of an evaluation, the same ones every time.
     pub eval_episodes: usize,

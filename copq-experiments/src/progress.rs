@@ -135,7 +135,8 @@ impl Lines {
             return;
         }
         let rate = (step - self.last_step) as f64 / self.since.elapsed().as_secs_f64();
-        let minutes = (self.steps - step) as f64 / rate / 60.0;
+        // Several worlds may go past the end together.
+        let minutes = self.steps.saturating_sub(step) as f64 / rate / 60.0;
         tell(&format!(
             "{:>9} of {} steps, {rate:.0} steps/s, {minutes:.0} min left",
             grouped(step),

@@ -59,7 +59,7 @@ pub type ActionGrad<'a> = &'a mut dyn FnMut(Sample<'_>, SampleGrad<'_>) -> Resul
 ///     }
 /// #     fn update_target(&mut self, _: f32) -> Result<()> { Ok(()) }
 ///
-///     // update_target is left out here; save, load and export are needed to save a run.
+///     // Left out here: update_target; save and load, for runs; export and import, for policies.
 /// }
 ///
 /// // A step towards a = 0.5 where 1 is seen, down the gradient a - 0.5.

@@ -106,13 +106,17 @@ pub trait Agent: Send {
     }
 
     /// Makes room for so many worlds that take their steps together; what had been gathered of an
-    /// epoch is forgotten. An error for more than one unless implemented.
+    /// epoch is forgotten. The default is an error for more than one.
     fn prepare(&mut self, worlds: usize) -> Result<()> {
         if worlds == 1 {
             return Ok(());
         }
         Err(Error::invalid("worlds of an agent that learns from one at a time", 1, worlds))
     }
+
+    /// Says that an episode has begun, in the world attended to last. One that goes on after
+    /// [`Agent::load`] does not begin.
+    fn begin_episode(&mut self) {}
 
     /// Says which world the next [`Agent::act`] or [`Agent::observe`] is about, counted from 0.
     fn attend(&mut self, _world: usize) {}
@@ -127,8 +131,8 @@ pub trait Agent: Send {
         Ok(())
     }
 
-    /// Does the learning that one environment step is worth: nothing during the warm-up, UTD
-    /// updates after it.
+    /// Does the learning that one environment step is worth: nothing during the warm-up, then
+    /// [`Config::updates_per_step`](crate::Config) updates.
     fn update(&mut self, _log: &mut dyn Observer) -> Result<()> {
         Ok(())
     }
@@ -140,7 +144,8 @@ pub trait Agent: Send {
     }
 
     /// What the agent believes that this action will return, discounted, a number for each objective:
-    /// the critics' mean Q(s, a), or on-policy V(s). NaN where no critic says it of an objective alone.
+    /// the critics' mean Q(s, a), or on-policy V(s). NaN for an objective
+    /// without a critic of its own.
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()>;
 
     /// Writes what acting takes to a small file, for [`Policy::read`](crate::Policy::read).
@@ -174,6 +179,10 @@ impl<A: Agent + ?Sized> Agent for Box<A> {
 
     fn prepare(&mut self, worlds: usize) -> Result<()> {
         self.as_mut().prepare(worlds)
+    }
+
+    fn begin_episode(&mut self) {
+        self.as_mut().begin_episode();
     }
 
     fn attend(&mut self, world: usize) {

@@ -1,6 +1,6 @@
 //! The seam to a tensor library: who builds the networks.
 
-use crate::on_policy::{Policy, Value};
+use crate::on_policy::{GaussianPolicy, StateValue};
 use crate::{Actor, Critic, EnvSpec, Error, Networks, Result, Rng};
 
 /// Builds the networks of a [`Learner`](crate::Learner): `copq_candle::Candle`, or your own.
@@ -67,23 +67,23 @@ pub trait Backend {
         rng: &mut Rng,
     ) -> Result<Box<dyn Actor>>;
 
-    /// A policy for on-policy learning. An error that says so unless implemented.
+    /// A policy for on-policy learning. The default returns [`Error::Unsupported`].
     fn policy(
         &self,
         _spec: &EnvSpec,
         _networks: &Networks,
         _rng: &mut Rng,
-    ) -> Result<Box<dyn Policy>> {
+    ) -> Result<Box<dyn GaussianPolicy>> {
         Err(off_policy("policy"))
     }
 
-    /// A critic of observations for on-policy learning. An error that says so unless implemented.
+    /// A critic of observations for on-policy learning. The default returns [`Error::Unsupported`].
     fn value(
         &self,
         _spec: &EnvSpec,
         _networks: &Networks,
         _rng: &mut Rng,
-    ) -> Result<Box<dyn Value>> {
+    ) -> Result<Box<dyn StateValue>> {
         Err(off_policy("value"))
     }
 }

@@ -74,13 +74,14 @@ pub trait Env: Send {
     /// (unweighted).
     fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome>;
 
-    /// Writes all that [`Env::load`] needs to go on bit for bit, in mid-episode. An error that says
-    /// so unless implemented.
+    /// Writes all that [`Env::load`] needs to go on bit for bit. It is asked between any two steps,
+    /// and before the first reset. The default returns [`Error::Unsupported`], and so does an
+    /// environment that cannot be saved, by which others know it.
     fn save(&self, _state: &mut State) -> Result<()> {
         Err(cannot_be_saved(self.spec()))
     }
 
-    /// Goes back to what [`Env::save`] wrote. An error that says so unless implemented.
+    /// Goes back to what [`Env::save`] wrote. The default returns [`Error::Unsupported`].
     fn load(&mut self, _state: &State) -> Result<()> {
         Err(cannot_be_saved(self.spec()))
     }

@@ -36,7 +36,9 @@
 //! | explore, or weigh costs, your own way | [`Explore`], [`Multiplier`] |
 //! | bring your own networks | [`Critic`], [`Actor`], or a whole [`Backend`] |
 //!
-//! This crate itself depends on no tensor library and no physics engine.
+//! Observations are flat vectors of `f32`, actions boxes of continuous numbers: there are no discrete
+//! actions and no images. Off-policy methods learn from one environment at a time. This crate itself
+//! depends on no tensor library and no physics engine; `copq_candle::Candle` computes on the CPU.
 //!
 //! ```ignore
 //! let env = copq_envs_rapier::make("a/hopper")?;
@@ -49,9 +51,9 @@
 //!
 //! # Cookbook
 //!
-//! **Explore otherwise**: a policy's own noise explores unless [`Method::explore`] says how far its
-//! actions move towards the critics' upper bound ([`Method::cop_td3_oac`]);
-//! [`Optimism::projection`] names whose. [`Learner::explore`] takes a rule of your own.
+//! **Explore otherwise**: by default the policy's own noise explores. [`Method::explore`] shifts its
+//! actions towards the critics' upper bound ([`Method::cop_td3_oac`]), by the projection that
+//! [`Optimism::projection`] names. [`Learner::explore`] takes a rule of your own.
 //!
 //! **Change the priorities**: [`OrderedEnv`] is the same world with its objectives in another
 //! order; [`AdjustedEnv`] has other limits of its costs, and other weights.
@@ -69,17 +71,18 @@
 //! | word | meaning |
 //! |---|---|
 //! | objective | one component of the reward vector: a reward, or a cost |
-//! | cost, limit | a reward's opposite, told as a positive number; what its sum over an episode shall not exceed |
+//! | cost, limit | an objective to keep small, told as a number of 0 or more; the most that its sum over an episode may be |
 //! | priority | the objectives' order, most important first |
 //! | critics, ensemble | networks of all N values, or *separate* ones of one value each; all of them together |
-//! | projection, bound | a rule that makes one vector a row of an ensemble's values; that vector. Its *step* is signed, -1 the lower bound |
-//! | clip | what keeps a Cholesky bound from going the wrong way along w |
-//! | weights | the scalarisation w, not a network's parameters |
+//! | projection, bound | a rule that makes one vector of what the critics say of an action; that vector. Its *step* is signed: -1 is the lower (pessimistic) bound, 1 the upper one |
+//! | clip | the turn R that keeps a Cholesky lower bound from raising the weighted total |
+//! | weights | the scalarisation w, not a network's parameters; u = w / \|w\| is their direction |
 //! | target network | the slow copy of a network |
 //! | TD target | the value that critics learn towards |
-//! | FAMO | weights of the objectives' losses, so that all fall equally fast |
+//! | FAMO | learned weights of the objectives' losses, so that their logarithms fall equally fast |
 //! | agent, learner, trainer | what acts and may learn; an agent that learns, off-policy or on; an agent with its world, step by step |
 //! | mode | a policy's action without noise |
+//! | Sigma, L | the critics' covariance of one action's values; its Cholesky factor, in priority order |
 
 mod actor;
 mod adam;

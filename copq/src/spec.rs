@@ -32,8 +32,9 @@ impl Objective {
         Self { name: name.into(), weight, limit: None }
     }
 
-    /// A cost with its limit, and weight 0: a multiplier weighs it
-    /// ([`Constraint`](crate::Constraint)).
+    /// A cost with its limit, and weight 0: only methods with a
+    /// [`Constraint`](crate::Constraint), such as [`Method::cop_cal`](crate::Method::cop_cal), hold
+    /// the limit, by a multiplier. Any other ignores the cost, unless you give it a negative weight.
     pub fn cost(name: impl Into<String>, limit: f32) -> Self {
         Self { name: name.into(), weight: 0.0, limit: Some(limit) }
     }
@@ -82,12 +83,14 @@ pub struct EnvSpec {
     pub action_low: Vec<f32>,
     /// Upper bound of every action component.
     pub action_high: Vec<f32>,
-    /// The rewards, highest priority first.
+    /// The objectives (rewards and costs), highest priority first.
     pub objectives: Vec<Objective>,
     /// The reward that a stochastic policy's entropy bonus is added to, by its name; `None` means
-    /// the last reward.
+    /// the last reward. The bonus counts with that reward's weight, which must be positive.
     pub entropy: Option<String>,
-    /// Steps after which an episode is truncated at the latest; it is an error to run on.
+    /// Steps of the longest episode. The environment itself returns
+    /// [`Outcome::Truncated`](crate::Outcome::Truncated) then: nobody counts for it, and it is an
+    /// error to run on.
     pub horizon: usize,
     /// Versions that its numbers depend on, such as `mujoco 3.17.0`, if it says so.
     pub versions: Option<String>,

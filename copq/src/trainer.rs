@@ -87,6 +87,27 @@ impl<A: Agent> Trainer<A> {
         Self { threads: threads.max(1), ..self }
     }
 
+    /// The same with its agent in a box, as whoever takes any agent wants it.
+    pub fn boxed(self) -> Trainer
+    where
+        A: 'static,
+    {
+        let Self { worlds, agent, episode_seeds, actions, outcomes, .. } = self;
+        let Self { steps, timing, threads, failed, cut_short, .. } = self;
+        Trainer {
+            agent: Box::new(agent),
+            worlds,
+            episode_seeds,
+            actions,
+            outcomes,
+            steps,
+            timing,
+            threads,
+            failed,
+            cut_short,
+        }
+    }
+
     /// Environment steps done so far, of all worlds together.
     pub fn steps(&self) -> u64 {
         self.steps
@@ -191,7 +212,10 @@ impl<A: Agent> Trainer<A> {
             return Ok(());
         }
         let begun = self.worlds[world].reset(self.episode_seeds.next_u64());
-        self.or_give_up(world, begun)
+        self.or_give_up(world, begun)?;
+        self.agent.attend(world);
+        self.agent.begin_episode();
+        Ok(())
     }
 
     fn act(&mut self, world: usize) -> Result<()> {
@@ -293,7 +317,8 @@ impl<A: Agent> Trainer<A> {
         evaluation
     }
 
-    /// Writes everything the rest of the run depends on.
+    /// Writes everything the rest of the run depends on. An error in mid-episode of an environment
+    /// that cannot be saved; see [`Trainer::save_without_episodes`].
     pub fn save(&self, state: &mut State) -> Result<()> {
         self.save_without_episodes(state)?;
         self.worlds[0].save(state)?;
@@ -314,7 +339,8 @@ impl<A: Agent> Trainer<A> {
         self.agent.save(state.child_mut("agent"))
     }
 
-    /// Goes back to what [`Trainer::save`] wrote; the next step is then the same, bit for bit.
+    /// Goes back to what [`Trainer::save`] wrote; the next step is then the same, bit for bit. After
+    /// an error the trainer is partly restored: make a new one.
     pub fn load(&mut self, state: &State) -> Result<()> {
         // The agent first: it knows what the state is of.
         self.agent.load(state.child("agent")?)?;

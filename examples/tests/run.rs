@@ -58,6 +58,22 @@ fn your_own() {
 }
 
 #[test]
+fn runs_are_compared_and_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let compare = || {
+        let mut command = Command::new(path("compare"));
+        let output = command.arg("100").current_dir(folder.path()).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8(output.stderr).unwrap());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let first = compare();
+    assert!(first.contains("| scalarised-min | 3 | 100 |"), "{first}");
+    assert!(first.contains("higher (95 %, three seeds each)"), "{first}");
+    assert_eq!(compare(), first);
+    assert!(folder.path().join("runs/compare/compare.svg").exists());
+}
+
+#[test]
 fn act() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("policy.safetensors");

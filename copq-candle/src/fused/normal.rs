@@ -17,7 +17,7 @@ use crate::shape::Shape;
 /// parameters of their own that begin at 1. Its mode is the mean, clamped to [-1, 1].
 ///
 /// ```
-/// use copq::on_policy::Policy;
+/// use copq::on_policy::GaussianPolicy;
 /// use copq::{Activation, Actor, EnvSpec, Net, Networks, Rng, Stream};
 /// use copq_candle::fused::Normal;
 ///
@@ -90,13 +90,14 @@ impl Actor for Normal {
     }
 
     fn mode(&mut self, _: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
-        on_policy::Policy::means(self, obs, action)?;
+        on_policy::GaussianPolicy::means(self, obs, action)?;
         action.iter_mut().for_each(|action| *action = action.clamp(-1.0, 1.0));
         Ok(())
     }
 
     fn improve(&mut self, _: &[f32], _: &[f32], _: ActionGrad<'_>) -> Result<()> {
-        let what = "this policy learns by on_policy::Policy::descend, not by Actor::improve";
+        let what =
+            "this policy learns by on_policy::GaussianPolicy::descend, not by Actor::improve";
         Err(Error::Unsupported { what: what.to_owned() })
     }
 
@@ -131,7 +132,7 @@ impl Actor for Normal {
     }
 }
 
-impl on_policy::Policy for Normal {
+impl on_policy::GaussianPolicy for Normal {
     fn log_std(&self) -> &[f32] {
         &self.deviations.log_std
     }

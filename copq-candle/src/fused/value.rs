@@ -14,7 +14,7 @@ use crate::shape::Shape;
 /// A critic for on-policy learning: observation -> hidden layers -> one number.
 ///
 /// ```
-/// use copq::on_policy::{Descent, Value as _};
+/// use copq::on_policy::{Descent, StateValue as _};
 /// use copq::{Activation, EnvSpec, Networks, Rng, Stream};
 /// use copq_candle::fused::Value;
 ///
@@ -83,7 +83,7 @@ pub(super) fn prepare(
     factor
 }
 
-impl on_policy::Value for Value {
+impl on_policy::StateValue for Value {
     fn values(&mut self, obs: &[f32], value: &mut [f32]) -> Result<()> {
         let rows = check::rows(obs, self.observation)?;
         check::batch("values", value, rows, 1)?;

@@ -14,7 +14,7 @@ use crate::learned::Learned;
 /// [`fused::Value`](crate::fused::Value) by autograd, on any device.
 ///
 /// ```
-/// use copq::on_policy::Value as _;
+/// use copq::on_policy::StateValue as _;
 /// use copq::{EnvSpec, Networks, Rng, Stream};
 /// use copq_candle::{Device, plain::Value};
 ///
@@ -77,7 +77,7 @@ pub(super) fn with_penalty<'a>(
     variables.into_iter().try_fold(loss, add).map_err(failed)
 }
 
-impl on_policy::Value for Value {
+impl on_policy::StateValue for Value {
     fn values(&mut self, obs: &[f32], value: &mut [f32]) -> Result<()> {
         let output = self.forward(obs)?;
         check::batch("values", value, output.elem_count(), 1)?;

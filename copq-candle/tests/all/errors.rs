@@ -4,7 +4,7 @@
 use crate::common;
 
 use common::{Case, init, saved};
-use copq::on_policy::Policy;
+use copq::on_policy::GaussianPolicy;
 use copq::{Actor, Net, Networks, Result};
 use copq_candle::fused;
 

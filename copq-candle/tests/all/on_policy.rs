@@ -1,21 +1,23 @@
 //! On-policy updates against OmniSafe's own, and the two implementations against each other.
 
-use copq::on_policy::{self, Config, Constraint, Method, Policy, Rows, SecondStep, Value};
+use copq::on_policy::{
+    self, Config, Constraint, GaussianPolicy, Method, Rows, SecondStep, StateValue,
+};
 use copq::{EnvSpec, Networks, Rng, State, Stream};
 use copq_candle::{Device, fused, plain};
-use serde_json::Value as Json;
+use serde_json::Value;
 
-type Critics = Vec<Box<dyn Value>>;
+type Critics = Vec<Box<dyn StateValue>>;
 
-fn read(text: &str) -> Json {
+fn read(text: &str) -> Value {
     serde_json::from_str(text).unwrap()
 }
 
-fn number(value: &Json) -> f64 {
+fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()
 }
 
-fn floats(value: &Json) -> Vec<f32> {
+fn floats(value: &Value) -> Vec<f32> {
     match value.as_array() {
         Some(values) => values.iter().flat_map(floats).collect(),
         None => vec![number(value) as f32],
@@ -47,7 +49,7 @@ enum Kind {
     Plain,
 }
 
-fn policy(kind: Kind, seed: u64) -> Box<dyn Policy> {
+fn policy(kind: Kind, seed: u64) -> Box<dyn GaussianPolicy> {
     let rng = &mut Rng::new(seed, Stream::Init);
     match kind {
         Kind::Fused => Box::new(fused::Normal::new(&spec(), &networks(), rng).unwrap()),
@@ -57,7 +59,7 @@ fn policy(kind: Kind, seed: u64) -> Box<dyn Policy> {
     }
 }
 
-fn critic(kind: Kind, seed: u64) -> Box<dyn Value> {
+fn critic(kind: Kind, seed: u64) -> Box<dyn StateValue> {
     let rng = &mut Rng::new(seed, Stream::Init);
     match kind {
         Kind::Fused => Box::new(fused::Value::new(&spec(), &networks(), rng).unwrap()),
@@ -68,14 +70,14 @@ fn critic(kind: Kind, seed: u64) -> Box<dyn Value> {
 }
 
 /// Stored layers as a flat buffer, and the deviations after them.
-fn flat(network: &Json) -> Vec<f32> {
+fn flat(network: &Value) -> Vec<f32> {
     let layers = network["layers"].as_array().unwrap();
     let parts = layers.iter().flat_map(|layer| [&layer["weight"], &layer["bias"]]);
     parts.chain(network.get("log_std")).flat_map(floats).collect()
 }
 
 /// Stored layers by their names.
-fn put_layers(network: &Json, scale: f32, state: &mut State) {
+fn put_layers(network: &Value, scale: f32, state: &mut State) {
     for (i, layer) in network["layers"].as_array().unwrap().iter().enumerate() {
         let bias = floats(&layer["bias"]);
         let weight = floats(&layer["weight"]);
@@ -86,7 +88,7 @@ fn put_layers(network: &Json, scale: f32, state: &mut State) {
     }
 }
 
-fn stored_policy(kind: Kind, network: &Json) -> Box<dyn Policy> {
+fn stored_policy(kind: Kind, network: &Value) -> Box<dyn GaussianPolicy> {
     let mut state = State::default();
     put_layers(network, 1.0, &mut state);
     state.put("log_std", floats(&network["log_std"]));
@@ -95,7 +97,7 @@ fn stored_policy(kind: Kind, network: &Json) -> Box<dyn Policy> {
     policy
 }
 
-fn stored_critic(kind: Kind, network: &Json) -> Box<dyn Value> {
+fn stored_critic(kind: Kind, network: &Value) -> Box<dyn StateValue> {
     let mut state = State::default();
     for (part, scale) in [("online", 1.0), ("target", 1.0), ("adam_m", 0.0), ("adam_v", 0.0)] {
         put_layers(network, scale, state.child_mut(part));
@@ -106,12 +108,12 @@ fn stored_critic(kind: Kind, network: &Json) -> Box<dyn Value> {
     critic
 }
 
-fn stored(kind: Kind, networks: &Json) -> (Box<dyn Policy>, Critics) {
+fn stored(kind: Kind, networks: &Value) -> (Box<dyn GaussianPolicy>, Critics) {
     let critic = |name: &str| stored_critic(kind, &networks[name]);
     (stored_policy(kind, &networks["actor"]), vec![critic("reward_critic"), critic("cost_critic")])
 }
 
-fn check_policy(what: &str, policy: &dyn Policy, wanted: &Json) {
+fn check_policy(what: &str, policy: &dyn GaussianPolicy, wanted: &Value) {
     let mut state = State::default();
     policy.export(&mut state).unwrap();
     let names = (0..3).flat_map(|i| [format!("layer.{i}.weight"), format!("layer.{i}.bias")]);
@@ -120,7 +122,7 @@ fn check_policy(what: &str, policy: &dyn Policy, wanted: &Json) {
     check(what, &all, &flat(wanted));
 }
 
-fn check_critic(what: &str, critic: &dyn Value, wanted: &Json) {
+fn check_critic(what: &str, critic: &dyn StateValue, wanted: &Value) {
     let mut state = State::default();
     critic.save(&mut state).unwrap();
     let online = state.child("online").unwrap();
@@ -129,14 +131,14 @@ fn check_critic(what: &str, critic: &dyn Value, wanted: &Json) {
     check(what, &all, &flat(wanted));
 }
 
-fn check_networks(what: &str, policy: &dyn Policy, critics: &Critics, wanted: &Json) {
+fn check_networks(what: &str, policy: &dyn GaussianPolicy, critics: &Critics, wanted: &Value) {
     check_policy(&format!("{what}, policy"), policy, &wanted["actor"]);
     for (critic, name) in critics.iter().zip(["reward_critic", "cost_critic"]) {
         check_critic(&format!("{what}, {name}"), critic.as_ref(), &wanted[name]);
     }
 }
 
-fn rows(batch: &Json, log_prob: &Json) -> Rows {
+fn rows(batch: &Value, log_prob: &Value) -> Rows {
     Rows {
         obs: floats(&batch["obs"]),
         action: floats(&batch["act"]),
@@ -149,7 +151,7 @@ fn rows(batch: &Json, log_prob: &Json) -> Rows {
 /// Rows in stored order.
 fn in_order(_: &mut [usize]) {}
 
-fn check_kl(what: &str, got: &[f64], wanted: &Json) {
+fn check_kl(what: &str, got: &[f64], wanted: &Value) {
     let got: Vec<f32> = got.iter().map(|&x| x as f32).collect();
     check(what, &got, &floats(wanted));
 }
@@ -282,7 +284,12 @@ fn the_step_size_falls_as_omnisafes() {
 }
 
 /// The Fisher matrix with its damping times a flat vector, of its parts.
-fn fisher_product(policy: &mut dyn Policy, obs: &[f32], vector: &[f32], damping: f32) -> Vec<f32> {
+fn fisher_product(
+    policy: &mut dyn GaussianPolicy,
+    obs: &[f32],
+    vector: &[f32],
+    damping: f32,
+) -> Vec<f32> {
     let action = policy.log_std().len();
     let mut moved = vec![0.0; obs.len() / 4 * action];
     policy.push_forward(obs, vector, &mut moved).unwrap();

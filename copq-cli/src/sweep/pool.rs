@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use copq::files;
-use copq_experiments::{Stop, complaint_file, failure, steps_done};
+use copq_experiments::{Stop, complaint_file, failure, held_by, steps_done};
 
 use super::cores::cores;
 use super::file::SweepFile;
@@ -75,7 +75,8 @@ impl Run {
         let sweep = SweepFile::read_to_begin(&self.named.file)?;
         let mut free = cores();
         let all = available_parallelism().map_or(1, usize::from);
-        let places = if free.is_empty() { all } else { free.len() };
+        // A container may have fewer processors than there are to stay on.
+        let places = if free.is_empty() { all } else { free.len().min(all) };
         let threads = sweep.tasks.iter().map(|task| task.plan.threads).max().unwrap_or(1);
         let jobs = self.jobs.unwrap_or((places / threads).max(1));
         // Fewer runs than cores leave it to the system: another sweep may want the others.
@@ -166,6 +167,10 @@ impl Pool<'_> {
         let words = words(folder);
         if let Some(folder) = words.parent() {
             fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
+        }
+        // What an earlier failure said is not this one's reason.
+        if held_by(folder).is_none() {
+            fs::remove_file(complaint_file(folder)).unwrap_or_default();
         }
         let before = steps_done(folder);
         let words = File::create(&words).map_err(files::failed("making", &words))?;
@@ -289,12 +294,16 @@ impl Pool<'_> {
     fn progress(&self) -> String {
         let tasks = &self.sweep.tasks;
         // What is left of those that run, and what they have done here.
-        let mut left: u64 = self.waiting.iter().map(|&number| tasks[number].plan.run.steps).sum();
+        let rest = |number: usize| {
+            let task = &tasks[number];
+            task.plan.run.steps.saturating_sub(steps_done(&task.folder))
+        };
+        let mut left: u64 = self.waiting.iter().map(|&number| rest(number)).sum();
         let mut stepped = self.stepped;
         for running in &self.running {
             let task = &tasks[running.number];
             let now = steps_done(&task.folder);
-            left += task.plan.run.steps.saturating_sub(now);
+            left += rest(running.number);
             stepped += now.saturating_sub(running.before);
         }
         let rate = stepped as f64 / self.began.elapsed().as_secs_f64();

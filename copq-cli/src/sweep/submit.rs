@@ -1,5 +1,6 @@
 //! A sweep for Slurm or GNU parallel: readable files, and then what submits them.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf, absolute};
 use std::process::Command;
@@ -123,6 +124,15 @@ impl Submit {
                 "runs go on by the program that began them, {shown}; remove it for this one"
             ));
         }
+        for library in libraries() {
+            let name = library.file_name().unwrap_or_default();
+            let copy = folder.join(name);
+            if !copy.exists() {
+                files::replace_with(&copy, |path| {
+                    fs::copy(&library, path).map(drop).map_err(files::failed("copying", &library))
+                })?;
+            }
+        }
         Ok(Place { folder, name, file, program, start: std::env::current_dir()? })
     }
 
@@ -134,8 +144,9 @@ impl Submit {
         files::replace(&report, self.report_script(place)?.as_bytes())?;
         let arrays = arrays(numbers, self.at_once);
         if self.dry_run {
-            for [array, first] in &arrays {
-                say(&format!("sbatch --array={array} {} {first}\n", word(&runs)?))?;
+            for (i, [array, first]) in arrays.iter().enumerate() {
+                let after = if self.is_chained(i) { " --dependency=afterany:ID" } else { "" };
+                say(&format!("sbatch --array={array}{after} {} {first}\n", word(&runs)?))?;
             }
             let report = word(&report)?;
             let line = "sbatch --dependency=afterany:ID --kill-on-invalid-dep=yes";
@@ -149,9 +160,17 @@ impl Submit {
             place.job(),
             place.job()
         );
-        let mut ids = Vec::new();
+        let mut ids: Vec<String> = Vec::new();
         for [array, first] in &arrays {
-            let id = sbatch(&[&format!("--array={array}")], &runs, &[first])?;
+            let mut options = vec![format!("--array={array}")];
+            // A limit is of one array: the next one waits for it.
+            options.extend(
+                ids.last()
+                    .filter(|_| self.is_chained(ids.len()))
+                    .map(|before| format!("--dependency=afterany:{before}")),
+            );
+            let options: Vec<&str> = options.iter().map(String::as_str).collect();
+            let id = sbatch(&options, &runs, &[first])?;
             say(&format!("job {id}: runs {array} from {first} on\n"))?;
             ids.push(id);
         }
@@ -160,12 +179,18 @@ impl Submit {
         Ok(say(&format!("job {id}: the report, when they have ended\n"))?)
     }
 
+    /// Whether an array waits for the one before it.
+    fn is_chained(&self, array: usize) -> bool {
+        array > 0 && self.at_once.is_some()
+    }
+
     fn parallel(&self, sweep: &SweepFile, place: &Place) -> anyhow::Result<()> {
         let list = place.folder.join("runs.txt");
         let [program, file, start] =
             [word(&place.program)?, word(&place.file)?, word(&place.start)?];
+        let beside = place.libraries_beside()?;
         let line = |number: usize| {
-            format!("cd {start} && exec {program} sweep task {file} --task {number}\n")
+            format!("cd {start} && {beside} && exec {program} sweep task {file} --task {number}\n")
         };
         // All of them, in one order for ever: parallel knows a run by its line. Those that are done
         // end at once.
@@ -204,12 +229,14 @@ impl Submit {
         let Self { time, memory, .. } = self;
         let [program, file, start] =
             [word(&place.program)?, word(&place.file)?, word(&place.start)?];
+        let beside = place.libraries_beside()?;
         Ok(format!(
             r#"{head}#SBATCH --ntasks=1 --cpus-per-task={threads} --mem={memory} --time={time}
 #SBATCH --requeue --signal=B:USR1@{WARNING}
 
 # One run of a sweep. $1 is the number of the array's first run.
 cd {start} || exit
+{beside}
 {program} sweep task {file} --task $((SLURM_ARRAY_TASK_ID + $1)) &
 run=$!
 
@@ -224,7 +251,8 @@ while kill -0 $run 2> /dev/null; do # a signal has ended the wait
     code=$?
 done
 if test "$again" && test $code = 75; then
-    exec scontrol requeue "$SLURM_JOB_ID"
+    # By both numbers: one task of an array has the array's own, by which all would be requeued.
+    exec scontrol requeue "${{SLURM_ARRAY_JOB_ID}}_$SLURM_ARRAY_TASK_ID"
 fi
 exit $code
 "#
@@ -235,18 +263,38 @@ exit $code
         let head = self.head(place, &format!("{}-report", place.job()), "report.txt")?;
         let [program, file, start] =
             [word(&place.program)?, word(&place.file)?, word(&place.start)?];
+        let beside = place.libraries_beside()?;
         Ok(format!(
             "{head}#SBATCH --ntasks=1 --mem=2G --time=30:00\n\n\
-             cd {start} || exit\nexec {program} sweep report {file}\n"
+             cd {start} || exit\n{beside}\nexec {program} sweep report {file}\n"
         ))
     }
 }
 
 impl Place {
+    /// What lets its copy of the program find the libraries that lie beside it.
+    fn libraries_beside(&self) -> anyhow::Result<String> {
+        let folder = word(&self.folder)?;
+        Ok(format!("export LD_LIBRARY_PATH={folder}${{LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}}"))
+    }
+
     /// What its jobs are called.
     fn job(&self) -> String {
         format!("copq-{}", self.name)
     }
+}
+
+/// Libraries that this program has loaded from elsewhere than the system's folders, such as MuJoCo:
+/// on another node, or after `cargo clean`, they are not there. None where the system does not say.
+fn libraries() -> Vec<PathBuf> {
+    let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();
+    let path = |line: &str| line.split_once('/').map(|(_, path)| PathBuf::from(format!("/{path}")));
+    let is_own = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        name.contains(".so") && !["/usr", "/lib", "/lib64"].iter().any(|of| path.starts_with(of))
+    };
+    let found: BTreeSet<_> = maps.lines().filter_map(path).filter(is_own).collect();
+    found.into_iter().collect()
 }
 
 /// How many jobs of a name are in the queue; none if the queue cannot be asked.

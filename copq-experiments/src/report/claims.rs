@@ -198,7 +198,8 @@ impl Report {
             task: world.short.clone(),
             method,
             than,
-            planned: [&ours, &theirs].map(|seeds| seeds.as_ref().map_or(0, Seeds::planned)),
+            planned: [method, than]
+                .map(|name| label(name).map_or(0, |label| world.runs[label].len())),
             steps: [end, wanted.min().unwrap_or(end)],
             is_early,
             runs: comparison.map(|(ours, theirs)| Comparison { ours, theirs }),

@@ -86,7 +86,8 @@ impl CurvePanel {
 impl Curve {
     /// Without what is no number, which neither a picture nor a script can show.
     fn new(label: &str, seeds: usize, mut points: Vec<[f64; 4]>, thin: Vec<Vec<[f64; 2]>>) -> Self {
-        points.retain(|point| point.iter().all(|x| x.is_finite()));
+        // As f32, which the page has.
+        points.retain(|point| point.iter().all(|x| (*x as f32).is_finite()));
         Self { label: label.to_owned(), seeds, points, thin }
     }
 
@@ -145,9 +146,16 @@ impl Report {
     /// The evaluations of those runs that have come at least half as far as the longest: one that
     /// failed early would end all curves and tables there.
     pub(super) fn far_enough(&self, numbers: &[usize]) -> Vec<&Evaluated> {
-        let seeds = numbers.iter().filter_map(|&number| self.runs[number].evaluated.as_ref());
-        let longest = seeds.clone().map(Evaluated::last_step).max().unwrap_or(0);
-        seeds.filter(|seed| 2 * seed.last_step() >= longest).collect()
+        self.far(numbers).into_iter().filter_map(|run| run.evaluated.as_ref()).collect()
+    }
+
+    /// Those runs.
+    fn far(&self, numbers: &[usize]) -> Vec<&Stored> {
+        let runs = numbers.iter().map(|&number| &self.runs[number]);
+        let end = |run: &Stored| run.evaluated.as_ref().map(Evaluated::last_step);
+        let longest = runs.clone().filter_map(end).max().unwrap_or(0);
+        // Of runs that are not evaluated, such as those of eval-every = 0, all.
+        runs.filter(|run| end(run).map_or(longest == 0, |end| 2 * end >= longest)).collect()
     }
 
     /// Every run's own curve.
@@ -214,8 +222,7 @@ impl Report {
             run.traces.iter().find(|(known, _)| known == name).map(|(_, points)| points.clone())
         };
         let curve = |(label, numbers): (&String, &Vec<usize>)| {
-            let lines: Vec<_> =
-                numbers.iter().filter_map(|&number| trace(&self.runs[number])).collect();
+            let lines: Vec<_> = self.far(numbers).into_iter().filter_map(trace).collect();
             Curve::new(label, lines.len(), over_seeds(&lines), Vec::new())
         };
         labels.map(curve).collect()

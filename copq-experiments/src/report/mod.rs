@@ -234,6 +234,9 @@ mod tests {
         });
         let report = Report::read("x", &runs);
         assert_eq!(cell(&report, 0, 0), "NaN (3)");
+        let of_totals = report.tables();
+        let totals = of_totals.iter().take(4).map(|table| table.rows[0].1[0].plain());
+        totals.for_each(|cell| assert_eq!(cell, "NaN (3)"));
         // The curve ends where it does, and the page's numbers are numbers.
         let page = report.page(None).unwrap();
         assert!(page.contains("[10.0,1.0,1.0,1.0]") && !page.contains("null]"));

@@ -117,7 +117,13 @@ impl Stored {
             problems.push("done by other settings than the sweep's file has now".to_owned());
         }
         // A run from before there was a file that says so.
-        if standing == Standing::Stopped && wanted.is_some_and(|wanted| steps >= wanted as f64) {
+        let evaluated_to = evaluated.as_ref().map_or(0, Evaluated::last_step);
+        let is_evaluated = config.as_ref().is_some_and(|config| {
+            let run = &config.plan.run;
+            run.eval_every == 0 || evaluated_to >= run.steps.min(end)
+        });
+        let has_all = wanted.is_some_and(|wanted| steps >= wanted as f64) && is_evaluated;
+        if standing == Standing::Stopped && has_all {
             standing = Standing::Done;
         }
         Self {

@@ -8,7 +8,7 @@ use super::table::{Cell, Table};
 use crate::figure::{Evaluated, Quantity};
 use crate::numbers::grouped;
 use crate::standing::Standing;
-use crate::statistics::{Bootstrap, FEWEST, iqm, mean, probability_of_improvement};
+use crate::statistics::{Bootstrap, FEWEST, iqm, max, mean, probability_of_improvement};
 
 /// The seeds of a method on a task.
 pub(super) struct Seeds<'a> {
@@ -17,7 +17,6 @@ pub(super) struct Seeds<'a> {
     end: u64,
     /// Runs that have begun, and all.
     begun: usize,
-    planned: usize,
 }
 
 impl Seeds<'_> {
@@ -45,9 +44,10 @@ impl Seeds<'_> {
         self.measured(measure, &Quantity::WeightedTotal, self.end)
     }
 
-    /// How many there shall be.
-    pub(super) fn planned(&self) -> usize {
-        self.planned
+    /// Whether a seed has fewer evaluations than a number takes.
+    fn are_early(&self, measure: Measure) -> bool {
+        let curves = self.values(&Quantity::WeightedTotal, self.end);
+        curves.iter().any(|curve| curve.len() < measure.least())
     }
 
     pub(super) fn end(&self) -> u64 {
@@ -65,7 +65,7 @@ impl Report {
         let begun = numbers.iter().filter(|&&n| self.runs[n].standing != Standing::Waiting);
         let seeds = self.far_enough(numbers);
         let end = seeds.iter().map(|seed| seed.last_step()).min().unwrap_or(0);
-        Seeds { seeds, end, begun: begun.count(), planned: numbers.len() }
+        Seeds { seeds, end, begun: begun.count() }
     }
 
     /// A column a task, each headed by its name and how far the seeds have come.
@@ -144,7 +144,12 @@ impl Report {
 }
 
 pub(super) fn all(report: &Report) -> Vec<Table> {
-    let each = |measure| move |seeds: &Seeds<'_>| seeds.cell(&seeds.totals(measure));
+    let each = |measure| {
+        move |seeds: &Seeds<'_>| match seeds.are_early(measure) {
+            true => Cell::default(),
+            false => seeds.cell(&seeds.totals(measure)),
+        }
+    };
     let tables = [
         report.of_totals(
             Measure::Final,
@@ -181,6 +186,9 @@ pub(super) fn all(report: &Report) -> Vec<Table> {
 
 /// The maximum of the mean curve, which is no seed's own number.
 fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
+    if seeds.are_early(Measure::BestOfMean) {
+        return Cell::default();
+    }
     let lines: Vec<Vec<[f64; 2]>> = seeds
         .values(&Quantity::WeightedTotal, seeds.end)
         .into_iter()
@@ -197,13 +205,17 @@ fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
     let best = |drawn: &[f64]| {
         let mean =
             |i| drawn.iter().map(|&s| values[s as usize][i]).sum::<f64>() / drawn.len() as f64;
-        (0..shared.len()).map(mean).fold(f64::NAN, f64::max)
+        let means: Vec<f64> = (0..shared.len()).map(mean).collect();
+        // One seed that is no number makes it none, as in the other tables.
+        if means.iter().any(|mean| mean.is_nan()) { f64::NAN } else { max(&means) }
     };
     let numbers: Vec<f64> = (0..lines.len()).map(|i| i as f64).collect();
     let bootstrap = Bootstrap { draws: 2_000, ..Bootstrap::default() };
     Cell {
         mean: Some(best(&numbers)).filter(|best| best.is_finite()),
-        interval: bootstrap.interval(&[&numbers[..]], best),
+        interval: bootstrap
+            .interval(&[&numbers[..]], best)
+            .filter(|ends| ends.iter().all(|end| end.is_finite())),
         seeds: lines.len(),
         begun: seeds.begun,
         ..Cell::default()

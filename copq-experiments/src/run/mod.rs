@@ -92,7 +92,7 @@ impl Run {
         }
         if settings.on_resume == OnResume::SameEpisode {
             // A checkpoint holds the world in mid-episode: better now than after the first steps.
-            trainer.env().save(&mut State::default())?;
+            trainer.env().save(&mut State::default()).map_err(cannot_go_on)?;
         }
         check_same_seed(&trainer, &settings)?;
         let saved = folder.load()?;
@@ -306,6 +306,14 @@ fn go_on(trainer: &mut Trainer, folder: &RunFolder, saved: &State) -> Result<()>
         let file = folder.file("checkpoint.safetensors");
         Error::other(format!("going on from '{}'", file.display()), e)
     })
+}
+
+/// What to do about a world that cannot be saved.
+fn cannot_go_on(error: Error) -> Error {
+    let Error::Unsupported { what } = error else { return error };
+    let advice = "RunSettings::on_resume = OnResume::NewEpisode lets a run begin a new episode when it \
+                  goes on";
+    Error::Unsupported { what: format!("{what}; {advice}") }
 }
 
 fn check_same_seed(trainer: &Trainer, settings: &RunSettings) -> Result<()> {

@@ -37,6 +37,9 @@ impl Sample {
         let centre = mean(values);
         let squares: f64 = values.iter().map(|value| (value - centre).powi(2)).sum();
         let std = (squares / values.len().saturating_sub(1) as f64).sqrt();
+        // Equal numbers have no scatter, however their mean is rounded.
+        let is_one_number = values.len() > 1 && values.iter().all(|value| *value == values[0]);
+        let std = if is_one_number { 0.0 } else { std };
         Self { mean: centre, std, seeds: values.len() }
     }
 

@@ -68,16 +68,16 @@ impl Backend for Still {
         _: &EnvSpec,
         _: &Networks,
         _: &mut Rng,
-    ) -> Result<Box<dyn on_policy::Policy>> {
+    ) -> Result<Box<dyn on_policy::GaussianPolicy>> {
         Ok(Box::new(Still))
     }
 
-    fn value(&self, _: &EnvSpec, _: &Networks, _: &mut Rng) -> Result<Box<dyn on_policy::Value>> {
+    fn value(&self, _: &EnvSpec, _: &Networks, _: &mut Rng) -> Result<Box<dyn on_policy::StateValue>> {
         Ok(Box::new(Still))
     }
 }
 
-impl on_policy::Policy for Still {
+impl on_policy::GaussianPolicy for Still {
     fn log_std(&self) -> &[f32] {
         &[0.0]
     }
@@ -97,7 +97,7 @@ impl on_policy::Policy for Still {
     }
 }
 
-impl on_policy::Value for Still {
+impl on_policy::StateValue for Still {
     fn values(&mut self, _: &[f32], value: &mut [f32]) -> Result<()> {
         value.fill(0.0);
         Ok(())

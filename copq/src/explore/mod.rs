@@ -81,13 +81,34 @@ pub trait Explore: Debug + Send {
     /// normalised ones.
     fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()>;
 
-    /// Writes what changes from step to step, for a rule with a memory; the generator is the
-    /// learner's.
+    /// Says that an episode has begun, for a rule whose memory begins anew with it.
+    fn begin_episode(&mut self) {}
+
+    /// Writes what changes from step to step; the generator is the learner's. A rule with a memory
+    /// implements this and [`Explore::load`], or a resumed run differs without a word.
     fn save(&self, _state: &mut State) {}
 
     /// Restores what [`Explore::save`] wrote.
     fn load(&mut self, _state: &State) -> Result<()> {
         Ok(())
+    }
+}
+
+impl Explore for Box<dyn Explore> {
+    fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()> {
+        self.as_mut().act(context, obs, action)
+    }
+
+    fn begin_episode(&mut self) {
+        self.as_mut().begin_episode();
+    }
+
+    fn save(&self, state: &mut State) {
+        self.as_ref().save(state);
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.as_mut().load(state)
     }
 }
 

@@ -54,7 +54,7 @@ struct Buffers {
 
 impl Default for Optimistic {
     /// The upper bound of the learner's own projection, with the paper's constants (Tables D.2 and
-    /// D.3).
+    /// D.3): a noise of 0.1, whatever the method's own is.
     fn default() -> Self {
         Self {
             optimism: Optimism::default(),

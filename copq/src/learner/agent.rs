@@ -52,6 +52,11 @@ impl Agent for Learner {
         self.spec.check_same("the environment of a learner made for another", spec)
     }
 
+    fn begin_episode(&mut self) {
+        self.warm_up.begin_episode();
+        self.explore.begin_episode();
+    }
+
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
         check_len("action", action.len(), self.spec.action_len())?;
         check_finite_obs(obs, self.steps)?;

@@ -20,8 +20,13 @@ impl Learner {
     ///
     /// It explores by Gaussian noise or a stochastic policy's own samples, towards an upper bound
     /// if [`Config::optimism`] says so; its scalarisation weights are the task's, or the
-    /// multipliers of [`Config::constraint`], which is an error for a task without costs. Swap
-    /// exploration and multipliers with [`Learner::explore`] and [`Learner::multiplier`].
+    /// multipliers of [`Config::constraint`]. Swap exploration and multipliers with
+    /// [`Learner::explore`] and [`Learner::multiplier`].
+    ///
+    /// # Errors
+    ///
+    /// Settings or a description that cannot be used, a constraint for a task without costs, networks
+    /// that the backend cannot make, more memory than there is.
     pub fn new(method: Method, spec: &EnvSpec, backend: &dyn Backend, seed: u64) -> Result<Self> {
         method.config.check()?;
         spec.check()?;
@@ -100,13 +105,16 @@ impl Learner {
         })
     }
 
-    /// Swaps the exploration rule.
+    /// Swaps the exploration rule, which acts from step [`Config::start_steps`] on; before it does
+    /// [`Config::warm_up`]. A checkpoint does not say which rule it was: give a method with one of
+    /// your own its own name ([`Method::named`]).
     pub fn explore(mut self, explore: impl Explore + 'static) -> Self {
         self.explore = Box::new(explore);
         self
     }
 
-    /// Swaps the source of the scalarisation weights. A stochastic policy needs a positive weight
+    /// Swaps the source of the scalarisation weights; a name of its own tells its checkpoints from
+    /// others, as with [`Learner::explore`]. A stochastic policy needs a positive weight
     /// of the reward that its entropy bonus is added to.
     pub fn multiplier(mut self, multiplier: impl Multiplier + 'static) -> Result<Self> {
         check_len("the multiplier's weights", multiplier.weights().len(), self.objectives.len())?;

@@ -32,8 +32,8 @@ pub struct QEstimate {
     pub mean: Vec<f64>,
     /// Their standard deviation.
     pub std: Vec<f64>,
-    /// Their lower bound, as far from the mean as in TD targets. It is low for the weighted total: of
-    /// an objective alone it may be above the mean, and of a cost it is the upper one.
+    /// Their bound, as in TD targets. Its weighted total lies at or below that of the mean; an
+    /// objective's own may lie above, and a cost's is an upper one.
     pub bound: Vec<f64>,
     /// The weights of that total.
     pub weights: Vec<f64>,

@@ -148,6 +148,31 @@ impl Learner {
         About::new(&self.spec, &self.config.networks, self.config.actor(), Some(&self.name))
     }
 
+    /// The numbers that it learns by.
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// The task that it was made for.
+    pub fn spec(&self) -> &EnvSpec {
+        &self.spec
+    }
+
+    /// The scalarisation weights now, one per objective: a cost's is minus its multiplier.
+    pub fn weights(&self) -> &[f32] {
+        self.multiplier.weights()
+    }
+
+    /// The temperature alpha of the entropy bonus now, if there is one.
+    pub fn temperature(&self) -> Option<f64> {
+        self.temperature.as_ref().map(Temperature::alpha)
+    }
+
+    /// Environment steps observed so far.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
     /// Updates done so far.
     pub fn updates(&self) -> u64 {
         self.updates

@@ -72,7 +72,7 @@ impl Default for Smoothing {
 /// use copq::projection::step_length;
 /// use copq::{Method, Optimism};
 ///
-/// // The upper bound that holds 99 % of a normal law of three objectives, less and less of it.
+/// // The ellipsoid that holds 99 % of a normal law in three dimensions; the shift fades out.
 /// let beta = step_length(0.99, 3)?;
 /// let optimism = Optimism { beta, until: Some(50_000), ..Optimism::by("extremum") };
 /// let method = Method::cop_td3().explore(optimism);
@@ -94,7 +94,7 @@ pub struct Optimism {
     /// The projection whose upper bound it is, by its name in
     /// [`by_name`](crate::projection::by_name); the method's own unless named.
     pub projection: Option<String>,
-    /// Environment steps over which the shift shrinks to nothing, linearly; it stays unless given.
+    /// Environment steps over which the shift falls to 0, linearly; `None`: it never falls.
     /// The shift has its length however little the critics disagree, so that without an end the
     /// data hardly ever holds what the policy itself would do.
     pub until: Option<u64>,
@@ -122,7 +122,7 @@ impl Optimism {
         }
     }
 
-    /// An error unless both lengths are finite and not negative.
+    /// An error unless both lengths are finite and not negative, and the projection is known.
     pub fn check(&self) -> Result<()> {
         check_not_negative("optimism.beta", self.beta)?;
         check_not_negative("optimism.shift", self.shift)?;
@@ -152,8 +152,10 @@ pub struct Config {
     /// Transitions in a batch.
     pub batch: usize,
     /// Transitions that the replay buffer holds.
+    #[doc(alias = "buffer_size")]
     pub capacity: usize,
     /// Environment steps before the first update.
+    #[doc(alias = "learning_starts")]
     pub start_steps: u64,
     /// Whose actions those steps take.
     pub warm_up: WarmUp,
@@ -162,13 +164,16 @@ pub struct Config {
     /// it is stored, after the action that it led to.
     pub normalise: bool,
     /// Updates for each environment step (the update-to-data ratio).
+    #[doc(alias = "utd_ratio")]
     pub updates_per_step: usize,
     /// Critic updates for each actor update.
+    #[doc(alias = "policy_delay")]
     pub actor_delay: u64,
     /// Critic updates for each Polyak step of the targets.
+    #[doc(alias = "target_update_interval")]
     pub target_period: u64,
-    /// kappa, the length of the pessimistic step in targets and cost estimates: the bound is mean -
-    /// kappa C R u.
+    /// kappa, the length of the pessimistic step in targets and cost estimates: 1, as in the paper,
+    /// is the whole way from the critics' mean to the projection's lower bound.
     pub pessimism: f64,
     /// kappa of the actor's objective; 0 makes it the critics' mean.
     pub actor_pessimism: f64,
@@ -178,6 +183,7 @@ pub struct Config {
     /// that all share.
     pub own_cost_targets: bool,
     /// Noise on target actions, if any.
+    #[doc(alias = "target_policy_noise")]
     pub smoothing: Option<Smoothing>,
     /// The entropy bonus of a stochastic policy, if any.
     pub entropy: Option<Entropy>,

@@ -71,9 +71,9 @@ impl Method {
         Self { name: name.into(), config, critics, bound: Arc::new(bound), source: String::new() }
     }
 
-    /// Swaps the bound, and with it the critics: those that the new bound is meant for. Targets
-    /// from a subset of the critics (REDQ) and costs that learn from themselves (CAL) belonged to
-    /// the old ones; all other numbers stay, such as the pessimism.
+    /// Swaps the bound, and with it the critics: those that the new bound is meant for. It takes
+    /// away [`Config::subset`] (REDQ) and [`Config::own_cost_targets`] (CAL), which belonged to the
+    /// old critics; all other numbers stay, such as the pessimism.
     pub fn bound(self, bound: impl Projection + 'static) -> Self {
         let config = Config { subset: None, own_cost_targets: false, ..self.config };
         Self { config, critics: bound.ensemble(), bound: Arc::new(bound), ..self }

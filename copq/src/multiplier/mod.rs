@@ -64,7 +64,9 @@ use crate::{EnvSpec, Observer, Result, State};
 /// ```
 pub trait Multiplier: Debug + Send {
     /// The scalarisation weights w, one per objective, not normalised: their direction u is every
-    /// projection's.
+    /// projection's. A cost's is negative, and -0.0 at rest: with +0.0
+    /// [`IndependentMin`](crate::projection::IndependentMin) and
+    /// [`MeanStd`](crate::projection::MeanStd) take it for a reward's.
     fn weights(&self) -> &[f32];
 
     /// The weights of the bounds in what the actor maximises, one per objective.
@@ -75,8 +77,9 @@ pub trait Multiplier: Debug + Send {
         false
     }
 
-    /// Takes in the batch's mean pessimistic bound at the replayed actions, one value per
-    /// objective.
+    /// Takes in the batch's mean pessimistic bound at the replayed actions, one value per objective,
+    /// discounted, in the units of Q: a cost is to be compared with
+    /// [`discounted_limit`](crate::discounted_limit), not with an episode's limit.
     fn observe(&mut self, _bound: &[f32]) {}
 
     /// Learns from what was last observed.
@@ -91,6 +94,40 @@ pub trait Multiplier: Debug + Send {
     /// Restores what [`Multiplier::save`] wrote.
     fn load(&mut self, _state: &State) -> Result<()> {
         Ok(())
+    }
+}
+
+impl Multiplier for Box<dyn Multiplier> {
+    fn weights(&self) -> &[f32] {
+        self.as_ref().weights()
+    }
+
+    fn actor_weights(&self) -> &[f64] {
+        self.as_ref().actor_weights()
+    }
+
+    fn is_constant(&self) -> bool {
+        self.as_ref().is_constant()
+    }
+
+    fn observe(&mut self, bound: &[f32]) {
+        self.as_mut().observe(bound);
+    }
+
+    fn update(&mut self) {
+        self.as_mut().update();
+    }
+
+    fn log(&self, step: u64, log: &mut dyn Observer) {
+        self.as_ref().log(step, log);
+    }
+
+    fn save(&self, state: &mut State) {
+        self.as_ref().save(state);
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.as_mut().load(state)
     }
 }
 

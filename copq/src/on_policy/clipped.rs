@@ -3,7 +3,7 @@
 
 use super::normal::{Deviations, mean_kl};
 use super::update::{Passes, Rows};
-use super::{Config, Descent, Normal, Policy, Report, Value};
+use super::{Config, Descent, GaussianPolicy, Normal, Report, StateValue};
 use crate::Result;
 
 /// Passes over the rows by policy and critics until the policy has moved far enough.
@@ -12,8 +12,8 @@ pub(super) fn clipped(
     rows: &Rows,
     advantage: &[f32],
     actor_lr: f64,
-    policy: &mut dyn Policy,
-    critics: &mut [Box<dyn Value>],
+    policy: &mut dyn GaussianPolicy,
+    critics: &mut [Box<dyn StateValue>],
     shuffle: &mut dyn FnMut(&mut [usize]),
 ) -> Result<Report> {
     let before = Snapshot::new(policy, rows)?;
@@ -104,7 +104,7 @@ pub(super) fn fit(
     rows: &Rows,
     picked: &[usize],
     obs: &[f32],
-    critics: &mut [Box<dyn Value>],
+    critics: &mut [Box<dyn StateValue>],
     losses: &mut [f64],
 ) -> Result<()> {
     let step = Descent {
@@ -132,7 +132,7 @@ pub(super) struct Snapshot {
 }
 
 impl Snapshot {
-    pub fn new(policy: &mut dyn Policy, rows: &Rows) -> Result<Self> {
+    pub fn new(policy: &mut dyn GaussianPolicy, rows: &Rows) -> Result<Self> {
         let log_std = policy.log_std().to_vec();
         let mut mean = vec![0.0; rows.len() * log_std.len()];
         policy.means(&rows.obs, &mut mean)?;
@@ -140,7 +140,7 @@ impl Snapshot {
     }
 
     /// KL(this || the policy now).
-    pub fn kl_to(&self, policy: &mut dyn Policy, rows: &Rows) -> Result<f64> {
+    pub fn kl_to(&self, policy: &mut dyn GaussianPolicy, rows: &Rows) -> Result<f64> {
         let now = Self::new(policy, rows)?;
         Ok(mean_kl([&self.mean, &self.log_std], [&now.mean, &now.log_std]))
     }

@@ -1,6 +1,6 @@
 //! Gathering an epoch: actions, what comes of them, and where paths end.
 
-use super::{Learner, SauteConfig, Value};
+use super::{Learner, SauteConfig, StateValue};
 use crate::loss::check_finite_row;
 use crate::{Outcome, Result};
 
@@ -112,7 +112,7 @@ impl Learner {
 
 /// Writes what each critic expects of one observation.
 fn values(
-    critics: &mut [Box<dyn Value>],
+    critics: &mut [Box<dyn StateValue>],
     obs: &[f32],
     values: &mut [f32],
     step: u64,

@@ -8,7 +8,7 @@ use super::epoch::Epoch;
 use super::multiplier::Multiplier;
 use super::normal::Deviations;
 use super::saute::shows_budgets;
-use super::{Config, Method, Policy, Report, Value};
+use super::{Config, GaussianPolicy, Method, Report, StateValue};
 use crate::learner::scales::Scales;
 use crate::memory;
 use crate::policy::{About, begin_with, exported};
@@ -45,9 +45,9 @@ pub struct Learner {
     /// The costs' positions among them, and their limits.
     pub(super) costs: Vec<usize>,
     pub(super) limits: Vec<f64>,
-    pub(super) policy: Box<dyn Policy>,
+    pub(super) policy: Box<dyn GaussianPolicy>,
     /// The reward's, then those of the costs that multipliers weigh.
-    pub(super) critics: Vec<Box<dyn Value>>,
+    pub(super) critics: Vec<Box<dyn StateValue>>,
     pub(super) multipliers: Vec<Multiplier>,
     pub(super) normaliser: Option<Normaliser>,
     pub(super) epoch: Epoch,
@@ -190,11 +190,11 @@ fn held(config: &Config, spec: &EnvSpec) -> usize {
 }
 
 /// An error for a policy that cannot take a method's step.
-fn check_policy(name: &str, config: &Config, policy: &dyn Policy) -> Result<()> {
+fn check_policy(name: &str, config: &Config, policy: &dyn GaussianPolicy) -> Result<()> {
     if config.natural.is_none() || policy.parameters() > 0 {
         return Ok(());
     }
-    let wanted = "a policy that writes its gradient (Policy::parameters and what follows)";
+    let wanted = "a policy that writes its gradient (GaussianPolicy::parameters and what follows)";
     Err(Error::invalid(format!("{name}'s natural step"), wanted, "one without"))
 }
 

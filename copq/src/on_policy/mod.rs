@@ -41,7 +41,9 @@ mod update;
 pub use config::{Ascent, Config, Constraint, NaturalStep, SauteConfig, SecondStep};
 pub use learner::Learner;
 pub use method::Method;
-pub use networks::{Descent, Normal, NormalGrad, NormalGradient, Policy, Value, ValueGrad};
+pub use networks::{
+    Descent, GaussianPolicy, Normal, NormalGrad, NormalGradient, StateValue, ValueGrad,
+};
 pub use report::Report;
 pub use saute::Saute;
 pub(crate) use saute::shows_budgets;

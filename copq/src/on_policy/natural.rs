@@ -5,7 +5,7 @@ use super::clipped::{Minibatch, Snapshot, fit};
 use super::config::NaturalStep;
 use super::normal::Deviations;
 use super::update::{Passes, Rows};
-use super::{Config, Normal, Policy, Report, Value};
+use super::{Config, GaussianPolicy, Normal, Report, StateValue};
 use crate::{Error, Result};
 
 /// Keeps quotients finite, as OmniSafe does.
@@ -19,8 +19,8 @@ pub(super) fn natural(
     config: &Config,
     rows: &Rows,
     multipliers: &[f64],
-    policy: &mut dyn Policy,
-    critics: &mut [Box<dyn Value>],
+    policy: &mut dyn GaussianPolicy,
+    critics: &mut [Box<dyn StateValue>],
     shuffle: &mut dyn FnMut(&mut [usize]),
 ) -> Result<Report> {
     let before = Snapshot::new(policy, rows)?;
@@ -49,7 +49,7 @@ pub(super) fn natural(
 }
 
 /// The gradient of mean(ratio A) where all ratios are 1.
-fn ascent(rows: &Rows, advantage: &[f32], policy: &mut dyn Policy) -> Result<Vec<f64>> {
+fn ascent(rows: &Rows, advantage: &[f32], policy: &mut dyn GaussianPolicy) -> Result<Vec<f64>> {
     let mut gradient = vec![0.0; policy.parameters()];
     policy.gradient(
         &rows.obs,
@@ -75,7 +75,7 @@ fn ascent(rows: &Rows, advantage: &[f32], policy: &mut dyn Policy) -> Result<Vec
 struct Fisher<'a> {
     rows: &'a Rows,
     damping: f64,
-    policy: &'a mut dyn Policy,
+    policy: &'a mut dyn GaussianPolicy,
     product: Vec<f64>,
 }
 

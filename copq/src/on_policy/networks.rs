@@ -49,9 +49,9 @@ pub type ValueGrad<'a> = &'a mut dyn FnMut(&[f32], &mut [f32]) -> Result<()>;
 /// parameters of their own. Actions are not squashed; who acts clamps them to [-1, 1].
 ///
 /// Its [`Actor::mode`] is the mean, clamped; [`Actor::improve`] is for off-policy learning and may
-/// be an error. What the natural gradient needs beside it ([`Policy::gradient`] and what follows)
+/// be an error. What the natural gradient needs beside it ([`GaussianPolicy::gradient`] and what follows)
 /// may be left out by networks that only learn by clipped steps.
-pub trait Policy: Actor {
+pub trait GaussianPolicy: Actor {
     /// log of the deviations, one an action component.
     fn log_std(&self) -> &[f32];
 
@@ -67,7 +67,7 @@ pub trait Policy: Actor {
         0
     }
 
-    /// Writes dL/dparameters, [`Policy::parameters`] numbers; an error of a policy without them.
+    /// Writes dL/dparameters, [`GaussianPolicy::parameters`] numbers; an error of a policy without them.
     fn gradient(&mut self, _obs: &[f32], _grad: NormalGrad<'_>, _out: &mut [f32]) -> Result<()> {
         Err(missing("gradient"))
     }
@@ -85,20 +85,21 @@ pub trait Policy: Actor {
 }
 
 fn missing(method: &str) -> Error {
-    let what = format!("natural gradients need Policy::{method}, which this policy has not");
+    let what =
+        format!("natural gradients need GaussianPolicy::{method}, which this policy has not");
     Error::Unsupported { what }
 }
 
 /// A critic of observations: one number for each, the value of what the policy does from there.
 ///
 /// ```
-/// use copq::on_policy::{Descent, Value, ValueGrad};
+/// use copq::on_policy::{Descent, StateValue, ValueGrad};
 /// use copq::Result;
 ///
 /// /// The same value everywhere.
 /// struct Constant(f32);
 ///
-/// impl Value for Constant {
+/// impl StateValue for Constant {
 ///     fn values(&mut self, _: &[f32], value: &mut [f32]) -> Result<()> {
 ///         value.fill(self.0);
 ///         Ok(())
@@ -123,7 +124,7 @@ fn missing(method: &str) -> Error {
 /// assert_eq!(critic.0, 2.0);
 /// # Ok::<(), copq::Error>(())
 /// ```
-pub trait Value: Send {
+pub trait StateValue: Send {
     /// Writes the values of a batch of observations (`rows x observation`), a number for each row.
     fn values(&mut self, obs: &[f32], value: &mut [f32]) -> Result<()>;
 
@@ -132,11 +133,11 @@ pub trait Value: Send {
 
     /// Writes parameters and optimiser state.
     fn save(&self, _state: &mut State) -> Result<()> {
-        Err(Error::cannot_be_saved("this critic", "Value"))
+        Err(Error::cannot_be_saved("this critic", "StateValue"))
     }
 
-    /// Restores what [`Value::save`] wrote.
+    /// Restores what [`StateValue::save`] wrote.
     fn load(&mut self, _state: &State) -> Result<()> {
-        Err(Error::cannot_be_saved("this critic", "Value"))
+        Err(Error::cannot_be_saved("this critic", "StateValue"))
     }
 }

@@ -4,7 +4,7 @@ use super::clipped::{Minibatch, Snapshot};
 use super::config::SecondStep;
 use super::normal::Deviations;
 use super::update::{Passes, Rows};
-use super::{Config, Descent, Normal, Policy};
+use super::{Config, Descent, GaussianPolicy, Normal};
 use crate::Result;
 
 /// Passes that minimise `mean(kappa ratio cost + KL(new || first step's))`; returns KL(first step's
@@ -16,7 +16,7 @@ pub(super) fn second(
     rows: &Rows,
     cost: &[f32],
     actor_lr: f64,
-    policy: &mut dyn Policy,
+    policy: &mut dyn GaussianPolicy,
     shuffle: &mut dyn FnMut(&mut [usize]),
 ) -> Result<Vec<f64>> {
     let kappa = (1.0 - config.discount * config.gae) / (1.0 - config.discount);

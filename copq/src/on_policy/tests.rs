@@ -1,6 +1,6 @@
 //! OmniSafe's own numbers: what gathering an epoch must come to.
 
-use serde_json::Value as Json;
+use serde_json::Value;
 
 use super::advantage::{centre, generalised, standardise};
 use super::multiplier::Multiplier;
@@ -10,27 +10,27 @@ use crate::{
     Outcome, PidConfig, Result, Rng, Transition,
 };
 
-fn read(text: &str) -> Json {
+fn read(text: &str) -> Value {
     serde_json::from_str(text).unwrap()
 }
 
-fn number(value: &Json) -> f64 {
+fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()
 }
 
-fn numbers(value: &Json) -> Vec<f64> {
+fn numbers(value: &Value) -> Vec<f64> {
     match value.as_array() {
         Some(values) => values.iter().flat_map(numbers).collect(),
         None => vec![number(value)],
     }
 }
 
-fn floats(value: &Json) -> Vec<f32> {
+fn floats(value: &Value) -> Vec<f32> {
     numbers(value).into_iter().map(|x| x as f32).collect()
 }
 
 /// Within 1e-5 (1 + |x|), as two ways of adding in f32 are.
-fn check(what: &str, got: &[f32], wanted: &Json) {
+fn check(what: &str, got: &[f32], wanted: &Value) {
     let wanted = numbers(wanted);
     assert_eq!(got.len(), wanted.len(), "{what}");
     for (i, (&got, wanted)) in got.iter().zip(wanted).enumerate() {
@@ -73,7 +73,7 @@ fn advantages_of_every_kind_of_path() {
 #[test]
 fn multipliers_of_both_rules() {
     let reference = read(include_str!("../../tests/data/on_policy/multipliers.json"));
-    let run = |mut multiplier: Multiplier, case: &Json| {
+    let run = |mut multiplier: Multiplier, case: &Value| {
         let limit = number(&case["config"]["cost_limit"]);
         for (i, update) in case["updates"].as_array().unwrap().iter().enumerate() {
             multiplier.update(number(&update["cost"]), limit);
@@ -120,7 +120,7 @@ struct Layers {
 }
 
 impl Layers {
-    fn new(network: &Json) -> Self {
+    fn new(network: &Value) -> Self {
         let layers = network["layers"].as_array().unwrap();
         let layers = layers.iter().map(|l| (floats(&l["weight"]), floats(&l["bias"]))).collect();
         let log_std = network.get("log_std").map(floats).unwrap_or_default();
@@ -160,7 +160,7 @@ impl Actor for Layers {
     }
 }
 
-impl Policy for Layers {
+impl GaussianPolicy for Layers {
     fn log_std(&self) -> &[f32] {
         &self.log_std
     }
@@ -175,7 +175,7 @@ impl Policy for Layers {
     }
 }
 
-impl Value for Layers {
+impl StateValue for Layers {
     fn values(&mut self, obs: &[f32], value: &mut [f32]) -> Result<()> {
         value.copy_from_slice(&self.forward(obs));
         Ok(())
@@ -187,7 +187,7 @@ impl Value for Layers {
 }
 
 /// Gives out the stored networks: the critics are the reward's, then the cost's.
-struct Stored<'a>(&'a Json, std::cell::Cell<usize>);
+struct Stored<'a>(&'a Value, std::cell::Cell<usize>);
 
 impl Backend for Stored<'_> {
     fn critics(&self, _: &EnvSpec, _: &Networks, _: usize, _: &mut Rng) -> Result<Box<dyn Critic>> {
@@ -204,11 +204,11 @@ impl Backend for Stored<'_> {
         unreachable!()
     }
 
-    fn policy(&self, _: &EnvSpec, _: &Networks, _: &mut Rng) -> Result<Box<dyn Policy>> {
+    fn policy(&self, _: &EnvSpec, _: &Networks, _: &mut Rng) -> Result<Box<dyn GaussianPolicy>> {
         Ok(Box::new(Layers::new(&self.0["actor"])))
     }
 
-    fn value(&self, _: &EnvSpec, _: &Networks, _: &mut Rng) -> Result<Box<dyn Value>> {
+    fn value(&self, _: &EnvSpec, _: &Networks, _: &mut Rng) -> Result<Box<dyn StateValue>> {
         let name = ["reward_critic", "cost_critic"][self.1.replace(1)];
         Ok(Box::new(Layers::new(&self.0[name])))
     }
@@ -217,7 +217,7 @@ impl Backend for Stored<'_> {
 /// Plays what was recorded, whatever the actions.
 struct Script {
     spec: EnvSpec,
-    script: Json,
+    script: Value,
     resets: usize,
     steps: usize,
 }
@@ -249,7 +249,7 @@ impl Env for Script {
     }
 }
 
-fn script(script: &Json, horizon: usize, limit: f32) -> Script {
+fn script(script: &Value, horizon: usize, limit: f32) -> Script {
     let spec = EnvSpec::new("script", 4, 2)
         .cost("cost", limit)
         .reward("reward", 1.0)
@@ -263,7 +263,7 @@ fn script(script: &Json, horizon: usize, limit: f32) -> Script {
 fn gather(
     env: &mut dyn Env,
     learner: &mut Learner,
-    noise: &Json,
+    noise: &Value,
     mut complete: impl FnMut(&mut Learner, usize),
 ) {
     let spec = env.spec().clone();
@@ -291,7 +291,7 @@ fn gather(
     }
 }
 
-fn check_epoch(learner: &mut Learner, wanted: &Json, signals: &[&str]) {
+fn check_epoch(learner: &mut Learner, wanted: &Value, signals: &[&str]) {
     let mean = learner.mean_costs().unwrap();
     check("mean cost", &[mean[0] as f32], &wanted["mean_episode_cost"]);
     let rows = learner.epoch.finish(0.99, 0.95);

@@ -3,7 +3,7 @@
 use super::clipped::clipped;
 use super::natural::natural;
 use super::second::second;
-use super::{Config, Policy, Report, Value};
+use super::{Config, GaussianPolicy, Report, StateValue};
 use crate::error::check_len;
 use crate::{Error, Result};
 
@@ -89,8 +89,8 @@ pub fn update(
     rows: &Rows,
     multipliers: &[f64],
     actor_lr: f64,
-    policy: &mut dyn Policy,
-    critics: &mut [Box<dyn Value>],
+    policy: &mut dyn GaussianPolicy,
+    critics: &mut [Box<dyn StateValue>],
     shuffle: &mut dyn FnMut(&mut [usize]),
 ) -> Result<Report> {
     config.check()?;

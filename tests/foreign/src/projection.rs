@@ -2,7 +2,7 @@
 
 use copq::projection::{Deviations, Ellipsoid, Work};
 
-/// Cautious about the first objective alone: one standard deviation for safety, none for the rest.
+/// Cautious about the first objective alone: u_0 standard deviations for safety, none for the rest.
 #[derive(Debug)]
 pub struct SafetyOnly;
 
