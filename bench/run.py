@@ -137,7 +137,10 @@ def machine(python):
     widest = "AVX-512" if "avx512f" in flags else "AVX2" if "avx2" in flags else "no AVX2"
     rustc = output(["rustc", "--version"]).split()[1]
     names = {"torch": "PyTorch", "jax": "JAX", "gymnasium": "Gymnasium", "stable_baselines3": "SB3", "sbx-rl": "SBX"}
-    commit = output(["git", "-C", ROOT, "describe", "--always", "--dirty"]).strip()
+    try:
+        commit = output(["git", "-C", ROOT, "describe", "--always", "--dirty"]).strip()
+    except (OSError, subprocess.CalledProcessError):
+        commit = "of no repository"
     ours = f"{model}, {os.cpu_count()} cores, {widest}; Linux {platform.release()}; copq {commit}, rustc {rustc}"
     return f"{ours}; {versions(python, names)}" if python else ours
 

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use copq::{Error, Policy, Result};
+use copq::{Error, Policy, Result, files};
 use copq_candle::Candle;
+use copq_envs_python::is_task;
 use copq_experiments::{read_policy, write_onnx};
 
-use crate::options::{in_place, say};
+use crate::options::say;
 use crate::saved::{Learned, newest_policy};
 
 /// Writes what a run has learned to one small file, without the replay: network, normaliser, action
@@ -57,12 +58,9 @@ impl Export {
         let format = self.format()?;
         let out = self.out(format)?;
         let policy = self.policy()?;
-        in_place(&out, |part| {
-            match format {
-                Format::Safetensors => policy.write(part),
-                Format::Onnx => write_onnx(&policy, part),
-            }?;
-            Ok(())
+        files::replace_shared(&out, |part| match format {
+            Format::Safetensors => policy.write(part),
+            Format::Onnx => write_onnx(&policy, part),
         })?;
         Ok(say(&format!("the policy is in {}\n", out.display()))?)
     }
@@ -103,8 +101,10 @@ impl Export {
             return Policy::from_state(&read_policy(&self.run)?, &Candle::default());
         }
         let learned = Learned::read(&self.run)?;
-        if let Some(file) = newest_policy(&self.run) {
-            // No world is needed for it.
+        // No world is needed for it; one of Python's may not be there.
+        let file = self.run.join("policy.safetensors");
+        let of_python = is_task(&learned.plan.task) && file.is_file();
+        if let Some(file) = newest_policy(&self.run).or(of_python.then_some(file)) {
             return Policy::from_state(&read_policy(file)?, &Candle::default());
         }
         learned.policy(&self.run, learned.env()?.spec())

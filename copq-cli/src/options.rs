@@ -1,9 +1,6 @@
 //! What comes from the command line, and what goes out to it.
 
 use std::io::{ErrorKind, Write};
-use std::path::Path;
-
-use copq::files;
 
 /// Prints a text; a reader that has seen enough (`copq methods | head`) is no error.
 pub fn say(text: &str) -> std::io::Result<()> {
@@ -16,22 +13,6 @@ pub fn say(text: &str) -> std::io::Result<()> {
 /// A word on the side, on standard error; that nobody listens is no reason to stop.
 pub fn note(text: &str) {
     writeln!(std::io::stderr(), "note: {text}").unwrap_or_default();
-}
-
-/// Lets `write` make a file under a name of this process's own, then gives it its real one: another
-/// program, such as the run itself, may be at the same file.
-pub fn in_place(
-    file: &Path,
-    write: impl FnOnce(&Path) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let own = file.with_file_name(format!(".{}.{name}", std::process::id()));
-    let written = write(&own)
-        .and_then(|()| Ok(std::fs::rename(&own, file).map_err(files::failed("replacing", file))?));
-    if written.is_err() {
-        std::fs::remove_file(&own).unwrap_or_default();
-    }
-    written
 }
 
 /// The largest number that a file of settings (TOML) holds.

@@ -12,7 +12,7 @@ use copq_envs::{Options, task_with};
 use copq_experiments::paper::Paper;
 use copq_experiments::{Plan, Report as Page, ReportRun, Stop, read_config, read_plan};
 
-use crate::options::{in_place, note, number_of, positive, say};
+use crate::options::{note, number_of, positive, say};
 use crate::rollout::film;
 
 /// How deep runs are looked for.
@@ -157,8 +157,9 @@ pub fn of_task(mut run: ReportRun, plan: &Plan) -> ReportRun {
             names.push(objective.name);
         }
     }
-    for (name, weight) in own_weights(plan, &names) {
-        run.weights.insert(name, weight);
+    // Of a task of Python's the objectives are not known, and these would be taken for all.
+    if !names.is_empty() {
+        run.weights.extend(own_weights(plan, &names));
     }
     run.limits.extend(plan.limits.clone());
     for cost in plan.limits.keys() {
@@ -250,8 +251,8 @@ impl Making {
         paper.reference.extend(self.reference.clone());
         let page = Page::read(title, runs).paper(paper)?;
         let text = page.page(again)?;
-        in_place(out, |part| {
-            Ok(std::fs::write(part, &text).map_err(files::failed("writing", part))?)
+        files::replace_shared(out, |part| {
+            std::fs::write(part, &text).map_err(files::failed("writing", part))
         })?;
         if let Some(folder) = &self.parts {
             page.write_parts(folder)?;
@@ -269,7 +270,9 @@ fn film_one_a_method(runs: &[ReportRun]) {
         let mut plan = config.plan;
         plan.run.seed = 0;
         let what = (run.label.clone(), plan, config.settings);
-        if !folder.join("checkpoint.safetensors").is_file() || filmed.contains(&what) {
+        let policies = ["checkpoint.safetensors", "policy.safetensors"];
+        let has_one = policies.iter().any(|name| folder.join(name).is_file());
+        if !has_one || filmed.contains(&what) {
             continue;
         }
         filmed.push(what);

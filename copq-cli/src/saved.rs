@@ -107,7 +107,8 @@ impl Learned {
     }
 }
 
-/// The file of a run's last policy, which every evaluation renews, unless its checkpoint is newer.
+/// The file of a run's last policy, which every evaluation renews, unless its checkpoint is newer by
+/// the times that the files bear.
 pub fn newest_policy(folder: &Path) -> Option<PathBuf> {
     let file = folder.join("policy.safetensors");
     let changed = |path: &Path| path.metadata().and_then(|about| about.modified()).ok();

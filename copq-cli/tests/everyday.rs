@@ -258,12 +258,13 @@ fn a_refused_resume_leaves_the_run_as_it_was() {
     let run = temporary.path().join("run");
     assert_well(&train(&run, "120").output().unwrap());
     let read = |name: &str| std::fs::read(run.join(name)).unwrap();
-    let before = ["DONE", "config.toml", "log.txt"].map(read);
+    let names = ["DONE", "config.toml", "log.txt", "metrics.csv", "timings.csv"];
+    let before = names.map(read);
     let rows = String::from_utf8(read("evaluations.csv")).unwrap();
     std::fs::write(run.join("evaluations.csv"), rows.replace("\n100,", "\n100.0,")).unwrap();
     let output = resume(&run, "130");
     assert!(words(&output).contains("line 3 of"), "{}", words(&output));
-    assert_eq!(["DONE", "config.toml", "log.txt"].map(read), before);
+    assert_eq!(names.map(read), before);
     std::fs::write(run.join("evaluations.csv"), rows).unwrap();
     assert_well(&resume(&run, "130"));
 }

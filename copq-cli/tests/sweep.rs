@@ -337,7 +337,9 @@ fn what_is_submitted_is_written_down() {
     let folders: Vec<_> = folders.map(|entry| entry.path()).collect();
     let [submitted] = folders.as_slice() else { panic!("{folders:?}") };
     let script = std::fs::read_to_string(submitted.join("runs.sbatch")).unwrap();
-    for line in ["#SBATCH --partition=gpu\n", "#SBATCH --nice\n", "/sweep.toml' --task"] {
+    // One task of an array has the array's own number, by which all would be requeued.
+    let turn = "requeue \"${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID\"";
+    for line in ["#SBATCH --partition=gpu\n", "#SBATCH --nice\n", "/sweep.toml' --task", turn] {
         assert!(script.contains(line), "{script}");
     }
     let shell = |arguments: &[&str], name: &str| {
@@ -356,7 +358,7 @@ fn what_is_submitted_is_written_down() {
     let run = shell(&[], "runs.txt");
     assert!(run.status.success(), "{}", text(&run));
     let again = submit(&["--engine", "parallel"]);
-    assert!(again.starts_with("2 of 3 runs are not done"), "exec ends the list: {again}");
+    assert!(again.starts_with("all 3 runs are done"), "{again}");
     assert!(std::fs::read_to_string(submitted.join("runs.txt")).unwrap() == list);
     for (time, wanted) in [("9:00", "ten minutes at least"), ("soon", "a time as Slurm has it")] {
         let said = submit(&["--dry-run", "--time", time]);

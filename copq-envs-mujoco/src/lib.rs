@@ -31,7 +31,6 @@ assert!(reward[0] > 0.9);
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod c_text;
 mod doctor;
-#[cfg(any(feature = "mujoco-rs", feature = "system"))]
 #[cfg(feature = "mujoco-rs")]
 mod guard;
 #[cfg(all(test, any(feature = "mujoco-rs", feature = "system")))]

@@ -93,7 +93,7 @@ impl Identity {
     pub fn save(&self, state: &mut State) {
         state.put("engine", self.engine.as_bytes());
         state.put("robot", self.robot.as_bytes());
-        state.put("model", [self.model]);
+        state.put("description", [self.model]);
     }
 
     /// An error that names what is different, if a state was saved by another engine, of another
@@ -109,10 +109,14 @@ impl Identity {
                 ));
             }
         }
-        if state.get_one::<u64>("model")? == self.model {
-            return Ok(());
+        // States from before there was one say nothing.
+        match state.get_one::<u64>("description") {
+            Ok(saved) if saved != self.model => {
+                let wanted = format!("this {}", self.robot);
+                let got = "one with other numbers, such as another preset's";
+                Err(Error::invalid("robot of a saved state", wanted, got))
+            }
+            _ => Ok(()),
         }
-        let wanted = format!("this {}", self.robot);
-        Err(Error::invalid("model of a saved state", wanted, "another preset's"))
     }
 }

@@ -176,7 +176,9 @@ pub fn with_changes<S: Serialize + DeserializeOwned>(
             removed.push(key);
         }
     }
-    let settings: S = table.try_into().map_err(|e| Error::other("--set", e))?;
+    // TOML's words end in a line of their own.
+    let said = |e: toml::de::Error| Error::other("--set", e.to_string().trim_end().to_owned());
+    let settings: S = table.try_into().map_err(said)?;
     let now = encode(&settings)?;
     match removed.into_iter().find_map(|key| Some((key, value_at(&now, key)?))) {
         // It has a default, so what was taken away came back as that.

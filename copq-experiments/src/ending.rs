@@ -83,9 +83,15 @@ fn is_copq() -> bool {
 /// assert_eq!(copq_experiments::quoted("runs/a b"), "'runs/a b'");
 /// ```
 pub fn quoted(text: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
+    // Of Windows' shells a path is plain, and single quotes are no quotes.
+    let is_plain = |c: char| {
+        c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c) || cfg!(windows) && c == '\\'
+    };
     if !text.is_empty() && text.chars().all(is_plain) {
         return text.to_owned();
+    }
+    if cfg!(windows) {
+        return format!("\"{text}\"");
     }
     format!("'{}'", text.replace('\'', r"'\''"))
 }

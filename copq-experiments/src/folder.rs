@@ -139,7 +139,8 @@ impl RunFolder {
 
     /// Reopens a folder to go on with its run.
     ///
-    /// Nothing in it changes before a [`Run`](crate::Run) has proved to fit.
+    /// Nothing in it changes before [`RunFolder::take_up`], which a [`Run`](crate::Run) calls when all
+    /// has proved to fit.
     ///
     /// Errors: no run there, another process writes to it, settings or a plan that differ from the
     /// saved ones; only the number of steps may be larger than it was, and that of threads another.
@@ -166,8 +167,10 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// Takes the run up again, which is then neither done nor failed.
-    pub(crate) fn take_up(&mut self) -> Result<()> {
+    /// Takes a run up again that [`RunFolder::resume`] has looked at: its configuration says what is
+    /// wanted now, and it is neither done nor failed. For those who train without a
+    /// [`Run`](crate::Run).
+    pub fn take_up(&mut self) -> Result<()> {
         if let Some(config) = self.changed.take() {
             files::replace(&self.file("config.toml"), config.as_bytes())?;
         }

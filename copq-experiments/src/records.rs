@@ -62,13 +62,21 @@ impl Records {
         let table = |name: &str, every: u64| {
             // Off its interval, a row was the last one of a shorter run.
             let keep = |row: u64| row <= step && pace.is_due(row, every);
-            Table::open(&folder.file(name), rows_of(saved, name), keep)
+            Table::read(&folder.file(name), rows_of(saved, name), keep)
         };
-        let mut metrics = Metrics::of(table(METRICS, settings.log_every)?);
+        // All of them before the first is written: a run that cannot go on stays as it was.
+        let rows = [
+            table(METRICS, settings.log_every)?,
+            table(EVALUATIONS, settings.eval_every)?,
+            table(TIMINGS, settings.log_every)?,
+        ];
+        let start = |name: &str, rows: &Sheet| Table::start(&folder.file(name), rows);
+        let mut metrics = Metrics::of(start(METRICS, &rows[0])?);
         if let Some(saved) = saved {
             metrics.load(saved.child("metrics")?)?;
         }
-        let evaluations = Evaluations::of(table(EVALUATIONS, settings.eval_every)?);
+        let evaluations = Evaluations::of(start(EVALUATIONS, &rows[1])?);
+        let timings = Timings::of(start(TIMINGS, &rows[2])?, step);
         // A run from before there were policies' files begins to look for its best now.
         let has_best = folder.file("policy-best.safetensors").exists();
         let rows =
@@ -76,7 +84,7 @@ impl Records {
         Ok(Self {
             metrics,
             evaluations,
-            timings: Timings::of(table(TIMINGS, settings.log_every)?, step),
+            timings,
             events: EventFile::create(folder.path(), step)?,
             best: Best::of_rows(&rows, spec),
             settings: *settings,

@@ -20,9 +20,10 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// Opens or makes the file and drops the rows whose step `keep` refuses; an error if the file
-    /// is there and fewer than `wanted` of its rows are left, for nobody would write them again.
-    pub(crate) fn open(path: &Path, wanted: u64, keep: impl Fn(u64) -> bool) -> Result<Self> {
+    /// The file's rows whose step `keep` does not refuse, none if there is no file; an error if it is
+    /// there and fewer than `wanted` of its rows are left, for nobody would write them again. Nothing
+    /// is written yet: [`Table::start`].
+    pub(crate) fn read(path: &Path, wanted: u64, keep: impl Fn(u64) -> bool) -> Result<Sheet> {
         let mut sheet = Sheet::default();
         if path.exists() {
             sheet = Sheet::read(path)?;
@@ -33,10 +34,16 @@ impl Table {
             sheet.retain(keep);
         }
         sheet.widen(["step"]);
-        Self::start(path, &sheet)
+        Ok(sheet)
     }
 
-    fn start(path: &Path, sheet: &Sheet) -> Result<Self> {
+    /// Both at once.
+    pub(crate) fn open(path: &Path, wanted: u64, keep: impl Fn(u64) -> bool) -> Result<Self> {
+        Self::start(path, &Self::read(path, wanted, keep)?)
+    }
+
+    /// Writes the file with these rows, and opens it for more.
+    pub(crate) fn start(path: &Path, sheet: &Sheet) -> Result<Self> {
         sheet.write(path)?;
         let file =
             File::options().append(true).open(path).map_err(files::failed("opening", path))?;

@@ -37,8 +37,8 @@ pub struct EnvReport {
     pub outcomes: Vec<Outcome>,
     /// The smallest and the largest reward of each objective.
     pub reward_range: Vec<(f32, f32)>,
-    /// Whether an episode can be saved and goes on exactly; without, a run that stops in mid-episode
-    /// goes on with a new one.
+    /// Whether an episode can be saved and goes on exactly; without, a run needs
+    /// `OnResume::NewEpisode`, and goes on with a new one.
     pub saves: bool,
     /// What is allowed, but will hardly be learned from.
     pub warnings: Vec<String>,

@@ -31,16 +31,27 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
 /// renamed, folder synced. What cannot be finished is removed again, so that a full disk has its
 /// room back.
 pub fn replace_with(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    let part = part_of(path);
-    let replaced = write(&part).and_then(|()| {
+    replace_by(&part_of(path), path, write)
+}
+
+/// The same for a file that several programs may write at once, each under a temporary name of its
+/// own; what a kill leaves of one stays.
+pub fn replace_shared(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+    // Its ending stays: some formats are told by it.
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    replace_by(&path.with_file_name(format!(".{}.{name}", std::process::id())), path, write)
+}
+
+fn replace_by(part: &Path, path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+    let replaced = write(part).and_then(|()| {
         // Windows syncs only handles that may write.
-        let written = File::options().write(true).open(&part).map_err(failed("opening", &part))?;
-        written.sync_all().map_err(failed("syncing", &part))?;
-        fs::rename(&part, path).map_err(failed("replacing", path))
+        let written = File::options().write(true).open(part).map_err(failed("opening", part))?;
+        written.sync_all().map_err(failed("syncing", part))?;
+        fs::rename(part, path).map_err(failed("replacing", path))
     });
     if replaced.is_err() {
         // Why it failed says more than that its beginning could not be removed either.
-        fs::remove_file(&part).unwrap_or_default();
+        fs::remove_file(part).unwrap_or_default();
     }
     replaced?;
     sync_folder_of(path)

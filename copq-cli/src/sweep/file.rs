@@ -229,7 +229,7 @@ fn arguments(options: &Options) -> anyhow::Result<Vec<String>> {
             ("method", value) => arguments.insert(0, plain(name, value)?),
             (_, toml::Value::Array(values)) => {
                 ensure!(
-                    REPEATED.contains(&name.as_str()),
+                    REPEATED.contains(&name.as_str()) || name == "objectives",
                     "{name}: wanted one value for a run, got a list, whose place is [grid]"
                 );
                 for value in values {

@@ -79,10 +79,8 @@ struct Place {
     name: String,
     /// The sweep's file as it is now.
     file: PathBuf,
-    /// This program's copy.
-    program: PathBuf,
-    /// Where relative paths of the file begin.
-    start: PathBuf,
+    /// The script that starts this program's copy, where relative paths of the file begin.
+    run: PathBuf,
 }
 
 impl Submit {
@@ -124,16 +122,25 @@ impl Submit {
                 "runs go on by the program that began them, {shown}; remove it for this one"
             ));
         }
+        // And MuJoCo's library, which lies where it was built.
         for library in libraries() {
-            let name = library.file_name().unwrap_or_default();
-            let copy = folder.join(name);
-            if !copy.exists() {
-                files::replace_with(&copy, |path| {
-                    fs::copy(&library, path).map(drop).map_err(files::failed("copying", &library))
-                })?;
+            let copy = folder.join(library.file_name().unwrap_or_default());
+            let bytes = fs::read(&library).map_err(files::failed("reading", &library))?;
+            if fs::read(&copy).ok().as_ref() != Some(&bytes) {
+                files::replace(&copy, &bytes)?;
             }
         }
-        Ok(Place { folder, name, file, program, start: std::env::current_dir()? })
+        let start = std::env::current_dir()?;
+        let run = folder.join("run.sh");
+        let [here, beside, program] = [word(&start)?, word(&folder)?, word(&program)?];
+        let script = format!(
+            "#!/bin/sh\n# The program that the sweep was submitted with, by the libraries beside it.\n\
+             cd {here} || exit\n\
+             export LD_LIBRARY_PATH={beside}${{LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}}\n\
+             exec {program} \"$@\"\n"
+        );
+        files::replace(&run, script.as_bytes())?;
+        Ok(Place { folder, name, file, run })
     }
 
     fn slurm(&self, sweep: &SweepFile, place: &Place, numbers: &[usize]) -> anyhow::Result<()> {
@@ -186,12 +193,8 @@ impl Submit {
 
     fn parallel(&self, sweep: &SweepFile, place: &Place) -> anyhow::Result<()> {
         let list = place.folder.join("runs.txt");
-        let [program, file, start] =
-            [word(&place.program)?, word(&place.file)?, word(&place.start)?];
-        let beside = place.libraries_beside()?;
-        let line = |number: usize| {
-            format!("cd {start} && {beside} && exec {program} sweep task {file} --task {number}\n")
-        };
+        let [run, file] = [word(&place.run)?, word(&place.file)?];
+        let line = |number: usize| format!("sh {run} sweep task {file} --task {number}\n");
         // All of them, in one order for ever: parallel knows a run by its line. Those that are done
         // end at once.
         let lines: String = (0..sweep.tasks.len()).map(line).collect();
@@ -227,17 +230,13 @@ impl Submit {
     fn array_script(&self, place: &Place, threads: usize) -> anyhow::Result<String> {
         let head = self.head(place, &place.job(), "%A_%a.txt")?;
         let Self { time, memory, .. } = self;
-        let [program, file, start] =
-            [word(&place.program)?, word(&place.file)?, word(&place.start)?];
-        let beside = place.libraries_beside()?;
+        let [run, file] = [word(&place.run)?, word(&place.file)?];
         Ok(format!(
             r#"{head}#SBATCH --ntasks=1 --cpus-per-task={threads} --mem={memory} --time={time}
 #SBATCH --requeue --signal=B:USR1@{WARNING}
 
 # One run of a sweep. $1 is the number of the array's first run.
-cd {start} || exit
-{beside}
-{program} sweep task {file} --task $((SLURM_ARRAY_TASK_ID + $1)) &
+sh {run} sweep task {file} --task $((SLURM_ARRAY_TASK_ID + $1)) &
 run=$!
 
 # Near the time limit the run saves and gets another turn; when it is cancelled, it saves.
@@ -261,40 +260,30 @@ exit $code
 
     fn report_script(&self, place: &Place) -> anyhow::Result<String> {
         let head = self.head(place, &format!("{}-report", place.job()), "report.txt")?;
-        let [program, file, start] =
-            [word(&place.program)?, word(&place.file)?, word(&place.start)?];
-        let beside = place.libraries_beside()?;
+        let [run, file] = [word(&place.run)?, word(&place.file)?];
         Ok(format!(
-            "{head}#SBATCH --ntasks=1 --mem=2G --time=30:00\n\n\
-             cd {start} || exit\n{beside}\nexec {program} sweep report {file}\n"
+            "{head}#SBATCH --ntasks=1 --mem=2G --time=30:00\n\nexec sh {run} sweep report {file}\n"
         ))
     }
 }
 
 impl Place {
-    /// What lets its copy of the program find the libraries that lie beside it.
-    fn libraries_beside(&self) -> anyhow::Result<String> {
-        let folder = word(&self.folder)?;
-        Ok(format!("export LD_LIBRARY_PATH={folder}${{LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}}"))
-    }
-
     /// What its jobs are called.
     fn job(&self) -> String {
         format!("copq-{}", self.name)
     }
 }
 
-/// Libraries that this program has loaded from elsewhere than the system's folders, such as MuJoCo:
-/// on another node, or after `cargo clean`, they are not there. None where the system does not say.
-fn libraries() -> Vec<PathBuf> {
+/// MuJoCo's library as this program has loaded it, unless it is the system's own: on another node, or
+/// after `cargo clean`, it is not there. None where the system does not say.
+fn libraries() -> BTreeSet<PathBuf> {
     let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();
     let path = |line: &str| line.split_once('/').map(|(_, path)| PathBuf::from(format!("/{path}")));
     let is_own = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        name.contains(".so") && !["/usr", "/lib", "/lib64"].iter().any(|of| path.starts_with(of))
+        name.starts_with("libmujoco") && !path.starts_with("/usr") && path.is_file()
     };
-    let found: BTreeSet<_> = maps.lines().filter_map(path).filter(is_own).collect();
-    found.into_iter().collect()
+    maps.lines().filter_map(path).filter(is_own).collect()
 }
 
 /// How many jobs of a name are in the queue; none if the queue cannot be asked.

@@ -65,7 +65,7 @@ fn a_snapshot_of_another_presets_robot_is_refused_and_changes_nothing() {
         let mut papers = State::default();
         Rapier::new(&robot(Preset::Paper)).unwrap().save(&mut papers).unwrap();
         let error = gym.load(&papers).unwrap_err().to_string();
-        assert!(error.contains("model of a saved state") && error.contains("another"), "{error}");
+        assert!(error.contains("robot of a saved state") && error.contains("another"), "{error}");
         let mut after = State::default();
         gym.save(&mut after).unwrap();
         assert_eq!(before, after);

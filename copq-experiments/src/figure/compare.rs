@@ -251,7 +251,8 @@ impl Group {
     fn chance_to_beat(&self, other: &Self) -> String {
         let world = |group: &Self| {
             let plan = group.config.as_ref().map(|config| &config.plan)?;
-            Some((plan.task.clone(), plan.engine.clone(), plan.preset.clone()))
+            let Plan { task, engine, preset, weights, world, .. } = plan;
+            Some((task.clone(), engine.clone(), preset.clone(), weights.clone(), world.clone()))
         };
         if world(self) != world(other) {
             return "another world".to_owned();

@@ -47,14 +47,14 @@ impl Evaluated {
     /// one.
     pub(crate) fn read(folder: &Path) -> Result<Self> {
         let path = folder.join("evaluations.csv");
-        if path.exists()
-            && let Some(damage) = Sheet::read(&path)?.damage(&path)
-        {
-            return Err(damage);
+        let invalid = |wanted: &str, got: &str| {
+            Error::invalid(format!("'{}'", path.display()), wanted.to_owned(), got)
+        };
+        match Self::read_if_any(folder)? {
+            None => Err(invalid("at least one evaluation", "none")),
+            Some(Self { damage: Some(damage), .. }) => Err(invalid("whole rows", &damage)),
+            Some(evaluated) => Ok(evaluated),
         }
-        Self::read_if_any(folder)?.ok_or_else(|| {
-            Error::invalid(format!("'{}'", path.display()), "at least one evaluation", "none")
-        })
     }
 
     /// What there is up to a damaged row; nothing if there is no evaluation yet.
@@ -67,8 +67,11 @@ impl Evaluated {
         let column = |name: &String| Some((name.clone(), sheet.column(name)?));
         let columns = sheet.columns().iter().filter_map(column).collect();
         let steps = sheet.steps();
+        if steps.is_empty() {
+            return sheet.damage(&path).map_or(Ok(None), Err);
+        }
         let damage = sheet.damage(&path).map(|damage| damage.to_string());
-        Ok((!steps.is_empty()).then_some(Self { steps, columns, damage }))
+        Ok(Some(Self { steps, columns, damage }))
     }
 
     /// Why there are no more evaluations, if a row is damaged.

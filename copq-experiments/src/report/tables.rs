@@ -328,10 +328,12 @@ fn over_tasks(report: &Report) -> Option<Table> {
     Some(Table {
         name: "all-tasks",
         title: format!("{} tasks together", worlds.len()),
-        note: "Final totals over the tasks' reference scores: interquartile mean and mean [stratified \
-               bootstrap interval at 95 %] (runs); of methods that have run on all. A task weighs as \
-               much as it has runs."
-            .to_owned(),
+        note: format!(
+            "Final totals over the tasks' reference scores: interquartile mean and mean [stratified \
+             bootstrap interval at 95 %] (runs); of methods that have run on all. A task weighs as \
+             much as it has runs: {}.",
+            worlds.iter().map(|(world, _)| report.headed(world)).collect::<Vec<_>>().join(", ")
+        ),
         is_of_seeds: false,
         columns: ["interquartile mean", "mean"].map(str::to_owned).to_vec(),
         rows: report.groups.labels.iter().enumerate().map(row).collect(),
