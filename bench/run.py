@@ -141,7 +141,7 @@ def machine(python):
         commit = output(["git", "-C", ROOT, "describe", "--always", "--dirty"]).strip()
     except (OSError, subprocess.CalledProcessError):
         commit = "of no repository"
-    ours = f"{model}, {os.cpu_count()} cores, {widest}; Linux {platform.release()}; copq {commit}, rustc {rustc}"
+    ours = f"{model}, {os.cpu_count()} cores, {widest}; Linux {platform.release().split('-')[0]}; copq {commit}, rustc {rustc}"
     return f"{ours}; {versions(python, names)}" if python else ours
 
 

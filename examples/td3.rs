@@ -16,8 +16,8 @@ fn main() -> Result<()> {
     let mut method = td3.balance(FamoConfig::default());
     method.config.target_period = 1;
 
-    // `Method::cop_td3()` is the preset to begin with, `Method::cop_td3_paper()` the paper's to the
-    // letter.
+    // `Method::cop_td3()` is the preset to begin with, `Method::cop_td3_paper()` the paper's main
+    // comparison.
     let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;
     let mut trainer = Trainer::new(env, learner)?;
     for _ in 0..4 {

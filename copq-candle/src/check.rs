@@ -75,8 +75,3 @@ pub(crate) fn tau(tau: f32) -> Result<()> {
         Err(Error::invalid("tau", "a number in [0, 1]", tau))
     }
 }
-
-/// An error unless there is at least one of something.
-pub(crate) fn positive(what: &str, count: usize) -> Result<()> {
-    if count > 0 { Ok(()) } else { Err(Error::invalid(what, "at least 1", count)) }
-}

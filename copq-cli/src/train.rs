@@ -124,11 +124,13 @@ pub struct Train {
     /// Environment steps between two checkpoints: what a crash can cost you.
     ///
     /// A checkpoint holds the replay buffer, so it grows to hundreds of megabytes, and writing or
-    /// loading one needs as much memory again. Ctrl-C writes one too. [default: 20000]
+    /// loading one needs as much memory again. Ctrl-C writes one too. [default: 20000; 102400 for
+    /// on-policy methods]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     checkpoint_every: Option<u64>,
 
-    /// Environment steps that one row of metrics.csv averages over. [default: 1000]
+    /// Environment steps that one row of metrics.csv averages over. [default: 1000; 2048 for on-policy
+    /// methods]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     log_every: Option<u64>,
 

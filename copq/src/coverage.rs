@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::error::check_count;
 use crate::{
     Agent, Env, EnvSpec, Error, Learner, Mode, Objective, Outcome, QEstimate, Result, Rng, Rollout,
     Stream,
@@ -105,9 +106,7 @@ pub struct ObjectiveCoverage {
 /// ```
 pub fn coverage(learner: &mut Learner, env: impl Env, config: CoverageConfig) -> Result<Coverage> {
     for (what, count) in [("episodes", config.episodes), ("stride", config.stride)] {
-        if count == 0 {
-            return Err(Error::invalid(what, "at least 1", 0));
-        }
+        check_count(what, count)?;
     }
     learner.check_spec(env.spec())?;
     let mut sums = Sums::new(env.spec(), learner.discount());

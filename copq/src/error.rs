@@ -113,6 +113,11 @@ impl Error {
     }
 }
 
+/// An error unless there is at least one of something.
+pub fn check_count(what: &str, count: usize) -> Result<()> {
+    if count > 0 { Ok(()) } else { Err(Error::invalid(what, "at least 1", count)) }
+}
+
 /// Checks a slice's length: `Ok` or an [`Error::Invalid`] that names the slice.
 pub fn check_len(what: &str, got: usize, wanted: usize) -> Result<()> {
     if got == wanted { Ok(()) } else { Err(Error::invalid(what, format!("{wanted} values"), got)) }

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use crate::{Agent, Env, Error, Mode, Outcome, Result, Rng, Rollout, Stream};
+use crate::error::check_count;
+use crate::{Agent, Env, Mode, Outcome, Result, Rng, Rollout, Stream};
 
 /// Deterministic episodes of a policy, with what its critics expected of them. Prints as a small
 /// table.
@@ -87,9 +88,7 @@ pub fn evaluate_while<A: Agent + ?Sized>(
     episodes: usize,
     may_go_on: impl Fn() -> Result<()>,
 ) -> Result<Evaluation> {
-    if episodes == 0 {
-        return Err(Error::invalid("evaluation episodes", "at least 1", 0));
-    }
+    check_count("evaluation episodes", episodes)?;
     let spec = env.spec();
     agent.check_spec(spec)?;
     let n = spec.objectives.len();

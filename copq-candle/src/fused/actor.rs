@@ -4,8 +4,8 @@ use std::path::Path;
 
 use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, SampleGrad, State};
 
+use super::body::Body;
 use super::passes::{room, tanh, tanh_backward};
-use super::policy::Policy;
 use crate::check;
 use crate::shape::Shape;
 
@@ -34,7 +34,7 @@ use crate::shape::Shape;
 /// ```
 #[derive(Debug)]
 pub struct Deterministic {
-    policy: Policy,
+    policy: Body,
     output: Vec<f32>,
     grad: Vec<f32>,
 }
@@ -42,7 +42,7 @@ pub struct Deterministic {
 impl Deterministic {
     /// An actor for an environment, with fresh weights drawn from `rng`.
     pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<Self> {
-        let policy = Policy::new(spec, networks, Shape::actor, rng)?;
+        let policy = Body::new(spec, networks, Shape::actor, rng)?;
         Ok(Self { policy, output: Vec::new(), grad: Vec::new() })
     }
 

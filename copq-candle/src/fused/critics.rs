@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use copq::error::{check_chosen, check_len};
+use copq::error::{check_chosen, check_count, check_len};
 use copq::{Critic, EnvSpec, Net, Networks, Precision, QGrad, QView, Result, Rng, State};
 
 use super::network::Network;
@@ -62,7 +62,7 @@ impl Critics {
     /// another.
     pub fn new(spec: &EnvSpec, critics: usize, networks: &Networks, rng: &mut Rng) -> Result<Self> {
         check::settings(spec, networks)?;
-        check::positive("critics", critics)?;
+        check_count("critics", critics)?;
         let shape = Shape::critic(spec, networks);
         let fresh =
             |_| Network::new(shape.clone(), networks, &Learned::new(&shape, networks.init, rng));

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, SampleGrad, State};
 
+use super::body::Body;
 use super::passes::room;
-use super::policy::Policy;
 use crate::check;
 use crate::shape::Shape;
 use crate::squash::Component;
@@ -33,7 +33,7 @@ use crate::squash::Component;
 /// ```
 #[derive(Debug)]
 pub struct Gaussian {
-    policy: Policy,
+    policy: Body,
     /// Means and log stds, `rows x (2 action)`, and their gradients.
     output: Vec<f32>,
     grad: Vec<f32>,
@@ -47,7 +47,7 @@ impl Gaussian {
     /// An actor for an environment, with fresh weights drawn from `rng`.
     pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<Self> {
         Ok(Self {
-            policy: Policy::new(spec, networks, Shape::gaussian, rng)?,
+            policy: Body::new(spec, networks, Shape::gaussian, rng)?,
             output: Vec::new(),
             grad: Vec::new(),
             sample: Vec::new(),

@@ -11,6 +11,7 @@
 mod activation;
 mod actor;
 mod adam;
+mod body;
 mod critics;
 mod gaussian;
 mod gradient;
@@ -23,7 +24,6 @@ mod network;
 mod normal;
 mod panels;
 mod passes;
-mod policy;
 mod product;
 mod threads;
 mod tiles;

@@ -3,14 +3,11 @@
 use copq::on_policy::{self, Descent, NormalGrad, NormalGradient};
 use copq::{ActionGrad, Actor, EnvSpec, Error, Net, Networks, Result, Rng, State};
 
-use super::network::Network;
-use super::panels::{PanelRow, Panels};
+use super::body::Body;
+use super::panels::PanelRow;
 use super::passes::room;
-use super::value::prepare;
-use super::workspace::Workspace;
 use crate::check;
 use crate::deviations::Deviations;
-use crate::learned::Learned;
 use crate::shape::Shape;
 
 /// PPO's policy: observation -> hidden layers -> the means of a Gaussian, whose deviations are
@@ -35,10 +32,7 @@ use crate::shape::Shape;
 /// ```
 #[derive(Debug)]
 pub struct Normal {
-    network: Network,
-    input: Panels,
-    workspace: Workspace,
-    observation: usize,
+    body: Body,
     deviations: Deviations,
     grad_log_std: Vec<f32>,
     /// Of a batch: means, their gradient, and the network's parameters'.
@@ -50,15 +44,10 @@ pub struct Normal {
 impl Normal {
     /// A policy for an environment, with fresh weights drawn from `rng`.
     pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<Self> {
-        check::settings(spec, networks)?;
-        let shape = Shape::actor(spec, networks);
-        let learned = Learned::new(&shape, networks.init, rng);
+        let body = Body::new(spec, networks, Shape::actor, rng)?;
         let zeros = vec![0.0; spec.action_len()];
         Ok(Self {
-            network: Network::new(shape, networks, &learned),
-            input: Panels::default(),
-            workspace: Workspace::default(),
-            observation: spec.obs_len,
+            body,
             deviations: Deviations::new(zeros.clone()),
             grad_log_std: zeros,
             mean: Vec::new(),
@@ -69,17 +58,16 @@ impl Normal {
 
     /// A batch's means, and the gradient that `grad` fills, down to the parameters.
     fn backward(&mut self, obs: &[f32], grad: NormalGrad<'_>) -> Result<()> {
-        let rows = check::rows(obs, self.observation)?;
-        self.input.set(rows, &[obs]);
+        let rows = self.body.rows(obs)?;
         let len = rows * self.deviations.log_std.len();
         let mean = room(&mut self.mean, len);
-        self.network.forward(&self.input, false, mean, &mut self.workspace);
+        self.body.forward(obs, rows, mean);
         let grad_mean = room(&mut self.grad_mean, len);
         grad(
             on_policy::Normal { mean, log_std: &self.deviations.log_std },
             NormalGradient { mean: grad_mean, log_std: &mut self.grad_log_std },
         )?;
-        self.network.gradient(&self.input, grad_mean, &mut self.grad, &mut self.workspace);
+        self.body.gradient(grad_mean, &mut self.grad);
         Ok(())
     }
 }
@@ -106,27 +94,27 @@ impl Actor for Normal {
     }
 
     fn export(&self, state: &mut State) -> Result<()> {
-        Learned::export(&self.network.learned().online, &self.network.shape().arrays(), state);
+        self.body.export(state)?;
         self.deviations.export(state);
         Ok(())
     }
 
     fn import(&mut self, state: &State) -> Result<()> {
-        let online = Learned::import(&self.network.shape().arrays(), state)?;
-        self.deviations = self.deviations.import(state)?;
-        self.network.set_learned(&Learned::from_online(online));
+        let deviations = self.deviations.import(state)?;
+        self.body.import(state)?;
+        self.deviations = deviations;
         Ok(())
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
-        self.network.save(state);
+        self.body.save(state)?;
         self.deviations.save(state);
         Ok(())
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
         let deviations = self.deviations.load(state)?;
-        self.network.load(state)?;
+        self.body.load(state)?;
         self.deviations = deviations;
         Ok(())
     }
@@ -138,10 +126,9 @@ impl on_policy::GaussianPolicy for Normal {
     }
 
     fn means(&mut self, obs: &[f32], mean: &mut [f32]) -> Result<()> {
-        let rows = check::rows(obs, self.observation)?;
+        let rows = self.body.rows(obs)?;
         check::batch("means", mean, rows, self.deviations.log_std.len())?;
-        self.input.set(rows, &[obs]);
-        self.network.values(Net::Online, &self.input, false, mean, &mut self.workspace);
+        self.body.values(Net::Online, obs, rows, mean);
         Ok(())
     }
 
@@ -151,42 +138,41 @@ impl on_policy::GaussianPolicy for Normal {
         let penalty = 2.0 * step.decay as f32;
         grad.iter_mut().zip(&deviations.log_std).for_each(|(grad, x)| *grad += penalty * x);
         let more = grad.iter().map(|&x| f64::from(x) * f64::from(x)).sum();
-        let factor = prepare(&self.network, &mut self.grad, more, step);
+        let factor = self.body.descend(&mut self.grad, more, step);
         grad.iter_mut().for_each(|grad| *grad *= factor);
-        self.network.descend(&self.grad, step.lr);
-        self.deviations.step(&self.grad_log_std, step.lr, self.network.steps());
+        deviations.step(grad, step.lr, self.body.network.steps());
         Ok(())
     }
 
     fn parameters(&self) -> usize {
-        self.network.shape().len() + self.deviations.log_std.len()
+        self.body.network.shape().len() + self.deviations.log_std.len()
     }
 
     fn gradient(&mut self, obs: &[f32], grad: NormalGrad<'_>, out: &mut [f32]) -> Result<()> {
         check::batch("gradient", out, self.parameters(), 1)?;
         self.backward(obs, grad)?;
-        let (network, log_std) = out.split_at_mut(self.network.shape().len());
-        network.copy_from_slice(&self.network.flat(&self.grad));
+        let (network, log_std) = out.split_at_mut(self.body.network.shape().len());
+        network.copy_from_slice(&self.body.network.flat(&self.grad));
         log_std.copy_from_slice(&self.grad_log_std);
         Ok(())
     }
 
     fn push_forward(&mut self, obs: &[f32], direction: &[f32], out: &mut [f32]) -> Result<()> {
-        let rows = check::rows(obs, self.observation)?;
+        let rows = self.body.rows(obs)?;
         check::batch("direction", direction, self.parameters(), 1)?;
         check::batch("moved means", out, rows, self.deviations.log_std.len())?;
-        self.input.set(rows, &[obs]);
         let mean = room(&mut self.mean, out.len());
-        self.network.forward(&self.input, false, mean, &mut self.workspace);
-        let direction = &direction[..self.network.shape().len()];
-        self.network.push_forward(&self.input, direction, out, &self.workspace);
+        self.body.forward(obs, rows, mean);
+        let Body { network, input, workspace, .. } = &self.body;
+        let direction = &direction[..network.shape().len()];
+        network.push_forward(input, direction, out, workspace);
         Ok(())
     }
 
     fn shift(&mut self, step: &[f32]) -> Result<()> {
         check::batch("step", step, self.parameters(), 1)?;
-        let (network, log_std) = step.split_at(self.network.shape().len());
-        self.network.shift(network);
+        let (network, log_std) = step.split_at(self.body.network.shape().len());
+        self.body.network.shift(network);
         self.deviations.log_std.iter_mut().zip(log_std).for_each(|(x, step)| *x += step);
         Ok(())
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use copq::{Error, Result};
 use rayon::ThreadPool;
 
-use crate::check;
+use copq::error::check_count;
 
 /// Multiplications below which a product takes less time than waking a thread.
 const WORTH_SHARING: usize = 1 << 21;
@@ -19,7 +19,7 @@ pub(super) struct Threads {
 impl Threads {
     /// `count` of them; one means the caller's own.
     pub fn new(count: usize) -> Result<Self> {
-        check::positive("threads", count)?;
+        check_count("threads", count)?;
         let start = || rayon::ThreadPoolBuilder::new().num_threads(count - 1).build().map(Arc::new);
         let helpers =
             (count > 1).then(start).transpose().map_err(|e| Error::other("starting threads", e))?;

@@ -5,7 +5,7 @@ use std::path::Path;
 use candle_core::{Device, Tensor};
 use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, SampleGrad, State};
 
-use super::policy::Policy;
+use super::body::Body;
 use super::{failed, loss_of, values};
 use crate::{MakeModule, check};
 
@@ -30,7 +30,7 @@ use crate::{MakeModule, check};
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Debug)]
-pub struct Deterministic(Policy);
+pub struct Deterministic(Body);
 
 impl Deterministic {
     /// A multilayer perceptron on a device, with fresh weights: the same as the fused one from an
@@ -41,7 +41,7 @@ impl Deterministic {
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        Ok(Self(Policy::new(None, spec, networks, spec.action_len(), rng, device)?))
+        Ok(Self(Body::new(None, spec, networks, spec.action_len(), rng, device)?))
     }
 
     /// A module on a device, with fresh weights from `rng`. It gets an observation and answers with
@@ -54,7 +54,7 @@ impl Deterministic {
         device: &Device,
     ) -> Result<Self> {
         let output = spec.action_len();
-        Ok(Self(Policy::new(Some(make), spec, networks, output, rng, device)?))
+        Ok(Self(Body::new(Some(make), spec, networks, output, rng, device)?))
     }
 
     /// Writes the online parameters to a safetensors file, as the fused actor does.

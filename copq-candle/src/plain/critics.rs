@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use candle_core::{Device, Tensor, Var};
-use copq::error::check_len;
+use copq::error::{check_count, check_len};
 use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
 
 use super::network::Network;
@@ -77,7 +77,7 @@ impl Critics {
         device: &Device,
     ) -> Result<Self> {
         check::plain_settings(spec, networks)?;
-        check::positive("critics", critics)?;
+        check_count("critics", critics)?;
         let input = spec.obs_len + spec.action_len();
         let output = spec.objectives.len();
         let fresh = |_| network(make, input, output, networks, rng, device);

@@ -5,14 +5,14 @@ use std::path::Path;
 use candle_core::{Device, Tensor, Var};
 use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, SampleGrad, State};
 
-use super::policy::Policy;
+use super::body::Body;
 use super::{failed, values};
 use crate::squash::LOG_STD;
 use crate::{MakeModule, check};
 
 /// SAC's policy, like the fused one: see [`crate::fused::Gaussian`].
 #[derive(Debug)]
-pub struct Gaussian(Policy);
+pub struct Gaussian(Body);
 
 impl Gaussian {
     /// A multilayer perceptron on a device, with fresh weights: the same as the fused one from an
@@ -23,7 +23,7 @@ impl Gaussian {
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        Ok(Self(Policy::new(None, spec, networks, 2 * spec.action_len(), rng, device)?))
+        Ok(Self(Body::new(None, spec, networks, 2 * spec.action_len(), rng, device)?))
     }
 
     /// A module on a device, with fresh weights from `rng`. It gets an observation and answers with
@@ -36,7 +36,7 @@ impl Gaussian {
         device: &Device,
     ) -> Result<Self> {
         let output = 2 * spec.action_len();
-        Ok(Self(Policy::new(Some(make), spec, networks, output, rng, device)?))
+        Ok(Self(Body::new(Some(make), spec, networks, output, rng, device)?))
     }
 
     /// Writes the online parameters to a safetensors file, as the fused actor does.

@@ -2,12 +2,12 @@
 //! and the home of architectures of your own.
 
 mod actor;
+mod body;
 mod critics;
 mod gaussian;
 mod network;
 mod normal;
 mod perceptron;
-mod policy;
 mod seeded;
 mod value;
 

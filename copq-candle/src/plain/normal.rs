@@ -4,13 +4,11 @@ use candle_core::{Device, Tensor, Var};
 use copq::on_policy::{self, Descent, NormalGrad, NormalGradient};
 use copq::{ActionGrad, Actor, EnvSpec, Error, Net, Networks, Result, Rng, State};
 
-use super::network::Network;
-use super::perceptron::network;
-use super::value::{factor, forward, with_penalty};
+use super::body::Body;
+use super::value::{factor, with_penalty};
 use super::{failed, values};
 use crate::check;
 use crate::deviations::Deviations;
-use crate::learned::Learned;
 
 /// PPO's policy: observation -> hidden layers -> the means of a Gaussian, whose deviations are
 /// parameters of their own that begin at 1. It is [`fused::Normal`](crate::fused::Normal) by
@@ -30,9 +28,7 @@ use crate::learned::Learned;
 /// ```
 #[derive(Debug)]
 pub struct Normal {
-    network: Network,
-    observation: usize,
-    device: Device,
+    body: Body,
     log_std: Var,
     /// The same as numbers.
     deviations: Deviations,
@@ -46,25 +42,22 @@ impl Normal {
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        check::plain_settings(spec, networks)?;
         let zeros = vec![0.0; spec.action_len()];
         let log_std = Tensor::from_slice(&zeros, zeros.len(), device).map_err(failed)?;
         Ok(Self {
-            network: network(None, spec.obs_len, zeros.len(), networks, rng, device)?,
-            observation: spec.obs_len,
-            device: device.clone(),
+            body: Body::new(None, spec, networks, zeros.len(), rng, device)?,
             log_std: Var::from_tensor(&log_std).map_err(failed)?,
             deviations: Deviations::new(zeros),
         })
     }
 
     fn forward(&self, obs: &[f32]) -> Result<Tensor> {
-        forward(&self.network, obs, self.observation, &self.device)
+        self.body.forward(Net::Online, obs, self.body.rows(obs)?)
     }
 
     fn set_deviations(&mut self, deviations: Deviations) -> Result<()> {
         let values = &deviations.log_std;
-        let tensor = Tensor::from_slice(values, values.len(), &self.device).map_err(failed)?;
+        let tensor = Tensor::from_slice(values, values.len(), &self.body.device).map_err(failed)?;
         self.log_std.set(&tensor).map_err(failed)?;
         self.deviations = deviations;
         Ok(())
@@ -93,27 +86,26 @@ impl Actor for Normal {
     }
 
     fn export(&self, state: &mut State) -> Result<()> {
-        Learned::export(&self.network.learned()?.online, self.network.arrays(), state);
+        self.body.export(state)?;
         self.deviations.export(state);
         Ok(())
     }
 
     fn import(&mut self, state: &State) -> Result<()> {
-        let online = Learned::import(self.network.arrays(), state)?;
         let deviations = self.deviations.import(state)?;
-        self.network.set_learned(&Learned::from_online(online))?;
+        self.body.import(state)?;
         self.set_deviations(deviations)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
-        self.network.learned()?.save(self.network.arrays(), state);
+        self.body.save(state)?;
         self.deviations.save(state);
         Ok(())
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
         let deviations = self.deviations.load(state)?;
-        self.network.set_learned(&Learned::load(self.network.arrays(), state)?)?;
+        self.body.load(state)?;
         self.set_deviations(deviations)
     }
 }
@@ -141,11 +133,12 @@ impl on_policy::GaussianPolicy for Normal {
         )?;
         let loss = || {
             // A loss with these gradients, which are constants.
-            let grad_mean = Tensor::from_vec(grad_mean, output.dims(), &self.device)?;
-            let grad = Tensor::from_vec(grad_log_std, self.deviations.log_std.len(), &self.device)?;
+            let grad_mean = Tensor::from_vec(grad_mean, output.dims(), &self.body.device)?;
+            let grad =
+                Tensor::from_vec(grad_log_std, self.deviations.log_std.len(), &self.body.device)?;
             (output * grad_mean)?.sum_all()? + (self.log_std.as_tensor() * grad)?.sum_all()?
         };
-        let variables = self.network.online().chain([&self.log_std]);
+        let variables = self.body.network.online().chain([&self.log_std]);
         let loss = with_penalty(loss().map_err(failed)?, variables, step.decay)?;
         let mut descend = || {
             let mut grads = loss.backward()?;
@@ -154,15 +147,15 @@ impl on_policy::GaussianPolicy for Normal {
                 None => vec![0.0; self.deviations.log_std.len()],
             };
             let own: f64 = log_std.iter().map(|&x| f64::from(x) * f64::from(x)).sum();
-            let factor = factor(self.network.squares(&grads)? + own, step);
-            self.network.scale(&mut grads, factor)?;
-            self.network.step(&grads, step.lr)?;
+            let factor = factor(self.body.network.squares(&grads)? + own, step);
+            self.body.network.scale(&mut grads, factor)?;
+            self.body.network.step(&grads, step.lr)?;
             Ok((log_std, factor as f32))
         };
         let (log_std, factor) = descend().map_err(failed)?;
         let cut: Vec<f32> = log_std.iter().map(|grad| factor * grad).collect();
         let mut deviations = self.deviations.clone();
-        deviations.step(&cut, step.lr, self.network.steps());
+        deviations.step(&cut, step.lr, self.body.network.steps());
         self.set_deviations(deviations)
     }
 }

@@ -4,11 +4,9 @@ use candle_core::{Device, Tensor, Var};
 use copq::on_policy::{self, Descent, ValueGrad};
 use copq::{EnvSpec, Net, Networks, Result, Rng, State};
 
-use super::network::Network;
-use super::perceptron::network;
+use super::body::Body;
 use super::{failed, loss_of, values};
 use crate::check;
-use crate::learned::Learned;
 
 /// A critic for on-policy learning: observation -> hidden layers -> one number. It is
 /// [`fused::Value`](crate::fused::Value) by autograd, on any device.
@@ -26,11 +24,7 @@ use crate::learned::Learned;
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Debug)]
-pub struct Value {
-    network: Network,
-    observation: usize,
-    device: Device,
-}
+pub struct Value(Body);
 
 impl Value {
     /// A critic for an environment, with fresh weights drawn from `rng`.
@@ -40,26 +34,12 @@ impl Value {
         rng: &mut Rng,
         device: &Device,
     ) -> Result<Self> {
-        check::plain_settings(spec, networks)?;
-        let network = network(None, spec.obs_len, 1, networks, rng, device)?;
-        Ok(Self { network, observation: spec.obs_len, device: device.clone() })
+        Ok(Self(Body::new(None, spec, networks, 1, rng, device)?))
     }
 
     fn forward(&self, obs: &[f32]) -> Result<Tensor> {
-        forward(&self.network, obs, self.observation, &self.device)
+        self.0.forward(Net::Online, obs, self.0.rows(obs)?)
     }
-}
-
-/// A network's outputs for a batch of observations.
-pub(super) fn forward(
-    network: &Network,
-    obs: &[f32],
-    observation: usize,
-    device: &Device,
-) -> Result<Tensor> {
-    let rows = check::rows(obs, observation)?;
-    let obs = Tensor::from_slice(obs, (rows, observation), device).map_err(failed)?;
-    network.forward(Net::Online, &obs).map_err(failed)
 }
 
 /// What cuts a gradient of so large a sum of squares.
@@ -87,22 +67,21 @@ impl on_policy::StateValue for Value {
 
     fn descend(&mut self, obs: &[f32], step: Descent, grad: ValueGrad<'_>) -> Result<()> {
         let loss = loss_of(&self.forward(obs)?, grad)?;
-        let loss = with_penalty(loss, self.network.online(), step.decay)?;
+        let loss = with_penalty(loss, self.0.network.online(), step.decay)?;
         let mut descend = || {
             let mut grads = loss.backward()?;
-            let factor = factor(self.network.squares(&grads)?, step);
-            self.network.scale(&mut grads, factor)?;
-            self.network.step(&grads, step.lr)
+            let factor = factor(self.0.network.squares(&grads)?, step);
+            self.0.network.scale(&mut grads, factor)?;
+            self.0.network.step(&grads, step.lr)
         };
         descend().map_err(failed)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
-        self.network.learned()?.save(self.network.arrays(), state);
-        Ok(())
+        self.0.save(state)
     }
 
     fn load(&mut self, state: &State) -> Result<()> {
-        self.network.set_learned(&Learned::load(self.network.arrays(), state)?)
+        self.0.load(state)
     }
 }

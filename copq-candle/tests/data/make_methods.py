@@ -3,7 +3,7 @@ copq-candle's `methods` test to follow.
 
 Written from the methods' equations (Haarnoja et al. 2018; Chen et al. 2021; Wu et al. 2024; Liu et al. 2023; the COP-Q
 paper, sec. 4, 5 and App. A), in double precision and by autograd, without anything of copq but its random numbers: `methods_draws.json` holds
-the first numbers of its streams (`cargo test -p copq-candle --test methods -- --ignored` writes it).
+the first numbers of its streams (`cargo test -p copq-candle --test all -- --ignored` writes it).
 
 Run once:  python make_methods.py  writes `methods.json` (COP-Q on TD3 with Debian's torch 1.13.1; the others have the same
 nine digits with torch 2.5.1).

@@ -31,7 +31,7 @@ pub struct Run {
     #[command(flatten)]
     named: super::Named,
 
-    /// Runs at the same time, a process each. [default: one a core]
+    /// Runs at the same time, a process each. [default: one a core, fewer where runs have threads]
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     jobs: Option<usize>,
 

@@ -8,7 +8,7 @@ use copq::Result;
 use crate::config::RunConfig;
 use crate::figure::Evaluated;
 use crate::folder::{read_config, read_done};
-use crate::plan::Plan;
+use crate::plan::{Plan, RunSettings};
 use crate::sheet::Sheet;
 use crate::standing::Standing;
 use crate::statistics::median;
@@ -111,21 +111,20 @@ impl Stored {
         traces.extend(evaluated.iter().flat_map(Evaluated::value_errors));
         traces.iter_mut().for_each(|(_, line)| line.retain(|point| point[0] <= end as f64));
         let made = config.as_ref().map(|config| (config.plan.clone(), config.settings.clone()));
-        let mut standing = Standing::of(folder);
         let done = read_done(folder);
         if done.is_some() && run.fingerprint.is_some() && done != run.fingerprint {
             problems.push("done by other settings than the sweep's file has now".to_owned());
         }
-        // A run from before there was a file that says so.
-        let evaluated_to = evaluated.as_ref().map_or(0, Evaluated::last_step);
-        let is_evaluated = config.as_ref().is_some_and(|config| {
-            let run = &config.plan.run;
-            run.eval_every == 0 || evaluated_to >= run.steps.min(end)
+        let has_all = config.as_ref().is_some_and(|config| {
+            let RunSettings { steps: wanted, eval_every, .. } = config.plan.run;
+            let evaluated_to = evaluated.as_ref().map_or(0, Evaluated::last_step);
+            steps >= wanted as f64 && (eval_every == 0 || evaluated_to >= wanted.min(end))
         });
-        let has_all = wanted.is_some_and(|wanted| steps >= wanted as f64) && is_evaluated;
-        if standing == Standing::Stopped && has_all {
-            standing = Standing::Done;
-        }
+        let standing = match Standing::of(folder) {
+            // A run from before there was a file that says so.
+            Standing::Stopped if has_all => Standing::Done,
+            standing => standing,
+        };
         Self {
             run: run.clone(),
             standing,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Networks;
-use crate::error::{check_fraction, check_not_negative};
+use crate::error::{check_count, check_fraction, check_not_negative};
 use crate::projection::by_name;
 use crate::{ActorKind, Constraint, Entropy, Error, FamoConfig, Result};
 
@@ -224,16 +224,14 @@ impl Config {
         check_fraction("discount", self.discount)?;
         check_fraction("tau", self.tau)?;
         for (name, count) in [
-            ("batch", self.batch as u64),
-            ("capacity", self.capacity as u64),
-            ("updates_per_step", self.updates_per_step as u64),
-            ("actor_delay", self.actor_delay),
-            ("target_period", self.target_period),
-            ("start_steps", self.start_steps),
+            ("batch", self.batch),
+            ("capacity", self.capacity),
+            ("updates_per_step", self.updates_per_step),
+            ("actor_delay", self.actor_delay as usize),
+            ("target_period", self.target_period as usize),
+            ("start_steps", self.start_steps as usize),
         ] {
-            if count == 0 {
-                return Err(Error::invalid(name, "at least 1", 0));
-            }
+            check_count(name, count)?;
         }
         if self.subset == Some(0) {
             return Err(Error::invalid("subset", "at least 1 critic", 0));
@@ -248,9 +246,7 @@ impl Config {
         check_not_negative("pessimism", self.pessimism)?;
         check_not_negative("actor_pessimism", self.actor_pessimism)?;
         check_not_negative("exploration_std", self.exploration_std)?;
-        if let Some(optimism) = &self.optimism {
-            optimism.check()?;
-        }
+        self.optimism.as_ref().map_or(Ok(()), Optimism::check)?;
         if self.smoothing.is_some() && self.entropy.is_some() {
             let wanted =
                 "none with entropy, whose log-probability is that of the action without it";
@@ -260,15 +256,9 @@ impl Config {
             check_not_negative("smoothing.std", smoothing.std)?;
             check_not_negative("smoothing.clip", smoothing.clip)?;
         }
-        if let Some(famo) = &self.famo {
-            famo.check()?;
-        }
-        if let Some(entropy) = &self.entropy {
-            entropy.check()?;
-        }
-        if let Some(constraint) = &self.constraint {
-            constraint.check()?;
-        }
+        self.famo.as_ref().map_or(Ok(()), FamoConfig::check)?;
+        self.entropy.as_ref().map_or(Ok(()), Entropy::check)?;
+        self.constraint.as_ref().map_or(Ok(()), Constraint::check)?;
         self.networks.check()
     }
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Multiplier;
 use super::costs::Costs;
-use crate::error::check_not_negative;
+use crate::error::{check_count, check_not_negative};
 use crate::{EnvSpec, Error, Observer, Result, State};
 
 /// Share of the past in the smoothed error and cost.
@@ -157,10 +157,7 @@ impl PidConfig {
                 return Err(Error::invalid(name, "a number, at least 0, or inf", cap));
             }
         }
-        if self.delay == 0 {
-            return Err(Error::invalid("pid.delay", "at least 1", 0));
-        }
-        Ok(())
+        check_count("pid.delay", self.delay)
     }
 }
 

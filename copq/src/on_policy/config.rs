@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{check_fraction, check_not_negative};
+use crate::error::{check_count, check_fraction, check_not_negative};
 use crate::{Activation, Error, Init, Networks, PidConfig, Result};
 
 /// The numbers of an on-policy [`Method`](super::Method): how an epoch is gathered, how the policy
@@ -275,9 +275,7 @@ impl Config {
             ("natural.iterations", self.natural.map_or(1, |natural| natural.iterations)),
             ("second.passes", self.second.map_or(1, |second| second.passes)),
         ] {
-            if count == 0 {
-                return Err(Error::invalid(name, "at least 1", 0));
-            }
+            check_count(name, count)?;
         }
         for (name, value) in [
             ("target_kl", self.target_kl),

@@ -1,6 +1,7 @@
 //! What the author of a projection runs first: is the gradient that of the bound?
 
 use super::{BoundQuery, Projection, QView, Scratch};
+use crate::error::check_count;
 use crate::{Error, Result, Rng, Stream};
 
 const ROWS: usize = 64;
@@ -29,9 +30,7 @@ pub fn check_projection(
     objectives: usize,
 ) -> Result<()> {
     for (what, count) in [("critics", critics), ("objectives", objectives)] {
-        if count == 0 {
-            return Err(Error::invalid(what, "at least 1", 0));
-        }
+        check_count(what, count)?;
     }
     let mut rng = Rng::new(0, Stream::Custom);
     let mut rows = Vec::new();

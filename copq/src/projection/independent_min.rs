@@ -1,6 +1,6 @@
 //! Clipped double-Q for every objective on its own.
 
-use super::selection::{blend, blend_vjp, worst};
+use super::selection::{self, worst};
 use super::{BoundQuery, Projection, QView, Scratch};
 use crate::{Ensemble, Result};
 
@@ -40,16 +40,9 @@ impl Projection for IndependentMin {
 
     fn project(&self, bound: BoundQuery<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
         let BoundQuery { q, step, .. } = bound;
-        let directions = bound.check(out)?;
-        for (row, out) in out.chunks_exact_mut(q.objectives()).enumerate() {
-            let weights = directions.weights(row);
-            for (i, out) in out.iter_mut().enumerate() {
-                let chosen = choose(q, row, i, weights[i], step);
-                *out = blend(q, row, i, chosen, step);
-            }
-        }
-        scratch.report_clips(0, q.rows());
-        Ok(())
+        selection::project(bound, scratch, out, |row, weights| {
+            move |i| choose(q, row, i, weights[i], step)
+        })
     }
 
     fn vjp(
@@ -60,15 +53,9 @@ impl Projection for IndependentMin {
         grad_q: &mut [f32],
     ) -> Result<()> {
         let BoundQuery { q, step, .. } = bound;
-        let directions = bound.check_vjp(grad_out, grad_q)?;
-        for (row, grad) in grad_out.chunks_exact(q.objectives()).enumerate() {
-            let weights = directions.weights(row);
-            for (i, &grad) in grad.iter().enumerate() {
-                let chosen = choose(q, row, i, weights[i], step);
-                blend_vjp(q, row, i, chosen, step, grad, grad_q);
-            }
-        }
-        Ok(())
+        selection::vjp(bound, grad_out, grad_q, |row, weights| {
+            move |i| choose(q, row, i, weights[i], step)
+        })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Clipped double-Q on the scalarised value: one critic's whole vector, the one that scalarises
 //! worst.
 
-use super::selection::{blend, blend_vjp, worst};
+use super::selection::{self, worst};
 use super::{BoundQuery, Projection, QView, Scratch};
 use crate::{Ensemble, Result};
 
@@ -38,15 +38,10 @@ impl Projection for ScalarisedMin {
 
     fn project(&self, bound: BoundQuery<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
         let BoundQuery { q, step, .. } = bound;
-        let directions = bound.check(out)?;
-        for (row, out) in out.chunks_exact_mut(q.objectives()).enumerate() {
-            let chosen = choose(q, row, directions.weights(row), step);
-            for (i, out) in out.iter_mut().enumerate() {
-                *out = blend(q, row, i, chosen, step);
-            }
-        }
-        scratch.report_clips(0, q.rows());
-        Ok(())
+        selection::project(bound, scratch, out, |row, weights| {
+            let chosen = choose(q, row, weights, step);
+            move |_| chosen
+        })
     }
 
     fn vjp(
@@ -57,14 +52,10 @@ impl Projection for ScalarisedMin {
         grad_q: &mut [f32],
     ) -> Result<()> {
         let BoundQuery { q, step, .. } = bound;
-        let directions = bound.check_vjp(grad_out, grad_q)?;
-        for (row, grad) in grad_out.chunks_exact(q.objectives()).enumerate() {
-            let chosen = choose(q, row, directions.weights(row), step);
-            for (i, &grad) in grad.iter().enumerate() {
-                blend_vjp(q, row, i, chosen, step, grad, grad_q);
-            }
-        }
-        Ok(())
+        selection::vjp(bound, grad_out, grad_q, |row, weights| {
+            let chosen = choose(q, row, weights, step);
+            move |_| chosen
+        })
     }
 }
 

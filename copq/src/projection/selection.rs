@@ -1,6 +1,45 @@
 //! What the double-Q baselines share: the choice of a critic, and the way from the mean to it.
 
-use super::QView;
+use super::{BoundQuery, QView, Scratch};
+use crate::Result;
+
+/// The bound that takes a critic for each row and objective: `choose` has the row and its weights, and
+/// says of which critic an objective's value is.
+pub(super) fn project<'a, C: Fn(usize) -> usize>(
+    bound: BoundQuery<'a>,
+    scratch: &mut Scratch,
+    out: &mut [f32],
+    choose: impl Fn(usize, &'a [f32]) -> C,
+) -> Result<()> {
+    let BoundQuery { q, step, .. } = bound;
+    let directions = bound.check(out)?;
+    for (row, out) in out.chunks_exact_mut(q.objectives()).enumerate() {
+        let chosen = choose(row, directions.weights(row));
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = blend(q, row, i, chosen(i), step);
+        }
+    }
+    scratch.report_clips(0, q.rows());
+    Ok(())
+}
+
+/// Its gradient.
+pub(super) fn vjp<'a, C: Fn(usize) -> usize>(
+    bound: BoundQuery<'a>,
+    grad_out: &[f32],
+    grad_q: &mut [f32],
+    choose: impl Fn(usize, &'a [f32]) -> C,
+) -> Result<()> {
+    let BoundQuery { q, step, .. } = bound;
+    let directions = bound.check_vjp(grad_out, grad_q)?;
+    for (row, grad) in grad_out.chunks_exact(q.objectives()).enumerate() {
+        let chosen = choose(row, directions.weights(row));
+        for (i, &grad) in grad.iter().enumerate() {
+            blend_vjp(q, row, i, chosen(i), step, grad, grad_q);
+        }
+    }
+    Ok(())
+}
 
 /// The position of the smallest value, the first of equals. A NaN is never the smallest.
 pub(super) fn worst(values: impl Iterator<Item = f64>) -> usize {
@@ -17,7 +56,7 @@ pub(super) fn worst(values: impl Iterator<Item = f64>) -> usize {
 /// 1, the mean for 0.
 ///
 /// A NaN or an infinity in any critic comes through the mean, also when its share is zero.
-pub(super) fn blend(q: QView<'_>, row: usize, objective: usize, chosen: usize, step: f32) -> f32 {
+fn blend(q: QView<'_>, row: usize, objective: usize, chosen: usize, step: f32) -> f32 {
     let value = |k| f64::from(q.get(k, row)[objective]);
     let mean = (0..q.critics()).map(value).sum::<f64>() / q.critics() as f64;
     let share = f64::from(step.abs());
@@ -25,7 +64,7 @@ pub(super) fn blend(q: QView<'_>, row: usize, objective: usize, chosen: usize, s
 }
 
 /// Writes the gradient of [`blend`] with respect to every critic.
-pub(super) fn blend_vjp(
+fn blend_vjp(
     q: QView<'_>,
     row: usize,
     objective: usize,

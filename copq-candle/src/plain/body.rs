@@ -1,4 +1,5 @@
-//! What both actors are made of: a network that reads observations, and its optimiser.
+//! What actors, and critics of observations alone, are made of: a network that reads observations, and
+//! its optimiser.
 
 use std::path::Path;
 
@@ -13,10 +14,10 @@ use super::perceptron::network;
 use crate::learned::Learned;
 use crate::{MakeModule, check, weights};
 
-/// A network from observations to whatever an actor makes actions of.
+/// A network from observations to whatever its owner makes of them.
 #[derive(Debug)]
-pub(super) struct Policy {
-    network: Network,
+pub(super) struct Body {
+    pub network: Network,
     observation: usize,
     /// Components of an action.
     pub action: usize,
@@ -26,7 +27,7 @@ pub(super) struct Policy {
     pub device: Device,
 }
 
-impl Policy {
+impl Body {
     /// A network with fresh weights drawn from `rng`, a module of a user's making if there is one,
     /// which answers with `output` numbers.
     pub fn new(

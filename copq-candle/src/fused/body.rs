@@ -1,31 +1,34 @@
-//! What both actors are made of: a network that reads observations, and its optimiser.
+//! What actors, and critics of observations alone, are made of: a network that reads observations, and
+//! its optimiser.
 
 use std::path::Path;
 
+use copq::on_policy::Descent;
 use copq::{EnvSpec, Net, Networks, Result, Rng, State};
 
 use super::network::Network;
-use super::panels::Panels;
+use super::panels::{PanelRow, Panels};
+use super::passes;
 use super::workspace::Workspace;
 use crate::learned::Learned;
 use crate::shape::Shape;
 use crate::{check, weights};
 
-/// A network from observations to whatever an actor makes actions of.
+/// A network from observations to whatever its owner makes of them.
 #[derive(Debug)]
-pub(super) struct Policy {
-    network: Network,
+pub(super) struct Body {
+    pub network: Network,
     /// The last observations.
-    input: Panels,
-    workspace: Workspace,
+    pub input: Panels,
+    pub workspace: Workspace,
     observation: usize,
     /// Components of an action.
     pub action: usize,
     lr: f64,
 }
 
-impl Policy {
-    /// A network of the shape that an actor wants, with fresh weights drawn from `rng`.
+impl Body {
+    /// A network of the shape that its owner wants, with fresh weights drawn from `rng`.
     pub fn new(
         spec: &EnvSpec,
         networks: &Networks,
@@ -69,10 +72,32 @@ impl Policy {
         self.network.forward(&self.input, false, out, &mut self.workspace);
     }
 
-    /// After [`Policy::forward`]: backward from dL/dout and one optimiser step. The target stays:
+    /// After [`Body::forward`]: backward from dL/dout and one optimiser step. The target stays:
     /// it may follow more often.
     pub fn learn(&mut self, grad_out: &[f32]) {
         self.network.learn(&self.input, grad_out, self.lr, 0.0, &mut self.workspace);
+    }
+
+    /// After [`Body::forward`]: the parameters' gradient, from dL/dout.
+    pub fn gradient(&mut self, grad_out: &[f32], grad: &mut Vec<PanelRow>) {
+        self.network.gradient(&self.input, grad_out, grad, &mut self.workspace);
+    }
+
+    /// One optimiser step down a gradient, with the penalty's part added and cut to the largest norm;
+    /// `more` is what else counts for that, as a sum of squares. What the whole gradient was multiplied
+    /// by.
+    pub fn descend(&mut self, grad: &mut [PanelRow], more: f64, step: Descent) -> f32 {
+        let Descent { lr, decay, max_norm } = step;
+        if decay > 0.0 {
+            passes::add(grad, self.network.online(), (2.0 * decay) as f32);
+        }
+        let norm = (passes::squares(grad) + more).sqrt();
+        let factor = (max_norm / (norm + 1e-6)).min(1.0) as f32;
+        if factor < 1.0 {
+            passes::scale(grad, factor);
+        }
+        self.network.descend(grad, lr);
+        factor
     }
 
     pub fn update_target(&mut self, tau: f32) -> Result<()> {
