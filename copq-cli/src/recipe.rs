@@ -5,7 +5,7 @@ use std::path::Path;
 use copq::on_policy::{self, SauteConfig};
 use copq::{Agent, Config, Constraint, Ensemble, EnvSpec, Error, Learner, Method, Result};
 use copq_candle::Candle;
-use copq_experiments::{Plan, RunFolder, RunSettings, fingerprint, read_policy, with_changes};
+use copq_experiments::{Plan, RunFolder, RunSettings, read_policy, with_changes};
 
 /// What a run learns by.
 #[derive(Clone, Debug)]
@@ -141,14 +141,6 @@ impl Recipe {
                 Box::new(learner)
             }
         })
-    }
-
-    /// What a run by it is, for telling runs apart.
-    pub fn fingerprint(&self, plan: &Plan) -> Result<String> {
-        match self {
-            Self::OffPolicy(method) => fingerprint(plan, &method.config),
-            Self::OnPolicy(method) => fingerprint(plan, &method.config),
-        }
     }
 
     /// Its settings, whatever they are.

@@ -81,11 +81,12 @@ impl Task {
             name.len() <= LONGEST,
             "'{file}': wanted a folder's name of at most {LONGEST} letters (name an arm), got {name}"
         );
+        let settings = prepared.recipe.settings()?;
         Ok(Self {
             folder: out.join(name),
             arm: combination.name.clone(),
-            settings: prepared.recipe.settings()?,
-            fingerprint: prepared.recipe.fingerprint(&prepared.plan)?,
+            fingerprint: fingerprint(&prepared.plan, &settings)?,
+            settings,
             plan: prepared.plan,
             options: combination.options.clone(),
             arguments,

@@ -6,6 +6,7 @@ mod pool;
 mod process;
 mod raw;
 mod report;
+mod slurm;
 mod status;
 mod submit;
 mod task;

@@ -12,6 +12,7 @@ use crate::config::{RunConfig, complete, difference};
 use crate::folder::read_config;
 use crate::numbers::grouped;
 use crate::plan::Plan;
+use crate::report::table::markdown_row;
 use crate::statistics::{Bootstrap, FEWEST, max, mean, median, min, probability_of_improvement};
 
 /// A run and what it is called in the legend; runs of one label are seeds of one method.
@@ -112,14 +113,13 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[Limit], out: &Path) -> 
 pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
-    let row = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
     let head = ["label", "seeds", "steps"]
         .map(str::to_owned)
         .into_iter()
         .chain(quantities.iter().map(Quantity::title))
         .chain(["mean of the whole run".to_owned()])
         .chain((groups.len() > 1).then(|| format!("beats {}", groups[0].label)));
-    let mut text = row(head.collect());
+    let mut text = markdown_row(&head.collect::<Vec<_>>());
     let columns = quantities.len() + 1 + usize::from(groups.len() > 1);
     text += &format!("|---|--:|--:|{}\n", "--:|".repeat(columns));
     for (i, group) in groups.iter().enumerate() {
@@ -127,12 +127,13 @@ pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
         let beats = if i == 0 { String::new() } else { group.chance_to_beat(&groups[0]) };
         let first =
             [group.label.clone(), group.seeds.len().to_string(), grouped(group.last_step())];
-        text += &row(first
+        let cells: Vec<String> = first
             .into_iter()
             .chain(quantities.iter().map(|quantity| group.last(quantity)))
             .chain([with_interval(&areas)])
             .chain((groups.len() > 1).then_some(beats))
-            .collect());
+            .collect();
+        text += &markdown_row(&cells);
     }
     Ok(text)
 }

@@ -10,7 +10,7 @@ pub mod paper;
 mod plane;
 mod provenance;
 mod stored;
-mod table;
+pub(crate) mod table;
 mod tables;
 
 use std::path::Path;
