@@ -17,6 +17,7 @@ mod rollout;
 mod saved;
 mod sweep;
 mod train;
+mod training;
 mod view;
 mod world;
 

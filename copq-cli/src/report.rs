@@ -7,7 +7,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use anyhow::ensure;
-use copq::files;
+use copq::{files, read_weights};
 use copq_envs::{Options, task_with};
 use copq_experiments::paper::Paper;
 use copq_experiments::{Plan, Report as Page, ReportRun, Stop, read_config, read_plan};
@@ -158,8 +158,10 @@ pub fn of_task(mut run: ReportRun, plan: &Plan) -> ReportRun {
         }
     }
     // Of a task of Python's the objectives are not known, and these would be taken for all.
-    if !names.is_empty() {
-        run.weights.extend(own_weights(plan, &names));
+    if let Some(weights) = plan.weights.as_ref().filter(|_| !names.is_empty()) {
+        let known: Vec<&str> = names.iter().map(String::as_str).collect();
+        let own = read_weights(weights, &known).unwrap_or_default().into_iter();
+        run.weights.extend(own.map(|(i, weight)| (names[i].clone(), f64::from(weight))));
     }
     run.limits.extend(plan.limits.clone());
     for cost in plan.limits.keys() {
@@ -167,19 +169,6 @@ pub fn of_task(mut run: ReportRun, plan: &Plan) -> ReportRun {
         run.weights.entry(cost.clone()).or_insert(0.0);
     }
     run
-}
-
-/// The weights that a plan has in place of its task's, whose objectives are these.
-fn own_weights(plan: &Plan, names: &[String]) -> Vec<(String, f64)> {
-    let text = plan.weights.as_deref().unwrap_or_default();
-    let one = |(i, part): (usize, &str)| {
-        let (name, number) = match part.split_once('=') {
-            Some((name, number)) => (name.trim().to_owned(), number),
-            None => (names.get(i)?.clone(), part),
-        };
-        Some((name, number.trim().parse().ok()?))
-    };
-    text.split(',').enumerate().filter_map(one).collect()
 }
 
 impl Making {

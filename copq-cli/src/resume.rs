@@ -9,7 +9,7 @@ use crate::options::{note, positive};
 use crate::python::PythonProcess;
 use crate::recipe::Recipe;
 use crate::saved;
-use crate::train::{leave, train};
+use crate::training::{leave, train};
 
 /// Goes on with a run from its last checkpoint, as if it had never stopped.
 ///

@@ -1,18 +1,18 @@
 //! `copq train`: a method, a task, and a folder for everything that the run leaves.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{bail, ensure};
-use copq::{Ensemble, EnvSpec, Method, projection};
+use copq::{Ensemble, Method, projection};
 use copq_envs_python::is_task;
-use copq_experiments::{Ending, Plan, Run, RunFolder, RunSettings, read_policy};
+use copq_experiments::{Plan, RunSettings};
 
 use crate::keeping::Keeping;
-use crate::options::{count, note, number_of, positive, say, whole};
+use crate::options::{count, number_of, positive, whole};
 use crate::python::PythonWorld;
 use crate::recipe::Recipe;
 use crate::saved;
-use crate::world::make_env;
+use crate::training::{leave, train};
 
 /// Trains a method on a robot.
 ///
@@ -263,17 +263,6 @@ impl Train {
     }
 }
 
-/// Stopped, and can go on (EX_TEMPFAIL).
-pub const STOPPED: i32 = 75;
-
-/// Leaves the program as a run has ended, so that nothing goes on with half of it.
-pub fn leave(ending: &Ending) -> anyhow::Result<()> {
-    match ending {
-        Ending::Finished { .. } => Ok(()),
-        _ => std::process::exit(STOPPED),
-    }
-}
-
 /// The method with another bound; an error for one that has its own.
 fn with_bound(method: Method, bound: &str) -> anyhow::Result<Method> {
     let usual = Method::by_name(&method.name)?;
@@ -286,75 +275,4 @@ fn with_bound(method: Method, bound: &str) -> anyhow::Result<Method> {
         "--bound {bound}: wanted none, for {name} has its own, {own}"
     );
     Ok(method.bound(projection::by_name(bound)?))
-}
-
-/// Trains to the end of a plan, in the folder that `open` makes or reopens when all else has proved
-/// to fit. A run that begins with the policy in a file keeps a copy of it.
-pub fn train(
-    recipe: Recipe,
-    mut plan: Plan,
-    init: Option<PathBuf>,
-    run: Option<&Path>,
-    open: impl FnOnce(&Recipe, &Plan) -> anyhow::Result<RunFolder>,
-) -> anyhow::Result<Ending> {
-    plan.check()?;
-    // The worlds to learn in, and below another one to be evaluated in.
-    let env = make_env(&plan, recipe.saute(), run)?;
-    note_unheeded(&recipe, env.spec());
-    note_no_update(&recipe, &plan);
-    saved::note_other_versions(&plan, env.spec());
-    plan.versions = plan.versions.or_else(|| env.spec().versions.clone());
-    let mut agent = recipe.clone().agent(env.spec(), &plan, init.as_deref())?;
-    // Before so many worlds are made.
-    agent.prepare(plan.envs)?;
-    let mut envs = vec![env];
-    for _ in 1..plan.envs {
-        envs.push(make_env(&plan, recipe.saute(), run)?);
-    }
-    let trainer = copq::Trainer::of_worlds(envs, agent)?.threads(plan.threads);
-    let folder = open(&recipe, &plan)?;
-    if let Some(file) = init {
-        read_policy(file)?.write_file(folder.file(saved::INIT))?;
-    }
-    let eval_env =
-        if plan.run.eval_every > 0 { Some(make_env(&plan, recipe.saute(), run)?) } else { None };
-    let ending = Run::new(trainer, eval_env, folder, plan.run)?.train()?;
-    // The run is done and says so in its log, too; that nobody reads it here is no failure.
-    say(&format!("{ending}\n")).unwrap_or_default();
-    Ok(ending)
-}
-
-/// Says so if a run is over before it learns anything.
-fn note_no_update(recipe: &Recipe, plan: &Plan) {
-    let (name, first) = match recipe {
-        Recipe::OffPolicy(method) => ("start_steps", method.config.start_steps),
-        Recipe::OnPolicy(method) => ("steps_per_epoch", method.config.steps_per_epoch as u64),
-    };
-    if plan.run.steps < first {
-        note(&format!("nothing is learned before step {first} ({name}), where this run is over"));
-    }
-}
-
-/// Makes a run's world and agent, and lets them go again: an error for what could not begin.
-pub fn try_out(prepared: &Prepared) -> anyhow::Result<()> {
-    let Prepared { plan, recipe, .. } = prepared;
-    plan.check()?;
-    let env = make_env(plan, recipe.saute(), None)?;
-    let init = plan.init_from.as_deref().map(saved::policy_file).transpose()?;
-    let mut agent = recipe.clone().agent(env.spec(), plan, init.as_deref())?;
-    Ok(agent.prepare(plan.envs)?)
-}
-
-/// A note where a method leaves something of its task unheeded.
-fn note_unheeded(recipe: &Recipe, spec: &EnvSpec) {
-    for objective in spec.objectives.iter().filter(|objective| objective.limit.is_some()) {
-        if !recipe.holds_costs() {
-            let cost = &objective.name;
-            let weight = objective.weight;
-            let other = recipe.constrained();
-            note(&format!(
-                "nothing holds the {cost}'s limit here, its weight is {weight}; {other} holds it"
-            ));
-        }
-    }
 }

@@ -52,28 +52,10 @@ impl<E: Env> AdjustedEnv<E> {
         Ok(self)
     }
 
-    /// Sets weights as people write them: by name, such as `control=0.5,velocity=2`, or one for each
-    /// objective in the world's order, such as `1,2,0.5`.
+    /// Sets weights as [`read_weights`] reads them.
     pub fn weights(mut self, weights: &str) -> Result<Self> {
-        let parts: Vec<_> = weights.split(',').map(str::trim).collect();
-        let names: Vec<_> = self.spec.names().into_iter().map(str::to_owned).collect();
-        let is_list = parts.iter().all(|part| !part.contains('='));
-        if is_list && parts.len() != names.len() {
-            let wanted = format!("{} of them, for {}", names.len(), names.join(", "));
-            return Err(Error::invalid("weights", wanted, weights));
-        }
-        for (i, part) in parts.into_iter().enumerate() {
-            let (name, number) = match part.split_once('=') {
-                Some((name, number)) => (name.trim(), number.trim()),
-                None => (names.get(i).map_or("", String::as_str), part),
-            };
-            let weight = number.parse().map_err(|_| {
-                Error::invalid("weights", "numbers, or NAME=NUMBER, between commas", weights)
-            })?;
-            match self.spec.objectives.iter_mut().find(|objective| objective.name == name) {
-                Some(objective) => objective.weight = weight,
-                None => return Err(Error::unknown("objective", name, &self.spec.names())),
-            }
+        for (objective, weight) in read_weights(weights, &self.spec.names())? {
+            self.spec.objectives[objective].weight = weight;
         }
         self.spec.check()?;
         Ok(self)
@@ -88,6 +70,35 @@ impl<E: Env> AdjustedEnv<E> {
     pub fn env_mut(&mut self) -> &mut E {
         &mut self.env
     }
+}
+
+/// Weights as people write them, each with the number of its objective: by name, such as
+/// `control=0.5,velocity=2`, or one for each objective in the world's order, such as `1,2,0.5`.
+///
+/// ```
+/// let weights = copq::read_weights("speed=3", &["heat", "speed"])?;
+/// assert_eq!(weights, [(1, 3.0)]);
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub fn read_weights(weights: &str, names: &[&str]) -> Result<Vec<(usize, f32)>> {
+    let parts: Vec<_> = weights.split(',').map(str::trim).collect();
+    let is_list = parts.iter().all(|part| !part.contains('='));
+    if is_list && parts.len() != names.len() {
+        let wanted = format!("{} of them, for {}", names.len(), names.join(", "));
+        return Err(Error::invalid("weights", wanted, weights));
+    }
+    let one = |(i, part): (usize, &str)| {
+        let (name, number) = match part.split_once('=') {
+            Some((name, number)) => (name.trim(), number.trim()),
+            None => (names.get(i).copied().unwrap_or_default(), part),
+        };
+        let weight = number.parse().map_err(|_| {
+            Error::invalid("weights", "numbers, or NAME=NUMBER, between commas", weights)
+        })?;
+        let objective = names.iter().position(|known| *known == name);
+        Ok((objective.ok_or_else(|| Error::unknown("objective", name, names))?, weight))
+    };
+    parts.into_iter().enumerate().map(one).collect()
 }
 
 fn unknown(spec: &EnvSpec, name: &str) -> Error {

@@ -123,7 +123,7 @@ mod timing;
 mod trainer;
 
 pub use actor::{ActionGrad, Actor, Sample, SampleGrad};
-pub use adjusted::AdjustedEnv;
+pub use adjusted::{AdjustedEnv, read_weights};
 pub use agent::{Agent, Mode, Transition};
 pub use backend::{ActorKind, Backend};
 pub use batch::Batch;

@@ -10,7 +10,8 @@ use copq_experiments::{Plan, fingerprint, quoted, read_done};
 
 use super::raw::{Combination, Options, REPEATED, Raw};
 use super::report::check_paper;
-use crate::train::{Prepared, Train, try_out};
+use crate::train::{Prepared, Train};
+use crate::training::try_out;
 
 /// Longest name of a folder that every file system takes, with room for an ending.
 const LONGEST: usize = 240;

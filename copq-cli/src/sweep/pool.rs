@@ -16,7 +16,7 @@ use super::file::SweepFile;
 use super::process::{terminate, this_program, was_told_to_end};
 use super::task::HELD;
 use crate::options::{count, note, say};
-use crate::train::STOPPED;
+use crate::training::STOPPED;
 
 /// A run's exit code after a second Ctrl-C.
 const INTERRUPTED: i32 = 130;

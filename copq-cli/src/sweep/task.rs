@@ -12,7 +12,7 @@ use super::cores;
 use super::file::{SweepFile, Task};
 use crate::options::{note, say};
 use crate::saved;
-use crate::train::{STOPPED, train};
+use crate::training::{STOPPED, train};
 
 /// Another process is at it (EX_CANTCREAT).
 pub const HELD: i32 = 73;

@@ -168,13 +168,16 @@ mod tests {
         }
     }
 
-    /// Its gradient is twice what it should be.
+    /// Diagonal, with so many times its gradient, or with every row told the first one's bound.
     #[derive(Debug)]
-    struct Doubled;
+    struct Wrong {
+        factor: f32,
+        is_first: bool,
+    }
 
-    impl Projection for Doubled {
+    impl Projection for Wrong {
         fn name(&self) -> &'static str {
-            "doubled"
+            "wrong"
         }
 
         fn project(
@@ -183,7 +186,12 @@ mod tests {
             scratch: &mut Scratch,
             out: &mut [f32],
         ) -> Result<()> {
-            Diagonal.project(asked, scratch, out)
+            Diagonal.project(asked, scratch, out)?;
+            if self.is_first {
+                let (first, rest) = out.split_at_mut(asked.q.objectives());
+                rest.chunks_exact_mut(first.len()).for_each(|row| row.copy_from_slice(first));
+            }
+            Ok(())
         }
 
         fn vjp(
@@ -194,49 +202,16 @@ mod tests {
             grad_q: &mut [f32],
         ) -> Result<()> {
             Diagonal.vjp(asked, scratch, grad_out, grad_q)?;
-            for grad in grad_q {
-                *grad *= 2.0;
-            }
+            grad_q.iter_mut().for_each(|grad| *grad *= self.factor);
             Ok(())
-        }
-    }
-
-    /// Every row is told the first one's bound.
-    #[derive(Debug)]
-    struct First;
-
-    impl Projection for First {
-        fn name(&self) -> &'static str {
-            "first"
-        }
-
-        fn project(
-            &self,
-            asked: BoundQuery<'_>,
-            scratch: &mut Scratch,
-            out: &mut [f32],
-        ) -> Result<()> {
-            Diagonal.project(asked, scratch, out)?;
-            let (first, rest) = out.split_at_mut(asked.q.objectives());
-            rest.chunks_exact_mut(first.len()).for_each(|row| row.copy_from_slice(first));
-            Ok(())
-        }
-
-        fn vjp(
-            &self,
-            asked: BoundQuery<'_>,
-            scratch: &mut Scratch,
-            grad_out: &[f32],
-            grad_q: &mut [f32],
-        ) -> Result<()> {
-            Diagonal.vjp(asked, scratch, grad_out, grad_q)
         }
     }
 
     #[test]
     fn rows_that_do_not_stand_alone_and_nothing_to_look_at_are_errors() {
-        let error = check_projection(&First, 3, 2).unwrap_err().to_string();
-        assert!(error.starts_with("projection first of row 1 in a batch: wanted ["), "{error}");
+        let error =
+            check_projection(&Wrong { factor: 1.0, is_first: true }, 3, 2).unwrap_err().to_string();
+        assert!(error.starts_with("projection wrong of row 1 in a batch: wanted ["), "{error}");
         for (critics, objectives) in [(0, 2), (3, 0)] {
             assert!(check_projection(&Diagonal, critics, objectives).is_err());
         }
@@ -244,7 +219,9 @@ mod tests {
 
     #[test]
     fn a_wrong_gradient_is_named() {
-        let error = check_projection(&Doubled, 3, 2).unwrap_err().to_string();
-        assert!(error.starts_with("gradient of projection doubled in 6"), "{error}");
+        let error = check_projection(&Wrong { factor: 2.0, is_first: false }, 3, 2)
+            .unwrap_err()
+            .to_string();
+        assert!(error.starts_with("gradient of projection wrong in 6"), "{error}");
     }
 }
