@@ -28,12 +28,22 @@ impl Adam {
         let times = |x: f32, y: S::f32s| simd.mul_f32s(simd.splat_f32s(x), y);
         let square = simd.mul_f32s(grad, grad);
         *m = simd.add_f32s(times(BETA1 as f32, *m), times((1.0 - BETA1) as f32, grad));
+        *m = flushed(simd, *m);
         *v = simd.add_f32s(times(BETA2 as f32, *v), times((1.0 - BETA2) as f32, square));
+        *v = flushed(simd, *v);
         let root = simd.mul_f32s(simd.sqrt_f32s(*v), simd.splat_f32s(self.scale));
         let divisor = simd.add_f32s(root, simd.splat_f32s(EPSILON as f32));
         *online = simd.sub_f32s(*online, simd.div_f32s(times(self.rate, *m), divisor));
         *target = simd.add_f32s(times(1.0 - self.tau, *target), times(self.tau, *online));
     }
+}
+
+/// Zero for what is below normal numbers: a moment that no gradient feeds would halt there, at a few units
+/// in the last place, and many processors are slow with such numbers.
+#[inline(always)]
+fn flushed<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let is_small = simd.less_than_f32s(simd.abs_f32s(x), simd.splat_f32s(f32::MIN_POSITIVE));
+    simd.select_f32s(is_small, simd.splat_f32s(0.0), x)
 }
 
 /// A step of a map against a gradient that is there.

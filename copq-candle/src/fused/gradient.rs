@@ -130,19 +130,31 @@ pub(super) struct Gradient<'a, T> {
 impl<T: Sink> Kernel for Gradient<'_, T> {
     #[inline(always)]
     fn run<S: Simd, const V: usize>(mut self, simd: S) {
-        let rows = self.left.rows();
-        let inputs = self.left.cols();
-        let right = vectors::<S, V>(self.right);
-        let sink = &mut self.sink;
-        for (panel, right) in right.chunks_exact(rows).enumerate() {
+        let Self { left, right, cols, ref mut sink } = self;
+        let inputs = left.cols();
+        for (panel, right) in vectors::<S, V>(right).chunks_exact(left.rows()).enumerate() {
             sink.take::<S, V, 1>(simd, panel * (inputs + 1) + inputs, [sum(simd, right)]);
         }
-        for (i, left) in self.left.lines().chunks_exact(rows).enumerate() {
-            let from = Products { left, right };
-            let first = i * WIDTH;
-            let tiles = &mut GradientTiles { simd, from, inputs, first, sink };
-            cover::<S, V>(WIDTH.min(inputs - first), self.cols, tiles);
-        }
+        products::<S, V>(simd, left, right, cols, sink);
+    }
+}
+
+/// `left^T right` into panels of a line for every column of `left`, and one more that is not touched.
+#[inline(always)]
+pub(super) fn products<S: Simd, const V: usize>(
+    simd: S,
+    left: &Panels,
+    right: &[PanelRow],
+    cols: usize,
+    sink: &mut impl Sink,
+) {
+    let inputs = left.cols();
+    let right = vectors::<S, V>(right);
+    for (i, left) in left.lines().chunks_exact(left.rows()).enumerate() {
+        let from = Products { left, right };
+        let first = i * WIDTH;
+        let tiles = &mut GradientTiles { simd, from, inputs, first, sink };
+        cover::<S, V>(WIDTH.min(inputs - first), cols, tiles);
     }
 }
 
@@ -204,7 +216,7 @@ impl<S: Simd, T: Sums<S, V>, K: Sink, const V: usize> Tiles<S, V> for GradientTi
 
 /// The sum of lines.
 #[inline(always)]
-fn sum<S: Simd, const V: usize>(simd: S, lines: &[[S::f32s; V]]) -> [S::f32s; V] {
+pub(super) fn sum<S: Simd, const V: usize>(simd: S, lines: &[[S::f32s; V]]) -> [S::f32s; V] {
     let mut sums = [simd.splat_f32s(0.0); V];
     for line in lines {
         for (sum, &vector) in sums.iter_mut().zip(line) {

@@ -1,5 +1,6 @@
 //! What a network keeps of its weights as they are, until they move.
 
+use super::last;
 use super::layout::Layout;
 use super::panels::{PanelRow, Panels};
 use super::product::{Finish, Inputs, affine};
@@ -15,7 +16,7 @@ pub(super) struct Begun {
 }
 
 impl Begun {
-    /// Adds up the first `count` inputs, if that has not been done.
+    /// Adds up the first `count` inputs, if that has not been done; not in a layer that is the last.
     pub fn begin(
         &mut self,
         layout: &Layout,
@@ -24,7 +25,7 @@ impl Begun {
         count: usize,
         threads: &Threads,
     ) {
-        if self.inputs == count {
+        if self.inputs == count || layout.maps().len() == 1 {
             return;
         }
         if let Some((layer, map)) = layout.maps().next() {
@@ -48,7 +49,7 @@ impl Begun {
     }
 }
 
-/// Layers' weights turned round for the way back; not the first one's.
+/// Layers' maps from outputs to inputs, for the way back; not the first one's.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Turned {
     is_present: bool,
@@ -56,14 +57,22 @@ pub(super) struct Turned {
 }
 
 impl Turned {
-    /// Turns them round, if that has not been done.
+    /// Turns the weights round, if that has not been done. The last one's lies so already, but is about
+    /// to move.
     pub fn turn(&mut self, layout: &Layout, parameters: &[PanelRow]) {
         if self.is_present {
             return;
         }
-        self.layers.resize_with(layout.maps().len(), Panels::default);
-        for ((layer, map), turned) in layout.maps().zip(&mut self.layers).skip(1) {
-            transpose(layer, &parameters[map], 0, turned);
+        let last = layout.maps().len() - 1; // A layout has at least one layer.
+        self.layers.resize_with(last + 1, Panels::default);
+        for (i, (layer, map)) in layout.maps().enumerate().skip(1) {
+            let (map, out) = (&parameters[map], &mut self.layers[i]);
+            if i == last {
+                let out = out.reshape(layer.output + 1, layer.input);
+                out.copy_from_slice(last::back(layer, map));
+            } else {
+                transpose(layer, map, 0, out);
+            }
         }
         self.is_present = true;
     }

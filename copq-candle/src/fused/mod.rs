@@ -17,6 +17,7 @@ mod gaussian;
 mod gradient;
 mod half;
 mod kept;
+mod last;
 mod layout;
 #[cfg(test)]
 mod matrices;

@@ -8,13 +8,14 @@ use super::activation::{activate, multiply};
 use super::adam::Adam;
 use super::gradient::Descent;
 use super::kept::{Begun, Turned};
+use super::last;
 use super::layout::Layout;
 use super::panels::{PanelRow, Panels};
 use super::product::{Finish, Inputs, affine};
 use super::workspace::{Forward, Gate, Workspace};
 use super::{adam, passes};
 use crate::learned::Learned;
-use crate::shape::{Layer, Shape};
+use crate::shape::Shape;
 
 /// A network, its target and its optimiser.
 #[derive(Clone, Debug)]
@@ -191,29 +192,23 @@ impl Network {
         let mut moved: Option<Panels> = None;
         for (i, (layer, map)) in self.layout.maps().enumerate() {
             let below = i.checked_sub(1).map_or(input, |below| &self.outputs[below]);
-            let mut here = Panels::default();
-            affine(
-                Inputs::all(below),
-                &direction[map.clone()],
-                layer.output,
-                Finish::Keep,
-                &mut here,
-                threads,
-            );
+            let is_last = i == self.outputs.len() - 1;
+            let run = |input: &Panels, map: &[PanelRow]| {
+                let mut out = Panels::default();
+                if is_last {
+                    last::affine(input, map, layer.output, &mut out);
+                } else {
+                    let input = Inputs::all(input);
+                    affine(input, map, layer.output, Finish::Keep, &mut out, threads);
+                }
+                out
+            };
+            let mut here = run(below, &direction[map.clone()]);
             if let Some(moved) = &moved {
-                let mut through = Panels::default();
-                let weights = without_bias(layer, &self.learned.online[map]);
-                affine(
-                    Inputs::all(moved),
-                    &weights,
-                    layer.output,
-                    Finish::Keep,
-                    &mut through,
-                    threads,
-                );
-                passes::add(here.lines_mut(), through.lines(), 1.0);
+                let weights = self.layout.without_bias(i, &self.learned.online[map]);
+                passes::add(here.lines_mut(), run(moved, &weights).lines(), 1.0);
             }
-            if i < self.outputs.len() - 1 {
+            if !is_last {
                 match self.slopes.get(i) {
                     Some(slopes) => multiply(&mut here, slopes),
                     None => passes::mask(here.lines_mut(), self.outputs[i].lines()),
@@ -286,16 +281,6 @@ impl Network {
     }
 }
 
-/// A layer's map with nothing to start from.
-fn without_bias(layer: &Layer, map: &[PanelRow]) -> Vec<PanelRow> {
-    let mut map = map.to_vec();
-    map.iter_mut()
-        .skip(layer.input)
-        .step_by(layer.input + 1)
-        .for_each(|line| *line = PanelRow::default());
-    map
-}
-
 /// Some of what a network has learned, for a step down a gradient.
 fn descent(learned: &mut Learned<PanelRow>, map: Range<usize>, adam: Adam) -> Descent<'_> {
     Descent {
@@ -330,12 +315,11 @@ fn run(
         let map = &parameters[map];
         let finish = if activation == Activation::Relu { Finish::Relu } else { Finish::Keep };
         match below.last() {
-            Some(below) if i == last => {
-                forward.outer(Inputs::all(below), map, layer.output, Finish::Keep, out);
+            below if i == last => {
+                last::affine(below.unwrap_or(input.batch()), map, layer.output, out);
             }
             Some(below) => forward.inner(below, map, layer.output, finish, out),
-            None if i == last => forward.outer(input, map, layer.output, Finish::Keep, out),
-            None => forward.outer(input, map, layer.output, finish, out),
+            None => forward.first(input, map, layer.output, finish, out),
         }
         if i < last {
             activate(activation, out, slopes.get_mut(i));

@@ -59,6 +59,11 @@ impl<'a> Inputs<'a> {
         Self { to: count, ..Self::all(values) }
     }
 
+    /// The whole batch that they are of.
+    pub fn batch(&self) -> &'a Panels {
+        self.values
+    }
+
     /// All but the first `count`, which have added up to `sums`.
     pub fn rest(values: &'a Panels, count: usize, sums: &'a Panels) -> Self {
         Self { from: count, sums: Some(sums), ..Self::all(values) }

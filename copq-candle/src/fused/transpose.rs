@@ -78,16 +78,13 @@ fn interleave(from: &[f32; SQUARE], to: &mut [f32; SQUARE]) {
 
 #[cfg(test)]
 mod tests {
-    use copq::{EnvSpec, Networks};
-
     use super::super::layout::Layout;
     use super::*;
     use crate::shape::Shape;
 
     #[test]
     fn rows_become_columns_from_any_panel() {
-        let spec = EnvSpec::new("test", 37, 21).reward("only", 1.0);
-        let shape = Shape::actor(&spec, &Networks { hidden: vec![], ..Networks::default() });
+        let shape = Shape::new(37, &[21], 1);
         let flat: Vec<f32> = (0..shape.len()).map(|i| i as f32 + 1.0).collect();
         let layer = &shape.layers()[0];
         let map = Layout::new(shape.clone()).pack(&flat);

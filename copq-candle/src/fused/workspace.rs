@@ -5,6 +5,7 @@ use copq::Result;
 use super::activation::multiply;
 use super::gradient::{Descent, descend, gradient};
 use super::half::{self, Across, Down};
+use super::last;
 use super::panels::{PanelRow, Panels, WIDTH};
 use super::product::{Finish, Inputs, affine};
 use super::threads::Threads;
@@ -26,6 +27,8 @@ pub(super) enum Gate<'a> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workspace {
     threads: Threads,
+    /// Whether the present layer of a backward pass is the last.
+    is_last: bool,
     /// Every layer's outputs, where no backward pass will follow.
     outputs: Vec<Panels>,
     /// dL/d(outputs of the present layer, before their activation).
@@ -79,6 +82,7 @@ impl Workspace {
     /// Begins at a network's outputs with dL/doutputs, and goes on in bf16 below the last layer or
     /// not.
     pub fn begin(&mut self, rows: usize, grad: &[f32], in_half: bool) {
+        self.is_last = true;
         self.delta.set(rows, &[grad]);
         (self.halves.wanted, self.halves.has_begun) = (in_half, false);
     }
@@ -89,6 +93,8 @@ impl Workspace {
         if *has_begun {
             left.set(input);
             half::descend(left, delta, map, &self.threads);
+        } else if self.is_last {
+            last::descend(input, &self.delta, map);
         } else {
             descend(input, &self.delta, map, &self.threads);
         }
@@ -96,7 +102,11 @@ impl Workspace {
 
     /// dL/dparameters of the present layer, laid out as they are, given its inputs.
     pub fn gradient_into(&self, input: &Panels, out: &mut [PanelRow]) {
-        gradient(input, &self.delta, out, &self.threads);
+        if self.is_last {
+            last::gradient(input, &self.delta, out);
+        } else {
+            gradient(input, &self.delta, out, &self.threads);
+        }
     }
 
     /// Goes down to the layer below, back through its activation, by the present layer's weight
@@ -112,6 +122,7 @@ impl Workspace {
             multiply(below, slope);
         }
         std::mem::swap(delta, below);
+        self.is_last = false;
         if halves.wanted {
             halves.delta.set(delta);
             halves.has_begun = true;
@@ -124,8 +135,13 @@ impl Workspace {
         let panel = first / WIDTH;
         let cols = layer.input - panel * WIDTH;
         let Self { delta, below, turned, halves, threads, .. } = self;
-        transpose(layer, map, panel, turned);
-        halves.or_f32(delta, turned.lines(), cols, Finish::Keep, below, threads);
+        let back = if self.is_last {
+            &last::back(layer, map)[panel * (layer.output + 1)..]
+        } else {
+            transpose(layer, map, panel, turned);
+            turned.lines()
+        };
+        halves.or_f32(delta, back, cols, Finish::Keep, below, threads);
         below.get(first % WIDTH, out);
     }
 }
@@ -138,8 +154,8 @@ pub(super) struct Forward<'a> {
 }
 
 impl Forward<'_> {
-    /// A layer's outputs from a network's inputs, or those of the last layer.
-    pub fn outer(
+    /// A layer's outputs from a network's inputs.
+    pub fn first(
         &self,
         input: Inputs<'_>,
         map: &[PanelRow],
@@ -160,7 +176,7 @@ impl Forward<'_> {
         out: &mut Panels,
     ) {
         match &mut self.halves {
-            None => self.outer(Inputs::all(input), map, cols, finish, out),
+            None => self.first(Inputs::all(input), map, cols, finish, out),
             Some(Halves { across, map: weights, .. }) => {
                 across.set(input);
                 weights.set_map(map, cols);

@@ -1,0 +1,177 @@
+//! The last layer. It has few outputs, so inputs lie in its lanes: no lane is idle, and its weight lies as
+//! the way back reads it.
+//!
+//! A map is panels of inputs with a line for every output and one of zeros, from which the way back
+//! starts; then the bias, with outputs in the lanes.
+
+#[cfg(test)]
+mod tests;
+
+use pulp::{Arch, Simd};
+
+use super::gradient::{Descent, Sink, Stored, products, sum};
+use super::panels::{PanelRow, Panels, WIDTH};
+use super::tiles::{ByLanes, Kernel, array, vectors, vectors_mut};
+use crate::shape::Layer;
+
+/// Rows of a tile.
+const HEIGHT: usize = 4;
+
+/// Lines of a layer's map.
+pub(super) fn lines(layer: &Layer) -> usize {
+    weight_lines(layer.input, layer.output) + layer.output.div_ceil(WIDTH)
+}
+
+/// Those of its weight: the map from outputs to inputs.
+pub(super) fn back<'a>(layer: &Layer, map: &'a [PanelRow]) -> &'a [PanelRow] {
+    &map[..weight_lines(layer.input, layer.output)]
+}
+
+fn weight_lines(inputs: usize, outputs: usize) -> usize {
+    inputs.div_ceil(WIDTH) * (outputs + 1)
+}
+
+/// The line of a layer's map, and the place there, of a weight.
+pub(super) fn weight(layer: &Layer, output: usize, input: usize) -> (usize, usize) {
+    (input / WIDTH * (layer.output + 1) + output, input % WIDTH)
+}
+
+/// The same of a bias.
+pub(super) fn bias(layer: &Layer, output: usize) -> (usize, usize) {
+    (weight_lines(layer.input, layer.output) + output / WIDTH, output % WIDTH)
+}
+
+/// `out = input * map + bias`, `count` outputs.
+///
+/// In each lane every sixteenth product is added up by fused multiply-adds, then halves of the lanes until
+/// one is left, then the bias: one order for vectors of any width.
+pub(super) fn affine(input: &Panels, map: &[PanelRow], count: usize, out: &mut Panels) {
+    let (map, bias) = map.split_at(weight_lines(input.cols(), count));
+    assert_eq!(bias.len(), count.div_ceil(WIDTH), "lines of a bias");
+    let out = out.reshape(input.rows(), count);
+    Arch::new().dispatch(ByLanes(Affine { input, map, bias, count, out }));
+}
+
+/// The map's gradient, laid out as it is, given that of its outputs.
+pub(super) fn gradient(input: &Panels, right: &Panels, out: &mut [PanelRow]) {
+    check(input, right, out.len());
+    Arch::new().dispatch(ByLanes(Gradient { input, right, sink: Stored(out) }));
+}
+
+/// One step of a map along what [`gradient`] would write.
+pub(super) fn descend(input: &Panels, right: &Panels, map: Descent<'_>) {
+    check(input, right, map.online.len());
+    Arch::new().dispatch(ByLanes(Gradient { input, right, sink: map }));
+}
+
+fn check(input: &Panels, right: &Panels, len: usize) {
+    assert_eq!(input.rows(), right.rows(), "rows of a gradient");
+    let lines = weight_lines(input.cols(), right.cols()) + right.cols().div_ceil(WIDTH);
+    assert_eq!(len, lines, "lines of a gradient");
+}
+
+struct Affine<'a> {
+    input: &'a Panels,
+    map: &'a [PanelRow],
+    bias: &'a [PanelRow],
+    count: usize,
+    out: &'a mut [PanelRow],
+}
+
+impl Kernel for Affine<'_> {
+    #[inline(always)]
+    fn run<S: Simd, const V: usize>(mut self, simd: S) {
+        let rows = self.input.rows();
+        let whole = rows - rows % HEIGHT;
+        for row in (0..whole).step_by(HEIGHT) {
+            self.rows::<S, V, HEIGHT>(simd, row);
+        }
+        for row in whole..rows {
+            self.rows::<S, V, 1>(simd, row);
+        }
+    }
+}
+
+impl Affine<'_> {
+    /// All outputs of some rows, with zeros after the last.
+    #[inline(always)]
+    fn rows<S: Simd, const V: usize, const H: usize>(&mut self, simd: S, row: usize) {
+        let mut first = 0;
+        while first < self.count {
+            first += match self.count - first {
+                3.. => self.tile::<S, V, H, 3>(simd, row, first),
+                2 => self.tile::<S, V, H, 2>(simd, row, first),
+                _ => self.tile::<S, V, H, 1>(simd, row, first),
+            };
+        }
+        let (panel, end) = (self.count / WIDTH, self.count % WIDTH);
+        if end > 0 {
+            let out = &mut self.out[panel * self.input.rows() + row..][..H];
+            out.iter_mut().for_each(|line| line.0[end..].fill(0.0));
+        }
+    }
+
+    #[inline(always)]
+    fn tile<S: Simd, const V: usize, const H: usize, const U: usize>(
+        &mut self,
+        simd: S,
+        row: usize,
+        first: usize,
+    ) -> usize {
+        let rows = self.input.rows();
+        let input = vectors::<S, V>(self.input.lines());
+        let map = vectors::<S, V>(self.map);
+        let mut sums = [[PanelRow::default(); U]; H];
+        for v in 0..V {
+            let mut part = [[simd.splat_f32s(0.0); U]; H];
+            for (input, map) in input.chunks_exact(rows).zip(map.chunks_exact(self.count + 1)) {
+                let input = &input[row..row + H];
+                let map = &map[first..first + U];
+                for (sums, input) in part.iter_mut().zip(input) {
+                    for (sum, map) in sums.iter_mut().zip(map) {
+                        *sum = simd.mul_add_f32s(input[v], map[v], *sum);
+                    }
+                }
+            }
+            for (to, from) in sums.as_flattened_mut().iter_mut().zip(part.as_flattened()) {
+                vectors_mut::<S, V>(std::slice::from_mut(to))[0][v] = *from;
+            }
+        }
+        for (h, sums) in sums.iter().enumerate() {
+            for (output, sum) in (first..).zip(sums) {
+                let (panel, place) = (output / WIDTH, output % WIDTH);
+                let value = total(&sum.0) + self.bias[panel].0[place];
+                self.out[panel * rows + row + h].0[place] = value;
+            }
+        }
+        U
+    }
+}
+
+/// The sum of sixteen, by halves.
+#[inline(always)]
+fn total(sums: &[f32; WIDTH]) -> f32 {
+    let eight: [f32; 8] = array(|i| sums[i] + sums[i + 8]);
+    let four: [f32; 4] = array(|i| eight[i] + eight[i + 4]);
+    let two: [f32; 2] = array(|i| four[i] + four[i + 2]);
+    two[0] + two[1]
+}
+
+struct Gradient<'a, T> {
+    input: &'a Panels,
+    right: &'a Panels,
+    sink: T,
+}
+
+impl<T: Sink> Kernel for Gradient<'_, T> {
+    #[inline(always)]
+    fn run<S: Simd, const V: usize>(mut self, simd: S) {
+        let (input, sink) = (self.input, &mut self.sink);
+        products::<S, V>(simd, self.right, input.lines(), input.cols(), sink);
+        let bias = weight_lines(input.cols(), self.right.cols());
+        let panels = vectors::<S, V>(self.right.lines()).chunks_exact(self.right.rows());
+        for (line, panel) in (bias..).zip(panels) {
+            sink.take::<S, V, 1>(simd, line, [sum(simd, panel)]);
+        }
+    }
+}
