@@ -16,12 +16,6 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
 checksum() { sha256sum | cut -c 1-16; }
-# The columns that metrics had when the checksums were taken.
-older() {
-    awk -F, -v OFS= '
-        NR == 1 { for (i = 1; i <= NF; i++) keep[i] = $i !~ /^correlation\// }
-        { row = $1; for (i = 2; i <= NF; i++) if (keep[i]) row = row "," $i; print row }' "$1"
-}
 
 different=0
 compared=0
@@ -30,7 +24,7 @@ while read -r evaluations metrics arguments; do
     # shellcheck disable=SC2086 # several arguments
     "$program" train $arguments --steps 1500 --eval-every 500 --eval-episodes 2 --log-every 250 --seed 3 --out "$run" \
         > "$work/log" 2>&1 || { cat "$work/log" >&2; exit 1; }
-    now="$(checksum < "$run/evaluations.csv") $(older "$run/metrics.csv" | checksum)"
+    now="$(checksum < "$run/evaluations.csv") $(checksum < "$run/metrics.csv")"
     if test "$print" = --print; then
         echo "$now $arguments"
     elif test "$now" = "$evaluations $metrics"; then

@@ -12,7 +12,7 @@ use super::last;
 use super::layout::Layout;
 use super::panels::{PanelRow, Panels};
 use super::product::{Finish, Inputs, affine};
-use super::workspace::{Forward, Gate, Workspace};
+use super::workspace::{Gate, Products, Workspace};
 use super::{adam, passes};
 use crate::learned::Learned;
 use crate::shape::Shape;
@@ -102,8 +102,8 @@ impl Network {
             Net::Online => (&self.learned.online, self.begun.on(input)),
             Net::Target => (&self.learned.target, Inputs::all(input)),
         };
-        let (outputs, forward) = workspace.outputs(self.layout.maps().len(), in_half);
-        run(&self.layout, parameters, self.activation, input, outputs, &mut [], forward);
+        let (outputs, products) = workspace.outputs(self.layout.maps().len(), in_half);
+        run(&self.layout, parameters, self.activation, input, outputs, &mut [], products);
         outputs[self.layout.maps().len() - 1].get(0, out);
     }
 
@@ -116,8 +116,8 @@ impl Network {
         workspace: &mut Workspace,
     ) {
         let Self { layout, learned, activation, outputs, slopes, begun, .. } = self;
-        let forward = workspace.forward(in_half);
-        run(layout, &learned.online, *activation, begun.on(input), outputs, slopes, forward);
+        let products = workspace.products(in_half);
+        run(layout, &learned.online, *activation, begun.on(input), outputs, slopes, products);
         outputs[outputs.len() - 1].get(0, out);
     }
 
@@ -306,7 +306,7 @@ fn run(
     input: Inputs<'_>,
     outputs: &mut [Panels],
     slopes: &mut [Panels],
-    mut forward: Forward<'_>,
+    mut products: Products<'_>,
 ) {
     let last = layout.maps().len() - 1; // A layout has at least one layer.
     for (i, (layer, map)) in layout.maps().enumerate() {
@@ -318,8 +318,8 @@ fn run(
             below if i == last => {
                 last::affine(below.unwrap_or(input.batch()), map, layer.output, out);
             }
-            Some(below) => forward.inner(below, map, layer.output, finish, out),
-            None => forward.first(input, map, layer.output, finish, out),
+            Some(below) => products.inner(below, map, layer.output, finish, out),
+            None => products.first(input, map, layer.output, finish, out),
         }
         if i < last {
             activate(activation, out, slopes.get_mut(i));

@@ -29,6 +29,8 @@ pub(super) struct Workspace {
     threads: Threads,
     /// Whether the present layer of a backward pass is the last.
     is_last: bool,
+    /// Whether the layers below it go back in bf16.
+    is_half: bool,
     /// Every layer's outputs, where no backward pass will follow.
     outputs: Vec<Panels>,
     /// dL/d(outputs of the present layer, before their activation).
@@ -43,14 +45,10 @@ pub(super) struct Workspace {
 /// What products in bf16 work on.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Halves {
-    /// Whether the present pass is to be in bf16 below its last layer.
-    wanted: bool,
-    /// Whether it is there; then `delta` is the workspace's.
-    has_begun: bool,
-    delta: Down,
     across: Across,
-    left: Down,
     map: Down,
+    left: Down,
+    right: Down,
 }
 
 impl Workspace {
@@ -65,38 +63,38 @@ impl Workspace {
     }
 
     /// Buffers for the outputs of so many layers, and what computes them.
-    pub fn outputs(&mut self, layers: usize, in_half: bool) -> (&mut [Panels], Forward<'_>) {
+    pub fn outputs(&mut self, layers: usize, in_half: bool) -> (&mut [Panels], Products<'_>) {
         if self.outputs.len() < layers {
             self.outputs.resize_with(layers, Panels::default);
         }
         let Self { outputs, threads, halves, .. } = self;
-        (&mut outputs[..layers], Forward { threads, halves: in_half.then_some(halves) })
+        (&mut outputs[..layers], Products { threads, halves: in_half.then_some(halves) })
     }
 
     /// What computes the outputs of a network's layers.
-    pub fn forward(&mut self, in_half: bool) -> Forward<'_> {
+    pub fn products(&mut self, in_half: bool) -> Products<'_> {
         let Self { threads, halves, .. } = self;
-        Forward { threads, halves: in_half.then_some(halves) }
+        Products { threads, halves: in_half.then_some(halves) }
     }
 
     /// Begins at a network's outputs with dL/doutputs, and goes on in bf16 below the last layer or
     /// not.
     pub fn begin(&mut self, rows: usize, grad: &[f32], in_half: bool) {
-        self.is_last = true;
+        (self.is_last, self.is_half) = (true, in_half);
         self.delta.set(rows, &[grad]);
-        (self.halves.wanted, self.halves.has_begun) = (in_half, false);
     }
 
     /// A step of the present layer's parameters down their gradient, given its inputs.
     pub fn descend(&mut self, input: &Panels, map: Descent<'_>) {
-        let Halves { has_begun, delta, left, .. } = &mut self.halves;
-        if *has_begun {
+        let Self { threads, delta, halves: Halves { left, right, .. }, .. } = self;
+        if self.is_last {
+            last::descend(input, delta, map);
+        } else if self.is_half {
             left.set(input);
-            half::descend(left, delta, map, &self.threads);
-        } else if self.is_last {
-            last::descend(input, &self.delta, map);
+            right.set(delta);
+            half::descend(left, right, map, threads);
         } else {
-            descend(input, &self.delta, map, &self.threads);
+            descend(input, delta, map, threads);
         }
     }
 
@@ -116,17 +114,15 @@ impl Workspace {
             Gate::Mask(output) => (output.cols(), Finish::Mask(output)),
             Gate::Slope(slope) => (slope.cols(), Finish::Keep),
         };
-        let Self { delta, below, halves, threads, .. } = self;
-        halves.or_f32(delta, turned.lines(), cols, finish, below, threads);
+        let in_half = self.is_half && !self.is_last;
+        let Self { threads, delta, below, halves, .. } = self;
+        let mut products = Products { threads, halves: in_half.then_some(halves) };
+        products.inner(delta, turned.lines(), cols, finish, below);
         if let Gate::Slope(slope) = gate {
             multiply(below, slope);
         }
         std::mem::swap(delta, below);
         self.is_last = false;
-        if halves.wanted {
-            halves.delta.set(delta);
-            halves.has_begun = true;
-        }
     }
 
     /// After [`Workspace::begin`] on the way through the first layer: dL/d(its inputs' columns from
@@ -134,27 +130,29 @@ impl Workspace {
     pub fn step_out(&mut self, layer: &Layer, map: &[PanelRow], first: usize, out: &mut [f32]) {
         let panel = first / WIDTH;
         let cols = layer.input - panel * WIDTH;
-        let Self { delta, below, turned, halves, threads, .. } = self;
+        let in_half = self.is_half && !self.is_last;
+        let Self { threads, delta, below, turned, halves, .. } = self;
         let back = if self.is_last {
             &last::back(layer, map)[panel * (layer.output + 1)..]
         } else {
             transpose(layer, map, panel, turned);
             turned.lines()
         };
-        halves.or_f32(delta, back, cols, Finish::Keep, below, threads);
+        let mut products = Products { threads, halves: in_half.then_some(halves) };
+        products.inner(delta, back, cols, Finish::Keep, below);
         below.get(first % WIDTH, out);
     }
 }
 
-/// How layers' outputs are computed.
-pub(super) struct Forward<'a> {
+/// How rows go through layers, forward or back.
+pub(super) struct Products<'a> {
     threads: &'a Threads,
     /// Present if it is in bf16 between hidden layers.
     halves: Option<&'a mut Halves>,
 }
 
-impl Forward<'_> {
-    /// A layer's outputs from a network's inputs.
+impl Products<'_> {
+    /// The first layer's outputs.
     pub fn first(
         &self,
         input: Inputs<'_>,
@@ -166,7 +164,7 @@ impl Forward<'_> {
         affine(input, map, cols, finish, out, self.threads);
     }
 
-    /// A hidden layer's outputs from those of the one below.
+    /// What comes out of another layer, forward or back.
     pub fn inner(
         &mut self,
         input: &Panels,
@@ -182,27 +180,6 @@ impl Forward<'_> {
                 weights.set_map(map, cols);
                 half::affine(across, weights, finish, out, self.threads);
             }
-        }
-    }
-}
-
-impl Halves {
-    /// A product on the way back: below the last layer in bf16, if that is wanted.
-    fn or_f32(
-        &mut self,
-        delta: &Panels,
-        map: &[PanelRow],
-        cols: usize,
-        finish: Finish<&Panels>,
-        out: &mut Panels,
-        threads: &Threads,
-    ) {
-        if self.has_begun {
-            self.across.set(delta);
-            self.map.set_map(map, cols);
-            half::affine(&self.across, &self.map, finish, out, threads);
-        } else {
-            affine(Inputs::all(delta), map, cols, finish, out, threads);
         }
     }
 }

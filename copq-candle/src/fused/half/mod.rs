@@ -11,7 +11,7 @@ mod packed;
 #[cfg(test)]
 mod tests;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Arch, Simd};
 
 use super::gradient::{self, Descent};
 use super::panels::{PanelRow, Panels, WIDTH};
@@ -67,7 +67,7 @@ impl Across {
         match self {
             Self::Rounded(to) => {
                 let to = to.reshape(from.rows(), even(from.cols()));
-                Arch::new().dispatch(Columns { from: from.lines(), to });
+                Arch::new().dispatch(ByLanes(Columns { from: from.lines(), to }));
             }
             #[cfg(target_arch = "x86_64")]
             Self::Packed(packed) => packed.set(from),
@@ -203,19 +203,16 @@ struct Columns<'a> {
     to: &'a mut [PanelRow],
 }
 
-impl WithSimd for Columns<'_> {
-    type Output = ();
-
+impl Kernel for Columns<'_> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let from = S::as_simd_f32s(bytemuck::cast_slice(self.from)).0;
-        let to = S::as_mut_simd_f32s(bytemuck::cast_slice_mut(self.to)).0;
-        for (from, to) in from.iter().zip(to.iter_mut()) {
-            *to = round(simd, *from);
-        }
-        let to: &mut [u64] = bytemuck::cast_slice_mut(self.to);
-        for two in to {
-            *two = two.rotate_left(32);
+    fn run<S: Simd, const V: usize>(self, simd: S) {
+        for (from, to) in vectors::<S, V>(self.from).iter().zip(self.to) {
+            let mut line = [PanelRow::default()];
+            for (to, from) in vectors_mut::<S, V>(&mut line)[0].iter_mut().zip(from) {
+                *to = round(simd, *from);
+            }
+            let pairs: [u64; WIDTH / 2] = bytemuck::cast(line);
+            *to = bytemuck::cast(pairs.map(|two| two.rotate_left(32)));
         }
     }
 }
