@@ -38,8 +38,8 @@ impl Adam {
     }
 }
 
-/// Zero for what is below normal numbers: a moment that no gradient feeds would halt there, at a few units
-/// in the last place, and many processors are slow with such numbers.
+/// Zero for what is below normal numbers: a moment that no gradient feeds would halt there, and many
+/// processors are slow with such numbers.
 #[inline(always)]
 fn flushed<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let is_small = simd.less_than_f32s(simd.abs_f32s(x), simd.splat_f32s(f32::MIN_POSITIVE));
@@ -69,5 +69,34 @@ impl WithSimd for Whole<'_> {
         for (((online, target), (m, v)), &grad) in all {
             adam.step(simd, grad, [online, target, m, v]);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::panels::WIDTH;
+    use super::*;
+
+    #[test]
+    fn moments_that_no_gradient_feeds_end_at_zero() {
+        let small = f32::MIN_POSITIVE;
+        let after = |m: f32, v: f32| {
+            let line = |x| [PanelRow([x; WIDTH])];
+            let [mut online, mut target, mut m, mut v] = [line(1.0), line(1.0), line(m), line(v)];
+            let map = Descent {
+                online: &mut online,
+                target: &mut target,
+                m: &mut m,
+                v: &mut v,
+                adam: Adam::new(1e-3, 7, 0.0),
+            };
+            step(map, &line(0.0));
+            [m[0].0[3], v[0].0[3]]
+        };
+        assert_eq!(after(small, small), [0.0, 0.0]);
+        assert_eq!(after(-small, 0.0), [0.0, 0.0]);
+        let [m, v] = after(-2.0 * small, 2.0 * small);
+        assert!(m < -small && v > small, "{m} {v}");
+        assert!(after(f32::NAN, f32::NAN).iter().all(|moment| moment.is_nan()));
     }
 }

@@ -135,13 +135,13 @@ impl<T: Sink> Kernel for Gradient<'_, T> {
         for (panel, right) in vectors::<S, V>(right).chunks_exact(left.rows()).enumerate() {
             sink.take::<S, V, 1>(simd, panel * (inputs + 1) + inputs, [sum(simd, right)]);
         }
-        products::<S, V>(simd, left, right, cols, sink);
+        weights::<S, V>(simd, left, right, cols, sink);
     }
 }
 
 /// `left^T right` into panels of a line for every column of `left`, and one more that is not touched.
 #[inline(always)]
-pub(super) fn products<S: Simd, const V: usize>(
+pub(super) fn weights<S: Simd, const V: usize>(
     simd: S,
     left: &Panels,
     right: &[PanelRow],
@@ -158,7 +158,7 @@ pub(super) fn products<S: Simd, const V: usize>(
     }
 }
 
-/// The sums of the part of a gradient of one panel of inputs.
+/// The sums of the part of a gradient of one panel of `left`.
 struct Products<'a, S: Simd, const V: usize> {
     left: &'a [PanelRow],
     right: &'a [[S::f32s; V]],
@@ -184,11 +184,11 @@ impl<S: Simd, const V: usize> Sums<S, V> for Products<'_, S, V> {
     }
 }
 
-/// The part of a gradient of one panel of inputs, in tiles whose lines are inputs.
+/// The part of a gradient of one panel of `left`, in tiles whose lines are its columns.
 pub(super) struct GradientTiles<'a, S, T, K> {
     pub simd: S,
     pub from: T,
-    /// All inputs of the map.
+    /// All columns of `left`.
     pub inputs: usize,
     /// The first of this panel.
     pub first: usize,

@@ -16,7 +16,7 @@ pub(super) struct Begun {
 }
 
 impl Begun {
-    /// Adds up the first `count` inputs, if that has not been done; not in a layer that is the last.
+    /// Adds up the first `count` inputs, if that has not been done.
     pub fn begin(
         &mut self,
         layout: &Layout,
@@ -25,7 +25,7 @@ impl Begun {
         count: usize,
         threads: &Threads,
     ) {
-        if self.inputs == count || layout.maps().len() == 1 {
+        if self.inputs == count {
             return;
         }
         if let Some((layer, map)) = layout.maps().next() {
@@ -57,8 +57,8 @@ pub(super) struct Turned {
 }
 
 impl Turned {
-    /// Turns the weights round, if that has not been done. The last one's lies so already, but is about
-    /// to move.
+    /// Turns the weights round, if that has not been done. The last one lies so already; it is copied,
+    /// because a step changes it.
     pub fn turn(&mut self, layout: &Layout, parameters: &[PanelRow]) {
         if self.is_present {
             return;

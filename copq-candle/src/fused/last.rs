@@ -9,7 +9,7 @@ mod tests;
 
 use pulp::{Arch, Simd};
 
-use super::gradient::{Descent, Sink, Stored, products, sum};
+use super::gradient::{Descent, Sink, Stored, sum, weights};
 use super::panels::{PanelRow, Panels, WIDTH};
 use super::tiles::{ByLanes, Kernel, array, vectors, vectors_mut};
 use crate::shape::Layer;
@@ -31,28 +31,28 @@ fn weight_lines(inputs: usize, outputs: usize) -> usize {
     inputs.div_ceil(WIDTH) * (outputs + 1)
 }
 
-/// The line of a layer's map, and the place there, of a weight.
-pub(super) fn weight(layer: &Layer, output: usize, input: usize) -> (usize, usize) {
-    (input / WIDTH * (layer.output + 1) + output, input % WIDTH)
+/// The line of a layer's map, and the place there, of a weight; of the bias after the last input.
+pub(super) fn place(layer: &Layer, output: usize, input: usize) -> (usize, usize) {
+    if input == layer.input {
+        (weight_lines(layer.input, layer.output) + output / WIDTH, output % WIDTH)
+    } else {
+        (input / WIDTH * (layer.output + 1) + output, input % WIDTH)
+    }
 }
 
-/// The same of a bias.
-pub(super) fn bias(layer: &Layer, output: usize) -> (usize, usize) {
-    (weight_lines(layer.input, layer.output) + output / WIDTH, output % WIDTH)
-}
-
-/// `out = input * map + bias`, `count` outputs.
+/// `out = input * map + bias`, row after row.
 ///
 /// In each lane every sixteenth product is added up by fused multiply-adds, then halves of the lanes until
 /// one is left, then the bias: one order for vectors of any width.
-pub(super) fn affine(input: &Panels, map: &[PanelRow], count: usize, out: &mut Panels) {
+pub(super) fn affine(input: &Panels, map: &[PanelRow], out: &mut [f32]) {
+    let count = out.len() / input.rows();
     let (map, bias) = map.split_at(weight_lines(input.cols(), count));
     assert_eq!(bias.len(), count.div_ceil(WIDTH), "lines of a bias");
-    let out = out.reshape(input.rows(), count);
+    let bias = bytemuck::cast_slice(bias);
     Arch::new().dispatch(ByLanes(Affine { input, map, bias, count, out }));
 }
 
-/// The map's gradient, laid out as it is, given that of its outputs.
+/// The map's gradient, laid out as it is, given that of its outputs. The lines of zeros are not written.
 pub(super) fn gradient(input: &Panels, right: &Panels, out: &mut [PanelRow]) {
     check(input, right, out.len());
     Arch::new().dispatch(ByLanes(Gradient { input, right, sink: Stored(out) }));
@@ -73,9 +73,9 @@ fn check(input: &Panels, right: &Panels, len: usize) {
 struct Affine<'a> {
     input: &'a Panels,
     map: &'a [PanelRow],
-    bias: &'a [PanelRow],
+    bias: &'a [f32],
     count: usize,
-    out: &'a mut [PanelRow],
+    out: &'a mut [f32],
 }
 
 impl Kernel for Affine<'_> {
@@ -93,7 +93,7 @@ impl Kernel for Affine<'_> {
 }
 
 impl Affine<'_> {
-    /// All outputs of some rows, with zeros after the last.
+    /// All outputs of some rows.
     #[inline(always)]
     fn rows<S: Simd, const V: usize, const H: usize>(&mut self, simd: S, row: usize) {
         let mut first = 0;
@@ -103,11 +103,6 @@ impl Affine<'_> {
                 2 => self.tile::<S, V, H, 2>(simd, row, first),
                 _ => self.tile::<S, V, H, 1>(simd, row, first),
             };
-        }
-        let (panel, end) = (self.count / WIDTH, self.count % WIDTH);
-        if end > 0 {
-            let out = &mut self.out[panel * self.input.rows() + row..][..H];
-            out.iter_mut().for_each(|line| line.0[end..].fill(0.0));
         }
     }
 
@@ -137,11 +132,9 @@ impl Affine<'_> {
                 vectors_mut::<S, V>(std::slice::from_mut(to))[0][v] = *from;
             }
         }
-        for (h, sums) in sums.iter().enumerate() {
+        for (out, sums) in self.out[row * self.count..].chunks_mut(self.count).zip(&sums) {
             for (output, sum) in (first..).zip(sums) {
-                let (panel, place) = (output / WIDTH, output % WIDTH);
-                let value = total(&sum.0) + self.bias[panel].0[place];
-                self.out[panel * rows + row + h].0[place] = value;
+                out[output] = total(&sum.0) + self.bias[output];
             }
         }
         U
@@ -167,7 +160,7 @@ impl<T: Sink> Kernel for Gradient<'_, T> {
     #[inline(always)]
     fn run<S: Simd, const V: usize>(mut self, simd: S) {
         let (input, sink) = (self.input, &mut self.sink);
-        products::<S, V>(simd, self.right, input.lines(), input.cols(), sink);
+        weights::<S, V>(simd, self.right, input.lines(), input.cols(), sink);
         let bias = weight_lines(input.cols(), self.right.cols());
         let panels = vectors::<S, V>(self.right.lines()).chunks_exact(self.right.rows());
         for (line, panel) in (bias..).zip(panels) {

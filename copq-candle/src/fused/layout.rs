@@ -22,7 +22,10 @@ impl Layout {
         let count = shape.layers().len();
         let map = |(i, layer): (usize, &Layer)| {
             let start = end;
-            end += if i + 1 == count { last::lines(layer) } else { lines(layer) };
+            end += match i + 1 == count {
+                true => last::lines(layer),
+                false => layer.output.div_ceil(WIDTH) * (layer.input + 1),
+            };
             start..end
         };
         Self { maps: shape.layers().iter().enumerate().map(map).collect(), shape }
@@ -44,15 +47,19 @@ impl Layout {
         self.maps.last().map_or(0, |last| last.end)
     }
 
+    /// Where the last layer's map lies.
+    pub fn last(&self) -> Range<usize> {
+        self.maps.last().cloned().unwrap_or_default()
+    }
+
     /// A layer's map with nothing to start from.
-    pub fn without_bias(&self, layer: usize, map: &[PanelRow]) -> Vec<PanelRow> {
-        let is_last = layer == self.maps.len() - 1;
-        let layer = &self.shape.layers()[layer];
-        let mut map = map.to_vec();
+    pub fn without_bias(&self, i: usize, parameters: &[PanelRow]) -> Vec<PanelRow> {
+        let layer = &self.shape.layers()[i];
+        let start = self.maps[i].start;
+        let mut map = parameters[self.maps[i].clone()].to_vec();
         for output in 0..layer.output {
-            let (line, place) =
-                if is_last { last::bias(layer, output) } else { bias(layer, output) };
-            map[line].0[place] = 0.0;
+            let (line, place) = self.place(i, output, layer.input);
+            map[line - start].0[place] = 0.0;
         }
         map
     }
@@ -73,35 +80,27 @@ impl Layout {
 
     /// Calls with every parameter's position in the flat buffer, its line, and its place there.
     fn places(&self, mut visit: impl FnMut(usize, usize, usize)) {
-        let last = self.maps.len() - 1; // There is at least one layer.
-        for (i, (layer, map)) in self.maps().enumerate() {
-            let is_last = i == last;
+        for (i, layer) in self.shape.layers().iter().enumerate() {
             for output in 0..layer.output {
+                let weight = layer.weight().start + output * layer.input;
                 for input in 0..layer.input {
-                    let of = if is_last { last::weight } else { weight };
-                    let (line, place) = of(layer, output, input);
-                    let at = layer.weight().start + output * layer.input + input;
-                    visit(at, map.start + line, place);
+                    let (line, place) = self.place(i, output, input);
+                    visit(weight + input, line, place);
                 }
-                let of = if is_last { last::bias } else { bias };
-                let (line, place) = of(layer, output);
-                visit(layer.bias().start + output, map.start + line, place);
+                let (line, place) = self.place(i, output, layer.input);
+                visit(layer.bias().start + output, line, place);
             }
         }
     }
-}
 
-/// Lines of a layer's map that is not the last.
-fn lines(layer: &Layer) -> usize {
-    layer.output.div_ceil(WIDTH) * (layer.input + 1)
-}
-
-/// The line of its map, and the place there, of a weight.
-fn weight(layer: &Layer, output: usize, input: usize) -> (usize, usize) {
-    (output / WIDTH * (layer.input + 1) + input, output % WIDTH)
-}
-
-/// The same of a bias.
-fn bias(layer: &Layer, output: usize) -> (usize, usize) {
-    weight(layer, output, layer.input)
+    /// The line, and the place there, of a weight of a layer; of the bias after the last input.
+    fn place(&self, i: usize, output: usize, input: usize) -> (usize, usize) {
+        let layer = &self.shape.layers()[i];
+        let (line, place) = if i + 1 == self.maps.len() {
+            last::place(layer, output, input)
+        } else {
+            (output / WIDTH * (layer.input + 1) + input, output % WIDTH)
+        };
+        (self.maps[i].start + line, place)
+    }
 }

@@ -12,7 +12,7 @@ use super::last;
 use super::layout::Layout;
 use super::panels::{PanelRow, Panels};
 use super::product::{Finish, Inputs, affine};
-use super::workspace::{Gate, Products, Workspace};
+use super::workspace::{Gate, Layers, Workspace};
 use super::{adam, passes};
 use crate::learned::Learned;
 use crate::shape::Shape;
@@ -25,10 +25,9 @@ pub(super) struct Network {
     activation: Activation,
     /// Whether the way back of a step is in bf16.
     is_half: bool,
-    /// Every layer's outputs from the last [`Network::forward`], the hidden ones after their
-    /// activation.
+    /// Hidden layers' outputs from the last [`Network::forward`], after their activation.
     outputs: Vec<Panels>,
-    /// The activation's slopes there, of hidden layers; ReLU's follow from its outputs.
+    /// The activation's slopes there; ReLU's follow from its outputs.
     slopes: Vec<Panels>,
     begun: Begun,
     turned: Turned,
@@ -39,9 +38,9 @@ impl Network {
     pub fn new(shape: Shape, networks: &Networks, learned: &Learned) -> Self {
         let Networks { activation, precision, .. } = *networks;
         let layout = Layout::new(shape);
-        let outputs = vec![Panels::default(); layout.maps().len()];
+        let outputs = vec![Panels::default(); layout.maps().len() - 1]; // There is a last layer.
         let smooth = activation != Activation::Relu;
-        let slopes = vec![Panels::default(); if smooth { outputs.len() - 1 } else { 0 }];
+        let slopes = vec![Panels::default(); if smooth { outputs.len() } else { 0 }];
         let learned = learned.map(|flat| layout.pack(flat));
         Self {
             learned,
@@ -102,9 +101,10 @@ impl Network {
             Net::Online => (&self.learned.online, self.begun.on(input)),
             Net::Target => (&self.learned.target, Inputs::all(input)),
         };
-        let (outputs, products) = workspace.outputs(self.layout.maps().len(), in_half);
-        run(&self.layout, parameters, self.activation, input, outputs, &mut [], products);
-        outputs[self.layout.maps().len() - 1].get(0, out);
+        let layout = &self.layout;
+        let (outputs, through) = workspace.outputs(self.outputs.len(), in_half);
+        hidden(layout, parameters, self.activation, input, outputs, &mut [], through);
+        last::affine(top(outputs), &parameters[layout.last()], out);
     }
 
     /// Runs a batch through the online network, and remembers what a backward pass needs.
@@ -116,9 +116,9 @@ impl Network {
         workspace: &mut Workspace,
     ) {
         let Self { layout, learned, activation, outputs, slopes, begun, .. } = self;
-        let products = workspace.products(in_half);
-        run(layout, &learned.online, *activation, begun.on(input), outputs, slopes, products);
-        outputs[outputs.len() - 1].get(0, out);
+        let through = workspace.layers(in_half);
+        hidden(layout, &learned.online, *activation, begun.on(input), outputs, slopes, through);
+        last::affine(top(outputs), &learned.online[layout.last()], out);
     }
 
     /// After [`Network::forward`] on the same input: backward from dL/dout, each layer taking its
@@ -187,37 +187,34 @@ impl Network {
         out: &mut [f32],
         workspace: &Workspace,
     ) {
+        let Self { layout, learned, outputs, slopes, .. } = self;
         let threads = workspace.threads();
-        let direction = self.layout.pack(direction);
+        let direction = layout.pack(direction);
         let mut moved: Option<Panels> = None;
-        for (i, (layer, map)) in self.layout.maps().enumerate() {
-            let below = i.checked_sub(1).map_or(input, |below| &self.outputs[below]);
-            let is_last = i == self.outputs.len() - 1;
-            let run = |input: &Panels, map: &[PanelRow]| {
+        for (i, (layer, map)) in layout.maps().take(outputs.len()).enumerate() {
+            let through = |input: &Panels, map: &[PanelRow]| {
                 let mut out = Panels::default();
-                if is_last {
-                    last::affine(input, map, layer.output, &mut out);
-                } else {
-                    let input = Inputs::all(input);
-                    affine(input, map, layer.output, Finish::Keep, &mut out, threads);
-                }
+                affine(Inputs::all(input), map, layer.output, Finish::Keep, &mut out, threads);
                 out
             };
-            let mut here = run(below, &direction[map.clone()]);
+            let below = i.checked_sub(1).map_or(input, |below| &outputs[below]);
+            let mut here = through(below, &direction[map]);
             if let Some(moved) = &moved {
-                let weights = self.layout.without_bias(i, &self.learned.online[map]);
-                passes::add(here.lines_mut(), run(moved, &weights).lines(), 1.0);
+                let moved = through(moved, &layout.without_bias(i, &learned.online));
+                passes::add(here.lines_mut(), moved.lines(), 1.0);
             }
-            if !is_last {
-                match self.slopes.get(i) {
-                    Some(slopes) => multiply(&mut here, slopes),
-                    None => passes::mask(here.lines_mut(), self.outputs[i].lines()),
-                }
+            match slopes.get(i) {
+                Some(slopes) => multiply(&mut here, slopes),
+                None => passes::mask(here.lines_mut(), outputs[i].lines()),
             }
             moved = Some(here);
         }
+        last::affine(top(outputs), &direction[layout.last()], out);
         if let Some(moved) = moved {
-            moved.get(0, out);
+            let map = layout.without_bias(outputs.len(), &learned.online);
+            let mut through = vec![0.0; out.len()];
+            last::affine(&moved, &map, &mut through);
+            out.iter_mut().zip(through).for_each(|(out, through)| *out += through);
         }
     }
 
@@ -297,32 +294,30 @@ fn gate<'a>(output: &'a Panels, slope: Option<&'a Panels>) -> Gate<'a> {
     slope.map_or(Gate::Mask(output), Gate::Slope)
 }
 
-/// Runs a batch through layers whose `outputs` are then those of every layer, the hidden ones after
-/// their activation, whose slopes it writes where there is room for them.
-fn run(
+/// Runs a batch through hidden layers, whose `outputs` after their activation it writes, and slopes where
+/// there is room for them.
+fn hidden(
     layout: &Layout,
     parameters: &[PanelRow],
     activation: Activation,
     input: Inputs<'_>,
     outputs: &mut [Panels],
     slopes: &mut [Panels],
-    mut products: Products<'_>,
+    mut through: Layers<'_>,
 ) {
-    let last = layout.maps().len() - 1; // A layout has at least one layer.
-    for (i, (layer, map)) in layout.maps().enumerate() {
+    let finish = if activation == Activation::Relu { Finish::Relu } else { Finish::Keep };
+    for (i, (layer, map)) in layout.maps().take(outputs.len()).enumerate() {
         let (below, here) = outputs.split_at_mut(i);
-        let out = &mut here[0];
-        let map = &parameters[map];
-        let finish = if activation == Activation::Relu { Finish::Relu } else { Finish::Keep };
+        let (out, map) = (&mut here[0], &parameters[map]);
         match below.last() {
-            below if i == last => {
-                last::affine(below.unwrap_or(input.batch()), map, layer.output, out);
-            }
-            Some(below) => products.inner(below, map, layer.output, finish, out),
-            None => products.first(input, map, layer.output, finish, out),
+            Some(below) => through.inner(below, map, layer.output, finish, out),
+            None => through.in_f32(input, map, layer.output, finish, out),
         }
-        if i < last {
-            activate(activation, out, slopes.get_mut(i));
-        }
+        activate(activation, out, slopes.get_mut(i));
     }
+}
+
+/// The last hidden layer's outputs; every network has such a layer ([`Networks::check`]).
+fn top(outputs: &[Panels]) -> &Panels {
+    &outputs[outputs.len() - 1]
 }

@@ -1,5 +1,5 @@
-//! The matrix products of a network: as fast as the processor multiplies, and the same bits on
-//! every processor.
+//! The matrix products of all layers but the last ([`super::last`]): as fast as the processor
+//! multiplies, and the same bits on every processor.
 //!
 //! A tile of the result stays in registers while the products of its elements are added one after
 //! another by fused multiply-adds, in an order that depends on nothing. Wider vectors compute more
@@ -57,11 +57,6 @@ impl<'a> Inputs<'a> {
     /// The first `count`.
     pub fn first(values: &'a Panels, count: usize) -> Self {
         Self { to: count, ..Self::all(values) }
-    }
-
-    /// The whole batch that they are of.
-    pub fn batch(&self) -> &'a Panels {
-        self.values
     }
 
     /// All but the first `count`, which have added up to `sums`.

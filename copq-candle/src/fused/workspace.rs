@@ -22,7 +22,7 @@ pub(super) enum Gate<'a> {
 }
 
 /// Buffers that grow to the largest layer and batch and are then reused, and the threads that share
-/// each product: one unless set. A thread's networks share a workspace, so that little of it leaves
+/// each product but the last layer's: one unless set. A thread's networks share a workspace, so that little of it leaves
 /// the cache.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workspace {
@@ -63,18 +63,18 @@ impl Workspace {
     }
 
     /// Buffers for the outputs of so many layers, and what computes them.
-    pub fn outputs(&mut self, layers: usize, in_half: bool) -> (&mut [Panels], Products<'_>) {
+    pub fn outputs(&mut self, layers: usize, in_half: bool) -> (&mut [Panels], Layers<'_>) {
         if self.outputs.len() < layers {
             self.outputs.resize_with(layers, Panels::default);
         }
         let Self { outputs, threads, halves, .. } = self;
-        (&mut outputs[..layers], Products { threads, halves: in_half.then_some(halves) })
+        (&mut outputs[..layers], Layers { threads, halves: in_half.then_some(halves) })
     }
 
     /// What computes the outputs of a network's layers.
-    pub fn products(&mut self, in_half: bool) -> Products<'_> {
+    pub fn layers(&mut self, in_half: bool) -> Layers<'_> {
         let Self { threads, halves, .. } = self;
-        Products { threads, halves: in_half.then_some(halves) }
+        Layers { threads, halves: in_half.then_some(halves) }
     }
 
     /// Begins at a network's outputs with dL/doutputs, and goes on in bf16 below the last layer or
@@ -116,8 +116,8 @@ impl Workspace {
         };
         let in_half = self.is_half && !self.is_last;
         let Self { threads, delta, below, halves, .. } = self;
-        let mut products = Products { threads, halves: in_half.then_some(halves) };
-        products.inner(delta, turned.lines(), cols, finish, below);
+        let mut layers = Layers { threads, halves: in_half.then_some(halves) };
+        layers.inner(delta, turned.lines(), cols, finish, below);
         if let Gate::Slope(slope) = gate {
             multiply(below, slope);
         }
@@ -130,30 +130,24 @@ impl Workspace {
     pub fn step_out(&mut self, layer: &Layer, map: &[PanelRow], first: usize, out: &mut [f32]) {
         let panel = first / WIDTH;
         let cols = layer.input - panel * WIDTH;
-        let in_half = self.is_half && !self.is_last;
         let Self { threads, delta, below, turned, halves, .. } = self;
-        let back = if self.is_last {
-            &last::back(layer, map)[panel * (layer.output + 1)..]
-        } else {
-            transpose(layer, map, panel, turned);
-            turned.lines()
-        };
-        let mut products = Products { threads, halves: in_half.then_some(halves) };
-        products.inner(delta, back, cols, Finish::Keep, below);
+        transpose(layer, map, panel, turned);
+        let mut layers = Layers { threads, halves: self.is_half.then_some(halves) };
+        layers.inner(delta, turned.lines(), cols, Finish::Keep, below);
         below.get(first % WIDTH, out);
     }
 }
 
 /// How rows go through layers, forward or back.
-pub(super) struct Products<'a> {
+pub(super) struct Layers<'a> {
     threads: &'a Threads,
-    /// Present if it is in bf16 between hidden layers.
+    /// Present if it is in bf16, but for the first layer forward and the last.
     halves: Option<&'a mut Halves>,
 }
 
-impl Products<'_> {
-    /// The first layer's outputs.
-    pub fn first(
+impl Layers<'_> {
+    /// What comes out of a layer, in f32.
+    pub fn in_f32(
         &self,
         input: Inputs<'_>,
         map: &[PanelRow],
@@ -164,7 +158,7 @@ impl Products<'_> {
         affine(input, map, cols, finish, out, self.threads);
     }
 
-    /// What comes out of another layer, forward or back.
+    /// The same of a layer that may be in bf16.
     pub fn inner(
         &mut self,
         input: &Panels,
@@ -174,7 +168,7 @@ impl Products<'_> {
         out: &mut Panels,
     ) {
         match &mut self.halves {
-            None => self.first(Inputs::all(input), map, cols, finish, out),
+            None => self.in_f32(Inputs::all(input), map, cols, finish, out),
             Some(Halves { across, map: weights, .. }) => {
                 across.set(input);
                 weights.set_map(map, cols);

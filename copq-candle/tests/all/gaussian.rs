@@ -7,8 +7,13 @@ use common::reference::{Reference, slope};
 use common::{Case, arrays, assert_close, init, normals, saved};
 use copq::{Actor, Net, Sample, SampleGrad, State, Value};
 
-fn cases() -> [Case; 3] {
-    [Case::new(1, 1, &[5], 4), Case::new(1, 1, &[7, 9, 4], 3), Case::new(1, 1, &[16, 16], 9)]
+fn cases() -> [Case; 4] {
+    [
+        Case::new(1, 1, &[5], 4),
+        Case::new(1, 1, &[7, 9, 4], 3),
+        Case::new(1, 1, &[16, 16], 9),
+        Case { action: 17, ..Case::new(1, 1, &[7, 18], 3) },
+    ]
 }
 
 /// Actions and log-probabilities from a network's output for one row, as the definition has them.

@@ -27,11 +27,12 @@ fn assert_moments(what: &str, saved: &State, wanted: &[Vec<f32>]) {
     }
 }
 
-fn cases() -> [Case; 5] {
+fn cases() -> [Case; 6] {
     [
         Case::new(2, 3, &[5], 4),
         Case::new(3, 2, &[7, 9, 4], 3),
         Case::new(1, 1, &[16, 16], 9),
+        Case { action: 17, ..Case::new(1, 17, &[7, 18], 5) },
         Case { activation: Activation::Tanh, ..Case::new(2, 2, &[7, 18], 5) },
         Case { activation: Activation::Silu, ..Case::new(2, 2, &[7, 18], 5) },
     ]

@@ -3,9 +3,11 @@
 use copq::on_policy::{
     self, Config, Constraint, GaussianPolicy, Method, Rows, SecondStep, StateValue,
 };
-use copq::{EnvSpec, Networks, Rng, State, Stream};
+use copq::{Activation, EnvSpec, Networks, Rng, State, Stream};
 use copq_candle::{Device, fused, plain};
 use serde_json::Value;
+
+use super::common::Case;
 
 type Critics = Vec<Box<dyn StateValue>>;
 
@@ -369,6 +371,31 @@ fn the_fisher_matrix_is_the_curvature_of_the_divergence() {
     }
     let measured = 2.0 * divergence / after.len() as f64 / f64::from(size).powi(2);
     assert!((measured / curvature - 1.0).abs() < 0.03, "{measured}, not {curvature}");
+}
+
+/// How means move along a direction, by differences; more components than a vector has lanes.
+#[test]
+fn means_move_as_pushed() {
+    let case = Case { action: 17, ..Case::new(1, 1, &[7, 18], 5) };
+    for activation in [Activation::Tanh, Activation::Relu] {
+        let networks = Networks { activation, ..case.networks() };
+        let rng = &mut Rng::new(5, Stream::Init);
+        let mut policy = fused::Normal::new(&case.spec(), &networks, rng).unwrap();
+        let mut direction = vec![0.0; policy.parameters()];
+        rng.fill_normal(&mut direction);
+        let obs = case.obs(6);
+        let [mut pushed, mut before, mut after] = [(); 3].map(|()| vec![0.0; case.rows * 17]);
+        policy.push_forward(&obs, &direction, &mut pushed).unwrap();
+        let half = 2e-4f32;
+        policy.shift(&direction.iter().map(|d| -half * d).collect::<Vec<_>>()).unwrap();
+        policy.means(&obs, &mut before).unwrap();
+        policy.shift(&direction.iter().map(|d| 2.0 * half * d).collect::<Vec<_>>()).unwrap();
+        policy.means(&obs, &mut after).unwrap();
+        for ((before, after), pushed) in before.iter().zip(&after).zip(&pushed) {
+            let slope = (after - before) / (2.0 * half);
+            assert!((slope - pushed).abs() < 2e-2 * (1.0 + pushed.abs()), "{slope}, not {pushed}");
+        }
+    }
 }
 
 #[test]

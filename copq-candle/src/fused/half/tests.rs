@@ -130,6 +130,31 @@ fn rounding_is_to_the_nearest_and_to_even() {
     }
 }
 
+/// Both layouts of a matrix by one kind of vectors.
+fn both<S: Simd>(simd: S, from: &Panels) -> [Vec<u32>; 2] {
+    let mut down = vec![PanelRow::default(); even(from.rows())];
+    let mut across = vec![PanelRow::default(); from.rows()];
+    simd.vectorize(ByLanes(Rows { from: from.lines(), to: &mut down }));
+    simd.vectorize(ByLanes(Columns { from: from.lines(), to: &mut across }));
+    [down, across].map(|lines| bytemuck::cast_slice(&lines).to_vec())
+}
+
+#[test]
+fn vectors_of_any_width_round_alike() {
+    let from = panels(37, &values(37 * WIDTH, &mut Rng::with_stream(4, 0)));
+    let scalars = both(pulp::Scalar, &from);
+    assert_eq!(both(pulp::Scalar128b, &from), scalars);
+    assert_eq!(both(pulp::Scalar256b, &from), scalars);
+    assert_eq!(both(pulp::Scalar512b, &from), scalars);
+    let mut across = Across::Rounded(Panels::default());
+    let mut down = Down::Rounded(Panels::default());
+    across.set(&from);
+    down.set(&from);
+    let (Across::Rounded(across), Down::Rounded(down)) = (&across, &down) else { unreachable!() };
+    let lines = |panels: &Panels| bytemuck::cast_slice::<_, u32>(panels.lines()).to_vec();
+    assert_eq!([lines(down), lines(across)], scalars);
+}
+
 #[test]
 fn a_product_is_its_sums_to_the_bit() {
     let mut rng = Rng::with_stream(1, 0);

@@ -48,6 +48,8 @@ impl Case {
             cases.push(Self { activation, ..Self::new(2, 3, &[33, 64], 37) });
             cases.push(Self { activation, ..Self::new(3, 1, &[7, 9, 4], 3) });
         }
+        // More outputs than lanes, as a humanoid's policy has.
+        cases.push(Self { action: 17, ..Self::new(2, 18, &[33, 64], 37) });
         cases
     }
 
