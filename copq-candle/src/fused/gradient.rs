@@ -139,7 +139,8 @@ impl<T: Sink> Kernel for Gradient<'_, T> {
     }
 }
 
-/// `left^T right` into panels of a line for every column of `left`, and one more that is not touched.
+/// `left^T right` into panels of a line for every column of `left`, and one more that is not
+/// touched.
 #[inline(always)]
 pub(super) fn weights<S: Simd, const V: usize>(
     simd: S,
@@ -148,13 +149,13 @@ pub(super) fn weights<S: Simd, const V: usize>(
     cols: usize,
     sink: &mut impl Sink,
 ) {
-    let inputs = left.cols();
+    let columns = left.cols();
     let right = vectors::<S, V>(right);
     for (i, left) in left.lines().chunks_exact(left.rows()).enumerate() {
         let from = Products { left, right };
         let first = i * WIDTH;
-        let tiles = &mut GradientTiles { simd, from, inputs, first, sink };
-        cover::<S, V>(WIDTH.min(inputs - first), cols, tiles);
+        let tiles = &mut GradientTiles { simd, from, columns, first, sink };
+        cover::<S, V>(WIDTH.min(columns - first), cols, tiles);
     }
 }
 
@@ -189,7 +190,7 @@ pub(super) struct GradientTiles<'a, S, T, K> {
     pub simd: S,
     pub from: T,
     /// All columns of `left`.
-    pub inputs: usize,
+    pub columns: usize,
     /// The first of this panel.
     pub first: usize,
     pub sink: &'a mut K,
@@ -209,7 +210,7 @@ impl<S: Simd, T: Sums<S, V>, K: Sink, const V: usize> Tiles<S, V> for GradientTi
         input: usize,
         lines: [[S::f32s; V]; HEIGHT],
     ) {
-        let first = panel * (self.inputs + 1) + self.first + input;
+        let first = panel * (self.columns + 1) + self.first + input;
         self.sink.take::<S, V, HEIGHT>(self.simd, first, lines);
     }
 }

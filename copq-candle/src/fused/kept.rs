@@ -57,8 +57,8 @@ pub(super) struct Turned {
 }
 
 impl Turned {
-    /// Turns the weights round, if that has not been done. The last one lies so already; it is copied,
-    /// because a step changes it.
+    /// Turns the weights round, if that has not been done. The last one lies so already; it is
+    /// copied, because a step changes it.
     pub fn turn(&mut self, layout: &Layout, parameters: &[PanelRow]) {
         if self.is_present {
             return;

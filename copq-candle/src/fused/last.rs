@@ -1,5 +1,5 @@
-//! The last layer. It has few outputs, so inputs lie in its lanes: no lane is idle, and its weight lies as
-//! the way back reads it.
+//! The last layer. It has few outputs, so inputs lie in its lanes: no lane is idle, and its weight
+//! lies as the way back reads it.
 //!
 //! A map is panels of inputs with a line for every output and one of zeros, from which the way back
 //! starts; then the bias, with outputs in the lanes.
@@ -42,8 +42,8 @@ pub(super) fn place(layer: &Layer, output: usize, input: usize) -> (usize, usize
 
 /// `out = input * map + bias`, row after row.
 ///
-/// In each lane every sixteenth product is added up by fused multiply-adds, then halves of the lanes until
-/// one is left, then the bias: one order for vectors of any width.
+/// In each lane every sixteenth product is added up by fused multiply-adds, then halves of the lanes
+/// until one is left, then the bias: one order for vectors of any width.
 pub(super) fn affine(input: &Panels, map: &[PanelRow], out: &mut [f32]) {
     let count = out.len() / input.rows();
     let (map, bias) = map.split_at(weight_lines(input.cols(), count));
@@ -52,7 +52,8 @@ pub(super) fn affine(input: &Panels, map: &[PanelRow], out: &mut [f32]) {
     Arch::new().dispatch(ByLanes(Affine { input, map, bias, count, out }));
 }
 
-/// The map's gradient, laid out as it is, given that of its outputs. The lines of zeros are not written.
+/// The map's gradient, laid out as it is, given that of its outputs. The lines of zeros are not
+/// written.
 pub(super) fn gradient(input: &Panels, right: &Panels, out: &mut [PanelRow]) {
     check(input, right, out.len());
     Arch::new().dispatch(ByLanes(Gradient { input, right, sink: Stored(out) }));

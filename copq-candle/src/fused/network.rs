@@ -294,8 +294,8 @@ fn gate<'a>(output: &'a Panels, slope: Option<&'a Panels>) -> Gate<'a> {
     slope.map_or(Gate::Mask(output), Gate::Slope)
 }
 
-/// Runs a batch through hidden layers, whose `outputs` after their activation it writes, and slopes where
-/// there is room for them.
+/// Runs a batch through hidden layers, whose `outputs` after their activation it writes, and slopes
+/// where there is room for them.
 fn hidden(
     layout: &Layout,
     parameters: &[PanelRow],

@@ -22,8 +22,8 @@ pub(super) enum Gate<'a> {
 }
 
 /// Buffers that grow to the largest layer and batch and are then reused, and the threads that share
-/// each product but the last layer's: one unless set. A thread's networks share a workspace, so that little of it leaves
-/// the cache.
+/// each product but the last layer's: one unless set. A thread's networks share a workspace, so that
+/// little of it leaves the cache.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workspace {
     threads: Threads,
@@ -31,7 +31,7 @@ pub(super) struct Workspace {
     is_last: bool,
     /// Whether the layers below it go back in bf16.
     is_half: bool,
-    /// Every layer's outputs, where no backward pass will follow.
+    /// Hidden layers' outputs, where no backward pass will follow.
     outputs: Vec<Panels>,
     /// dL/d(outputs of the present layer, before their activation).
     delta: Panels,
@@ -57,24 +57,23 @@ impl Workspace {
         Ok(Self { threads: Threads::new(threads)?, ..Self::default() })
     }
 
-    /// The threads that share each product.
+    /// The threads that share a product.
     pub fn threads(&self) -> &Threads {
         &self.threads
     }
 
-    /// Buffers for the outputs of so many layers, and what computes them.
+    /// Buffers for the outputs of so many hidden layers, and what computes them.
     pub fn outputs(&mut self, layers: usize, in_half: bool) -> (&mut [Panels], Layers<'_>) {
         if self.outputs.len() < layers {
             self.outputs.resize_with(layers, Panels::default);
         }
         let Self { outputs, threads, halves, .. } = self;
-        (&mut outputs[..layers], Layers { threads, halves: in_half.then_some(halves) })
+        (&mut outputs[..layers], Layers::new(threads, halves, in_half))
     }
 
-    /// What computes the outputs of a network's layers.
+    /// What computes the outputs of hidden layers.
     pub fn layers(&mut self, in_half: bool) -> Layers<'_> {
-        let Self { threads, halves, .. } = self;
-        Layers { threads, halves: in_half.then_some(halves) }
+        Layers::new(&self.threads, &mut self.halves, in_half)
     }
 
     /// Begins at a network's outputs with dL/doutputs, and goes on in bf16 below the last layer or
@@ -116,7 +115,7 @@ impl Workspace {
         };
         let in_half = self.is_half && !self.is_last;
         let Self { threads, delta, below, halves, .. } = self;
-        let mut layers = Layers { threads, halves: in_half.then_some(halves) };
+        let mut layers = Layers::new(threads, halves, in_half);
         layers.inner(delta, turned.lines(), cols, finish, below);
         if let Gate::Slope(slope) = gate {
             multiply(below, slope);
@@ -132,7 +131,7 @@ impl Workspace {
         let cols = layer.input - panel * WIDTH;
         let Self { threads, delta, below, turned, halves, .. } = self;
         transpose(layer, map, panel, turned);
-        let mut layers = Layers { threads, halves: self.is_half.then_some(halves) };
+        let mut layers = Layers::new(threads, halves, self.is_half);
         layers.inner(delta, turned.lines(), cols, Finish::Keep, below);
         below.get(first % WIDTH, out);
     }
@@ -145,7 +144,11 @@ pub(super) struct Layers<'a> {
     halves: Option<&'a mut Halves>,
 }
 
-impl Layers<'_> {
+impl<'a> Layers<'a> {
+    fn new(threads: &'a Threads, halves: &'a mut Halves, in_half: bool) -> Self {
+        Self { threads, halves: in_half.then_some(halves) }
+    }
+
     /// What comes out of a layer, in f32.
     pub fn in_f32(
         &self,

@@ -119,7 +119,7 @@ impl<K: Sink> NullaryFnOnce for Gradient<'_, K> {
         }
         for (i, first) in (0..inputs).step_by(WIDTH).enumerate() {
             let from = Columns { bf16, left: self.left.panel(i), right };
-            let tiles = &mut GradientTiles { simd, from, inputs, first, sink };
+            let tiles = &mut GradientTiles { simd, from, columns: inputs, first, sink };
             cover::<V4, 1>(WIDTH.min(inputs - first), right.cols, tiles);
         }
     }
