@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use copq::on_policy::{self, SauteConfig};
-use copq::{Agent, Config, Constraint, Ensemble, EnvSpec, Error, Learner, Method, Result};
+use copq::{Agent, Config, Constraint, Ensemble, EnvSpec, Error, Learner, Method, Result, WarmUp};
 use copq_candle::Candle;
 use copq_experiments::{Plan, RunFolder, RunSettings, read_policy, with_changes};
 
@@ -114,6 +114,14 @@ impl Recipe {
             }
         }
         Ok(self)
+    }
+
+    /// For a run that begins with a policy: that one acts in its warm-up, too.
+    pub fn by_its_policy(mut self) -> Self {
+        if let Self::OffPolicy(method) = &mut self {
+            method.config.warm_up = WarmUp::Policy;
+        }
+        self
     }
 
     /// For a run of another length: a step size that falls over all of a run still does.

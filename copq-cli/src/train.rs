@@ -30,8 +30,8 @@ pub struct Train {
     like: Option<PathBuf>,
 
     /// Begins with the best policy of a run's folder or policy file (.safetensors or .onnx): its weights
-    /// and its normaliser, but not its critics, optimiser or replay. The new folder keeps a copy of
-    /// it.
+    /// and its normaliser, but not its critics, optimiser or replay. It acts from the first step on,
+    /// with its noise (--set warm_up=uniform: at random first). The new folder keeps a copy of it.
     #[arg(long, value_name = "DIR")]
     init_from: Option<PathBuf>,
 
@@ -59,7 +59,8 @@ pub struct Train {
     envs: Option<usize>,
 
     /// Another limit of a cost than the task's own, such as cost=25: what an episode may cost; may be
-    /// given several times. In a task of Python's any objective with a limit is a cost.
+    /// given several times. In a task of Python's any objective with a limit is a cost; it
+    /// has to count from 0 up.
     #[arg(long, value_name = "COST=LIMIT", value_parser = number_of)]
     limit: Vec<(String, f64)>,
 
@@ -208,6 +209,7 @@ impl Train {
             }
             (recipe, None) => recipe,
         };
+        let recipe = if self.init_from.is_some() { recipe.by_its_policy() } else { recipe };
         recipe.with_changes(&self.set)
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use copq::EnvSpec;
+use copq::{EnvSpec, Method};
 use copq_experiments::{Ending, Plan, Run, RunFolder, read_policy};
 
 use crate::options::{note, say};
@@ -90,5 +90,35 @@ fn note_unheeded(recipe: &Recipe, spec: &EnvSpec) {
                 "nothing holds the {cost}'s limit here, its weight is {weight}; {other} holds it"
             ));
         }
+    }
+    if let Recipe::OffPolicy(method) = recipe
+        && let Some(words) = late_cost(method, spec)
+    {
+        note(&words);
+    }
+}
+
+/// What to say where a bound that knows priorities puts a reward before a cost that is to be held.
+fn late_cost(method: &Method, spec: &EnvSpec) -> Option<String> {
+    let knows_order = method.config.constraint.is_some() && method.bound.name() == "cholesky";
+    let reward = spec.objectives.iter().position(|objective| !objective.is_cost())?;
+    let cost = spec.costs().into_iter().find(|&cost| cost > reward).filter(|_| knows_order)?;
+    let [reward, cost] = [reward, cost].map(|i| &spec.objectives[i].name);
+    Some(format!("the bound puts {reward} before {cost}, which is to be held; see --order"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cost_that_is_not_first_is_remarked() {
+        let first = EnvSpec::new("x", 1, 1).cost("cost", 1.0).reward("speed", 1.0);
+        let late = EnvSpec::new("x", 1, 1).reward("speed", 1.0).cost("cost", 1.0);
+        let words = "the bound puts speed before cost, which is to be held; see --order";
+        assert_eq!(late_cost(&Method::cop_cal(), &late).unwrap(), words);
+        assert_eq!(late_cost(&Method::cop_cal(), &first), None);
+        assert_eq!(late_cost(&Method::cal(), &late), None);
+        assert_eq!(late_cost(&Method::cop_td3(), &late), None);
     }
 }

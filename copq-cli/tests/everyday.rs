@@ -210,6 +210,7 @@ fn a_run_begins_with_another_ones_policy_or_like_another() {
     assert_well(&pupil.arg("--init-from").arg(policy).output().unwrap());
     let config = std::fs::read_to_string(path("pupil").join("config.toml")).unwrap();
     assert!(config.contains("init_from = "), "{config}");
+    assert!(config.contains("warm_up = \"policy\""), "it acts from the first step on: {config}");
     assert!(path("pupil").join("policy-init.safetensors").exists());
     let first = |name: &str| {
         let text = std::fs::read_to_string(path(name).join("evaluations.csv")).unwrap();

@@ -126,7 +126,7 @@ pub trait Agent: Send {
 
     /// Takes in one transition; a rule that does not learn has no use for it. On-policy learners
     /// store the sample that they drew, so an action that was overridden is learned as if it had been
-    /// taken.
+    /// taken, and each is observed once.
     fn observe(&mut self, _transition: Transition<'_>) -> Result<()> {
         Ok(())
     }

@@ -3,7 +3,7 @@
 //! An ensemble of K critics gives K guesses at the N values of an action (safety, speed, effort).
 //! copq turns their disagreement into one confidence bound for the whole vector: it factors the
 //! critics' covariance in priority order, so that each objective's bound is conditioned only on
-//! those above it. The lower bound goes into TD targets and the actor, the upper one explores. That
+//! those above it (but where a clip keeps the total from rising). The lower bound goes into TD targets and the actor, the upper one explores. That
 //! is COP-Q; the other ways to be pessimistic (eigenvectors, extreme points, standard deviations,
 //! double-Q minima) are here too, behind one trait, [`Projection`].
 //!

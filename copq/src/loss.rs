@@ -119,6 +119,14 @@ pub(crate) fn check_finite_row(
     }
 }
 
+/// An error if an action is not in agents' units.
+pub(crate) fn check_unit(what: &str, action: &[f32]) -> Result<()> {
+    match action.iter().find(|a| a.abs() > 1.0) {
+        Some(a) => Err(Error::invalid(what, "numbers in [-1, 1]", a)),
+        None => Ok(()),
+    }
+}
+
 /// An error that names the objective whose loss is not finite.
 pub(crate) fn check_finite_losses(losses: &[f64], objectives: &[String], step: u64) -> Result<()> {
     match losses.iter().position(|loss| !loss.is_finite()) {

@@ -43,6 +43,8 @@ struct Pair<'a> {
     std: [&'a [[f64; 2]]; 2],
     correlation: &'a [[f64; 2]],
     weights: [f32; 2],
+    /// The share of these two in the length of all weights.
+    share: f32,
 }
 
 impl Stored {
@@ -61,13 +63,20 @@ impl Stored {
             .find(|(name, _)| *name == format!("correlation/{first}/{second}"))?;
         let mut names = name.strip_prefix("correlation/")?.split('/');
         let names = [names.next()?, names.next()?];
-        let weight = |name: &str| world.weights.get(name).map_or(1.0, |&weight| weight as f32);
+        // What a multiplier makes of a cost counts, where one is reported.
+        let weight = |name: &str| match trace(&format!("multiplier/{name}")) {
+            Some(multiplier) => -at(multiplier, f64::INFINITY) as f32,
+            None => world.weights.get(name).map_or(1.0, |&weight| weight as f32),
+        };
+        let weights = names.map(weight);
+        let share = length(weights) / length(titles.iter().map(|name| weight(name)));
         let std = [trace(&format!("q_std/{first}"))?, trace(&format!("q_std/{second}"))?];
         (!correlation.is_empty()).then_some(Pair {
             names,
             std,
             correlation,
-            weights: names.map(weight),
+            weights,
+            share: if share.is_finite() { share } else { 1.0 },
         })
     }
 }
@@ -80,7 +89,7 @@ impl Pair<'_> {
         }
         let last = self.at(1.0)?;
         for name in BOUNDS {
-            let bound = last.bound(by_name(name)?.as_ref(), &self.weights, -1.0)?;
+            let bound = last.bound(by_name(name)?.as_ref(), &self.weights, -self.share)?;
             plane = plane.arrow(name, [[0.0, 0.0], [bound[0], bound[1]]]);
         }
         Ok(plane)
@@ -90,16 +99,67 @@ impl Pair<'_> {
     fn at(&self, share: f64) -> Result<Disagreement> {
         // Never empty, by `Stored::pair`.
         let step = share * self.correlation.last().map_or(0.0, |point| point[0]);
-        let value = |points: &[[f64; 2]]| {
-            let nearest =
-                points.iter().min_by(|a, b| (a[0] - step).abs().total_cmp(&(b[0] - step).abs()));
-            nearest.map_or(0.0, |point| point[1])
-        };
-        let [first, second] = self.std.map(value);
-        let correlation = value(self.correlation).clamp(-1.0, 1.0);
+        let [first, second] = self.std.map(|points| at(points, step));
+        let correlation = at(self.correlation, step).clamp(-1.0, 1.0);
         let rest = (1.0 - correlation * correlation).sqrt();
         let factor =
             DMatrix::from_row_slice(2, 2, &[first, 0.0, second * correlation, second * rest]);
         Disagreement::with_factor(&DVector::zeros(2), &factor)
+    }
+}
+
+/// A trace's value nearest to a step; the last for one beyond all.
+fn at(points: &[[f64; 2]], step: f64) -> f64 {
+    let step = step.min(points.last().map_or(0.0, |point| point[0]));
+    let nearest = points.iter().min_by(|a, b| (a[0] - step).abs().total_cmp(&(b[0] - step).abs()));
+    nearest.map_or(0.0, |point| point[1])
+}
+
+/// The length of a vector of weights.
+fn length(weights: impl IntoIterator<Item = f32>) -> f32 {
+    weights.into_iter().map(|weight| weight * weight).sum::<f32>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::report::ReportRun;
+
+    #[test]
+    fn the_weights_are_a_multiplier_s_and_a_share_of_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let world = |weights: &[(&str, f64)]| World {
+            name: String::new(),
+            short: String::new(),
+            task: String::new(),
+            limits: BTreeMap::new(),
+            weights: weights.iter().map(|(name, weight)| ((*name).to_owned(), *weight)).collect(),
+            runs: Vec::new(),
+        };
+        let pair = |metrics: &str, evaluations: &str, weights: &[(&str, f64)]| {
+            let path = |name: &str| folder.path().join(name);
+            std::fs::write(path("metrics.csv"), metrics).unwrap();
+            std::fs::write(path("evaluations.csv"), evaluations).unwrap();
+            let run = Stored::read(&ReportRun::new(folder.path()));
+            let pair = run.pair(&world(weights)).unwrap();
+            (pair.weights, pair.share)
+        };
+        let (weights, share) = pair(
+            "step,q_std/cost,q_std/reward,correlation/cost/reward,multiplier/cost\n\
+             10,1,1,0.5,9\n20,1,1,0.5,2\n",
+            "step,weighted_total/mean,return/cost/mean,return/reward/mean\n0,1,1,1\n20,1,1,1\n",
+            &[("cost", 0.0), ("reward", 1.0)],
+        );
+        assert_eq!((weights, share), ([-2.0, 1.0], 1.0));
+        let (weights, share) = pair(
+            "step,q_std/a,q_std/b,correlation/a/b\n20,1,1,0.5\n",
+            "step,weighted_total/mean,return/a/mean,return/b/mean,return/c/mean\n\
+             0,1,1,1,1\n20,1,1,1,1\n",
+            &[("a", 1.0), ("b", 1.0), ("c", 1.0)],
+        );
+        assert_eq!(weights, [1.0, 1.0]);
+        assert!((share - (2f32 / 3.0).sqrt()).abs() < 1e-6, "{share}");
     }
 }

@@ -21,7 +21,8 @@ const SCRIPT: &str = include_str!("page.js");
 /// What the ellipses are.
 const ELLIPSES: &str = "One standard deviation of the critics' values of replayed actions, early, half-way and last \
      in training (from q_std and correlation in metrics.csv, around 0), and where each projection would \
-     put the lower bound at the end, by the task's weights. One seed a method.";
+     put the lower bound of these two at the end, by the task's weights or a cost's multiplier. Other objectives, \
+     which can change the clip, eigen's bound and extremum's, are left out. One seed a method.";
 /// Most runs whose seeds are drawn one by one, and whose figures are drawn for a phone, too: a page of
 /// more is too large for one.
 const SEEDS: usize = 1_000;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::Learner;
 use crate::error::check_len;
-use crate::loss::{check_finite, check_finite_obs, check_finite_row};
+use crate::loss::{check_finite, check_finite_obs, check_finite_row, check_unit};
 use crate::made_by::MadeBy;
 use crate::{
     Agent, Context, EnvSpec, Error, Mode, Net, Normaliser, Observer, Outcome, Replay, Result,
@@ -93,10 +93,7 @@ impl Agent for Learner {
         let hint =
             "the actor's weights have diverged (lower its step size), or the rule that explores";
         check_finite_row("action", action, self.steps, hint)?;
-        match action.iter().find(|a| a.abs() > 1.0) {
-            Some(a) => Err(Error::invalid("an action, as chosen", "numbers in [-1, 1]", a)),
-            None => Ok(()),
-        }
+        check_unit("an action, as chosen", action)
     }
 
     fn observe(&mut self, t: Transition<'_>) -> Result<()> {
@@ -105,6 +102,7 @@ impl Agent for Learner {
         check_finite_obs(t.next_obs, self.steps)?;
         check_finite_obs(t.obs, self.steps)?;
         check_finite_row("action", t.action, self.steps, "the caller passed NaN or infinity")?;
+        check_unit("a transition's action, before EnvSpec::scale_action", t.action)?;
         self.scales.observe(t.next_obs, t.reward)?;
         self.replay.push(t)?;
         if let Some(normaliser) = &mut self.normaliser {

@@ -95,7 +95,7 @@ impl Learner {
             steps: 0,
             updates: 0,
             first_update: config.start_steps,
-            scales: Scales::default(),
+            scales: Scales::new(spec),
             has_warned_of_rounding: false,
             config,
             actor,

@@ -1,6 +1,6 @@
-//! Whether what comes in has a size that float32 networks can learn from.
+//! Whether what comes in has a size that float32 networks can learn from, and costs have their sign.
 
-use crate::{Error, Observer, Result};
+use crate::{EnvSpec, Error, Observer, Result};
 
 /// Numbers beyond this learn badly: networks are made for inputs and values near 1.
 pub(crate) const LARGE: f32 = 1e4;
@@ -9,15 +9,37 @@ pub(crate) const LARGE: f32 = 1e4;
 /// gradients, Adam's second moments, must stay below 3e38.
 const HOPELESS: f32 = 1e15;
 
-/// The largest sizes so far, and whether a word was said about them.
-#[derive(Clone, Copy, Debug, Default)]
+/// Steps over which a cost has to come out positive: in one that falls backwards, a speed is not.
+const WHILE: u64 = 1_000;
+
+/// The largest sizes so far, what costs add up to, and whether a word was said about them.
+#[derive(Clone, Debug)]
 pub(crate) struct Scales {
     obs: f32,
     reward: f32,
     has_warned: bool,
+    /// Steps taken in.
+    steps: u64,
+    costs: Vec<Cost>,
+}
+
+/// One of the objectives under a limit.
+#[derive(Clone, Debug)]
+struct Cost {
+    index: usize,
+    name: String,
+    sum: f64,
+    has_warned: bool,
 }
 
 impl Scales {
+    pub(crate) fn new(spec: &EnvSpec) -> Self {
+        let name = |index: usize| spec.objectives[index].name.clone();
+        let cost = |index| Cost { index, name: name(index), sum: 0.0, has_warned: false };
+        let costs = spec.costs().into_iter().map(cost).collect();
+        Self { obs: 0.0, reward: 0.0, has_warned: false, steps: 0, costs }
+    }
+
     /// Takes in what an environment returned; an error for what no network can learn.
     pub(crate) fn observe(&mut self, obs: &[f32], reward: &[f32]) -> Result<()> {
         let largest = size(reward);
@@ -27,11 +49,20 @@ impl Scales {
         }
         self.obs = size(obs).max(self.obs);
         self.reward = largest.max(self.reward);
+        if self.steps < WHILE {
+            self.steps += 1;
+            self.costs.iter_mut().for_each(|cost| cost.sum += f64::from(reward[cost.index]));
+        }
         Ok(())
     }
 
-    /// Says once that sizes are larger than is good.
+    /// Says once that sizes are larger than is good, and which costs are none.
     pub(crate) fn warn(&mut self, step: u64, is_normalised: bool, log: &mut dyn Observer) {
+        let seen = self.costs.iter_mut().filter(|_| self.steps == WHILE);
+        for cost in seen.filter(|cost| cost.sum < 0.0 && !cost.has_warned) {
+            cost.has_warned = true;
+            log.warn(step, &negative_cost(&cost.name, cost.sum));
+        }
         let obs = if is_normalised { 0.0 } else { self.obs };
         if self.has_warned || obs.max(self.reward) <= LARGE {
             return;
@@ -59,4 +90,11 @@ pub(crate) fn large_obs(size: f32) -> String {
 
 pub(crate) fn large_reward(size: f32) -> String {
     format!("rewards reach {size:.1e}, and networks learn values near 1 to 1,000: scale them")
+}
+
+fn negative_cost(name: &str, sum: f64) -> String {
+    format!(
+        "the cost '{name}' added up to {sum:.1} in {WHILE} steps: a limit from above holds what \
+         counts from 0 up, and nothing that is negative breaks it"
+    )
 }

@@ -27,8 +27,8 @@ use crate::{EnvSpec, Observer, Result, State};
 /// ```
 /// use copq::{Multiplier, Result, State};
 ///
-/// /// Doubles the multiplier of a cost while its limit is broken, and halves it otherwise. The
-/// /// objectives are the cost and a reward.
+/// /// Doubles the multiplier of a cost while its limit is broken, and halves it otherwise, between
+/// /// 0.001 and 1,000. The objectives are the cost and a reward.
 /// #[derive(Debug)]
 /// struct Doubling {
 ///     limit: f32,
@@ -41,7 +41,8 @@ use crate::{EnvSpec, Observer, Result, State};
 ///     fn actor_weights(&self) -> &[f64] { &self.actor_weights }
 ///
 ///     fn observe(&mut self, bound: &[f32]) {
-///         self.weights[0] *= if bound[0] > self.limit { 2.0 } else { 0.5 };
+///         let factor = if bound[0] > self.limit { 2.0 } else { 0.5 };
+///         self.weights[0] = (self.weights[0] * factor).clamp(-1000.0, -0.001);
 ///         self.actor_weights[0] = self.weights[0].into();
 ///     }
 ///
@@ -57,9 +58,11 @@ use crate::{EnvSpec, Observer, Result, State};
 ///     }
 /// }
 ///
-/// // A cost's weight is negative. Learner::multiplier takes such a value.
-/// let mut doubling = Doubling { limit: 10.0, weights: [-1.0, 1.0], actor_weights: [-1.0, 1.0] };
-/// doubling.observe(&[12.0, 5.0]);
+/// // An episode of 1,000 steps may cost 100, and a bound is discounted. A cost's weight is negative.
+/// // Learner::multiplier takes such a value.
+/// let limit = copq::discounted_limit(100.0, 0.99, 1_000) as f32;
+/// let mut doubling = Doubling { limit, weights: [-1.0, 1.0], actor_weights: [-1.0, 1.0] };
+/// doubling.observe(&[12.0, 5.0]); // about 10 are allowed
 /// assert_eq!(doubling.weights(), [-2.0, 1.0]);
 /// ```
 pub trait Multiplier: Debug + Send {

@@ -19,6 +19,15 @@ impl Learner {
         Err(Error::invalid("world that is attended to", wanted, self.world))
     }
 
+    /// An error unless an action waits for what comes of it: what is learned is that very sample.
+    fn take_up_choice(&mut self) -> Result<()> {
+        if std::mem::take(&mut self.worlds[self.world].is_waiting) {
+            return Ok(());
+        }
+        let wanted = "one for each action that Agent::act chose to explore";
+        Err(Error::invalid("transition that an on-policy learner observes", wanted, "another"))
+    }
+
     fn made_by(&self) -> MadeBy<'_> {
         MadeBy {
             method: &self.name,
@@ -75,6 +84,7 @@ impl Agent for Learner {
         check_finite("reward", t.reward, &self.objectives, self.steps)?;
         check_finite_obs(t.next_obs, self.steps)?;
         self.check_world()?;
+        self.take_up_choice()?;
         self.scales.observe(t.next_obs, t.reward)?;
         self.steps += 1;
         if self.epoch.is_full(self.world) {

@@ -35,7 +35,8 @@ pub struct Config {
     /// Rows of a minibatch.
     pub batch: usize,
     /// How far a pass may move the policy: passes end, the critics' too, when KL(old || new), summed
-    /// over action components, is larger. A natural step goes as far as this to second order.
+    /// over action components, is larger. A natural step goes as far as this to second order in the
+    /// mean over components, as OmniSafe's, so that the sum, which is reported, is larger.
     pub target_kl: f64,
     /// How far a ratio of probabilities may move the objective from 1.
     pub clip: f64,

@@ -8,6 +8,8 @@ use crate::EnvSpec;
 pub(super) struct World {
     /// The step that was last chosen.
     pub taken: Taken,
+    /// Whether nothing has come of it yet.
+    pub is_waiting: bool,
     /// What came last, as the world showed it.
     pub obs: Vec<f32>,
     /// The episode's costs so far.
@@ -22,7 +24,7 @@ impl World {
             log_prob: 0.0,
             values: vec![0.0; signals],
         };
-        Self { taken, obs: vec![0.0; spec.obs_len], costs: vec![0.0; costs] }
+        Self { taken, is_waiting: false, obs: vec![0.0; spec.obs_len], costs: vec![0.0; costs] }
     }
 }
 

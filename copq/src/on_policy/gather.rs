@@ -13,7 +13,9 @@ impl Learner {
         self.end_what_was_left(obs)?;
         self.see(obs)?;
         self.worlds[self.world].taken.obs.copy_from_slice(&self.obs);
-        self.sample(noise, action)
+        self.sample(noise, action)?;
+        self.worlds[self.world].is_waiting = true;
+        Ok(())
     }
 
     /// A sample of the policy, as it is stored, and clamped to [-1, 1].

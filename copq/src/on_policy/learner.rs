@@ -119,7 +119,7 @@ impl Learner {
             steps: 0,
             epochs: 0,
             report: Report::default(),
-            scales: Scales::default(),
+            scales: Scales::new(spec),
             obs: Vec::new(),
             deviations: Deviations::default(),
             signals: Vec::with_capacity(held + 1),

@@ -51,6 +51,76 @@ pub type ValueGrad<'a> = &'a mut dyn FnMut(&[f32], &mut [f32]) -> Result<()>;
 /// Its [`Actor::mode`] is the mean, clamped; [`Actor::improve`] is for off-policy learning and may
 /// be an error. What the natural gradient needs beside it ([`GaussianPolicy::gradient`] and what follows)
 /// may be left out by networks that only learn by clipped steps.
+///
+/// ```
+/// use copq::on_policy::{
+///     Config, Descent, GaussianPolicy, Normal, NormalGrad, NormalGradient, Rows, StateValue, ValueGrad,
+///     update,
+/// };
+/// use copq::{ActionGrad, Actor, Error, Net, Result};
+///
+/// /// One mean for all observations, and a deviation of 1 that stays.
+/// struct Everywhere(f32);
+///
+/// impl Actor for Everywhere {
+///     fn action_len(&self) -> usize {
+///         1
+///     }
+///     fn mode(&mut self, _: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {
+///         self.means(obs, action)?;
+///         action.iter_mut().for_each(|action| *action = action.clamp(-1.0, 1.0));
+///         Ok(())
+///     }
+///     fn improve(&mut self, _: &[f32], _: &[f32], _: ActionGrad<'_>) -> Result<()> {
+///         Err(Error::Unsupported { what: "off-policy learning".to_owned() })
+///     }
+///     fn update_target(&mut self, _: f32) -> Result<()> {
+///         Ok(())
+///     }
+/// }
+///
+/// impl GaussianPolicy for Everywhere {
+///     fn log_std(&self) -> &[f32] {
+///         &[0.0]
+///     }
+///     fn means(&mut self, _: &[f32], mean: &mut [f32]) -> Result<()> {
+///         mean.fill(self.0);
+///         Ok(())
+///     }
+///     fn descend(&mut self, obs: &[f32], step: Descent, grad: NormalGrad<'_>) -> Result<()> {
+///         let mean = vec![self.0; obs.len()];
+///         let mut gradient = vec![0.0; obs.len()];
+///         let of = NormalGradient { mean: &mut gradient, log_std: &mut [0.0] };
+///         grad(Normal { mean: &mean, log_std: &[0.0] }, of)?;
+///         self.0 -= step.lr as f32 * gradient.iter().sum::<f32>();
+///         Ok(())
+///     }
+/// }
+///
+/// # struct Nothing;
+/// # impl StateValue for Nothing {
+/// #     fn values(&mut self, _: &[f32], value: &mut [f32]) -> Result<()> {
+/// #         value.fill(0.0);
+/// #         Ok(())
+/// #     }
+/// #     fn descend(&mut self, _: &[f32], _: Descent, _: ValueGrad<'_>) -> Result<()> {
+/// #         Ok(())
+/// #     }
+/// # }
+/// // Of two steps the one to the right was better than expected, the other worse.
+/// let rows = Rows {
+///     obs: vec![0.0; 2],
+///     action: vec![0.5, -0.5],
+///     log_prob: vec![-1.04; 2], // of N(0, 1) there
+///     advantages: vec![vec![1.0, -1.0]],
+///     targets: vec![vec![0.0; 2]],
+/// };
+/// let mut policy = Everywhere(0.0);
+/// let critics: &mut [Box<dyn StateValue>] = &mut [Box::new(Nothing)];
+/// update(&Config::default(), &rows, &[], 0.1, &mut policy, critics, &mut |_| {})?;
+/// assert!(policy.0 > 0.05);
+/// # Ok::<(), Error>(())
+/// ```
 pub trait GaussianPolicy: Actor {
     /// log of the deviations, one an action component.
     fn log_std(&self) -> &[f32];

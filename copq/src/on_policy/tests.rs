@@ -371,6 +371,36 @@ fn deterministic_actions_are_means_and_move_nothing() {
 }
 
 #[test]
+fn what_is_observed_was_chosen_just_before() {
+    let reference = read(include_str!("../../tests/data/on_policy/rollout.json"));
+    let env = script(&reference["script"], 12, 1.0);
+    let backend = Stored(&reference["networks"], 0.into());
+    let mut learner = Learner::new(Method::ppo_lag(), env.spec(), &backend, 0).unwrap();
+    let obs = [1.0, 2.0, 3.0, 4.0];
+    let mut observe = |mode: &[Mode]| {
+        let mut action = [0.0; 2];
+        mode.iter().for_each(|&mode| learner.act(&obs, mode, &mut action).unwrap());
+        let (outcome, action) = (Outcome::Running, &action);
+        learner.observe(Transition {
+            obs: &obs,
+            action,
+            reward: &[0.0; 2],
+            next_obs: &obs,
+            outcome,
+        })
+    };
+    let error = observe(&[]).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "transition that an on-policy learner observes: wanted one for each action that Agent::act \
+         chose to explore, got another"
+    );
+    observe(&[Mode::Exploit]).unwrap_err();
+    observe(&[Mode::Explore, Mode::Exploit]).unwrap();
+    observe(&[]).unwrap_err();
+}
+
+#[test]
 fn an_update_without_what_it_needs_is_an_error() {
     let rows =
         Rows { log_prob: vec![0.0; 4], obs: vec![0.0; 4], action: vec![0.0; 4], ..Rows::default() };

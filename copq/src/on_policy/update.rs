@@ -9,6 +9,20 @@ use crate::{Error, Result};
 
 /// An epoch's steps, ready to be learned from. Signals are the reward, then the costs that have
 /// critics.
+///
+/// ```
+/// use copq::on_policy::Rows;
+///
+/// // Two steps of a world with one number to see and one to choose, whose only signal is the reward.
+/// let rows = Rows {
+///     obs: vec![0.1, 0.2],
+///     action: vec![0.5, -0.5],
+///     log_prob: vec![-1.0, -1.1],
+///     advantages: vec![vec![1.0, -1.0]],
+///     targets: vec![vec![3.0, 2.0]],
+/// };
+/// assert_eq!(rows.len(), 2);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rows {
     /// Observations as the networks see them, `rows x observation`.
@@ -74,7 +88,8 @@ impl Rows {
 }
 
 /// Learns from one epoch's rows: the policy by the method's step, each critic by its targets. What
-/// a [`Learner`](super::Learner) does at the end of an epoch, for those who gather their own.
+/// a [`Learner`](super::Learner) does at the end of an epoch, for those who gather their own
+/// ([`GaussianPolicy`] has an example).
 ///
 /// `multipliers` has one number for each critic of a cost, `critics` the reward's first. `shuffle`
 /// puts the rows' numbers into the order of a pass's minibatches.

@@ -299,15 +299,56 @@ fn logs_explain_the_run() {
     assert_abs_diff_eq!(weights, 1.0, epsilon = 1e-12);
 }
 
+/// Keeps the warnings.
+struct Words(Vec<String>);
+
+impl Observer for Words {
+    fn scalar(&mut self, _: u64, _: &str, _: f64) {}
+    fn warn(&mut self, _: u64, text: &str) {
+        self.0.push(text.to_owned());
+    }
+}
+
+#[test]
+fn a_cost_that_counts_downwards_is_a_warning() {
+    let words = |cost: f32| {
+        let spec = Toy::constrained().spec;
+        let critic = Box::new(toy::LinearCritics::new(3, 2, 0.02, 0));
+        let actor = Box::new(toy::LinearActor::new(0.005));
+        let method = toy::method(Config { start_steps: 2_000, ..toy::config() });
+        let mut learner = Learner::with_networks(method, &spec, critic, actor, 0).unwrap();
+        let mut words = Words(Vec::new());
+        for step in 0..1_500 {
+            // Now and then it is on the other side of zero.
+            let cost = if step % 3 == 0 { -cost } else { cost };
+            let (obs, action, reward) = (&[0.5], &[0.1], &[cost, 0.0]);
+            let outcome = Outcome::Running;
+            learner.observe(Transition { obs, action, reward, next_obs: obs, outcome }).unwrap();
+            learner.update(&mut words).unwrap();
+        }
+        words.0
+    };
+    assert!(words(0.1).is_empty());
+    let warned = words(-0.1);
+    assert!(
+        warned.len() == 1 && warned[0].starts_with("the cost 'cost' added up to -33.2 in 1000")
+    );
+}
+
+#[test]
+fn an_action_in_an_environment_s_units_is_an_error() {
+    let mut learner = toy::learner(toy::method(toy::config()), 3, 0);
+    let (obs, action, reward, outcome) = (&[0.5], &[1.5], &[0.0; 2], Outcome::Running);
+    let transition = Transition { obs, action, reward, next_obs: obs, outcome };
+    let error = learner.observe(transition).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "a transition's action, before EnvSpec::scale_action: wanted numbers in [-1, 1], got 1.5"
+    );
+}
+
 #[test]
 fn rewards_that_no_network_can_learn_are_an_error_and_large_ones_a_warning() {
-    struct Words(Vec<String>);
-    impl Observer for Words {
-        fn scalar(&mut self, _: u64, _: &str, _: f64) {}
-        fn warn(&mut self, _: u64, text: &str) {
-            self.0.push(text.to_owned());
-        }
-    }
     let learn = |size: f32| {
         let mut learner = toy::learner(toy::method(toy::config()), 3, 0);
         let mut words = Words(Vec::new());
