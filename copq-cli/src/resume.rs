@@ -24,8 +24,8 @@ pub struct Resume {
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     steps: Option<u64>,
 
-    /// Goes back to the checkpoint before the last one, if that is damaged; it stays as
-    /// checkpoint.damaged.safetensors.
+    /// Goes back to the checkpoint before the last one, which stays as
+    /// checkpoint.damaged.safetensors, or as checkpoint.later.safetensors if it is sound.
     #[arg(long)]
     previous: bool,
 
@@ -54,9 +54,9 @@ impl Resume {
         let init = saved::init(&self.run, &plan)?;
         let ending = train(recipe, plan, init, Some(&self.run), |recipe, plan| {
             saved::note_other_build(&self.run);
-            let folder = recipe.resume(&self.run, plan)?;
-            if self.previous {
-                folder.go_back()?;
+            let mut folder = recipe.resume(&self.run, plan)?;
+            if self.previous && folder.go_back()? {
+                note("the last checkpoint is sound: it is left on purpose, as checkpoint.later");
             }
             Ok(folder)
         })?;

@@ -14,11 +14,21 @@ pub(crate) struct Checkpoints {
     folder: PathBuf,
     keep: usize,
     replay: SavedReplay,
+    /// Where a run that goes back will go on.
+    back: Option<Back>,
+}
+
+/// An older checkpoint that shall become the newest.
+#[derive(Clone, Copy, Debug)]
+struct Back {
+    age: usize,
+    /// What becomes of the newest: it is damaged, or left on purpose.
+    aside: &'static str,
 }
 
 impl Checkpoints {
     pub(crate) fn new(folder: &Path, run: &RunSettings) -> Self {
-        Self { folder: folder.to_owned(), keep: run.keep, replay: run.replay }
+        Self { folder: folder.to_owned(), keep: run.keep, replay: run.replay, back: None }
     }
 
     /// Replaces the checkpoint by one that is read back before it takes its place; those before
@@ -58,9 +68,17 @@ impl Checkpoints {
         move_if_there(aside, &self.file(1))
     }
 
-    /// The last checkpoint; none if the run was stopped before the first. The error for a damaged
-    /// or lost one says whether there is one before it.
+    /// The file that a run goes on from.
+    pub(crate) fn start(&self) -> PathBuf {
+        self.file(self.back.map_or(0, |back| back.age))
+    }
+
+    /// The last checkpoint, or the one to go back to; none if the run was stopped before the first.
+    /// The error for a damaged or lost one says whether there is one before it.
     pub(crate) fn load(&self) -> Result<Option<State>> {
+        if self.back.is_some() {
+            return State::read_file(self.start()).map(Some);
+        }
         let path = self.file(0);
         let older = self.older();
         if !path.exists() && older.is_none() {
@@ -77,24 +95,43 @@ impl Checkpoints {
         })
     }
 
-    /// Goes back to the checkpoint before the last one, which stays as
-    /// `checkpoint.damaged.safetensors`.
-    pub(crate) fn go_back(&self) -> Result<()> {
-        let newest = self.file(0);
+    /// The run shall go on from the checkpoint before the last one; whether the last one reads back
+    /// well. Nothing moves before [`Checkpoints::take_up`].
+    pub(crate) fn go_back(&mut self) -> Result<bool> {
         let Some(age) = self.older() else {
             let what = format!("run folder '{}'", self.folder.display());
             return Err(Error::invalid(what, "a checkpoint before the last", "none"));
         };
-        State::read_file(self.file(age))?;
+        let is_sound = State::read_file(self.file(0)).is_ok();
+        self.back = Some(Back { age, aside: if is_sound { "later" } else { "damaged" } });
+        Ok(is_sound)
+    }
+
+    /// Makes the checkpoint that a run goes back to the newest.
+    pub(crate) fn take_up(&mut self) -> Result<()> {
+        let Some(Back { age, aside }) = self.back else { return Ok(()) };
+        let newest = self.file(0);
         if newest.exists() {
-            link(&newest, &self.folder.join("checkpoint.damaged.safetensors"))?;
+            link(&newest, &self.aside(aside))?;
         }
         // At every moment there is a newest one.
         move_if_there(&self.file(age), &newest)?;
         for older in age + 1..=MAX_KEEP {
             move_if_there(&self.file(older), &self.file(older - age))?;
         }
+        self.back = None;
         Ok(())
+    }
+
+    /// The first name for a checkpoint laid aside that none has yet.
+    fn aside(&self, word: &str) -> PathBuf {
+        let mut file = self.folder.join(format!("checkpoint.{word}.safetensors"));
+        let mut number = 2;
+        while file.exists() {
+            file = self.folder.join(format!("checkpoint.{word}-{number}.safetensors"));
+            number += 1;
+        }
+        file
     }
 
     /// The age of the checkpoint before the newest.

@@ -168,9 +168,10 @@ impl RunFolder {
     }
 
     /// Takes a run up again that [`RunFolder::resume`] has looked at: its configuration says what is
-    /// wanted now, and it is neither done nor failed. For those who train without a
-    /// [`Run`](crate::Run).
+    /// wanted now, it is neither done nor failed, and if it goes back, its checkpoint is the one
+    /// before. For those who train without a [`Run`](crate::Run).
     pub fn take_up(&mut self) -> Result<()> {
+        self.checkpoints.take_up()?;
         if let Some(config) = self.changed.take() {
             files::replace(&self.file("config.toml"), config.as_bytes())?;
         }
@@ -213,8 +214,9 @@ impl RunFolder {
         self.checkpoints.save(state)
     }
 
-    /// The last checkpoint; none if the run was stopped before the first. The error for a damaged
-    /// or lost one says whether there is one before it.
+    /// The last checkpoint, or the one before it ([`RunFolder::go_back`]); none if the run was
+    /// stopped before the first. The error for a damaged or lost one says whether there is one before
+    /// it.
     pub fn load(&self) -> Result<Option<State>> {
         self.checkpoints.load()
     }
@@ -225,10 +227,16 @@ impl RunFolder {
         files::replace(&self.file(DONE), format!("{}\n", self.fingerprint).as_bytes())
     }
 
-    /// Goes back to the checkpoint before the last one, which stays as
-    /// `checkpoint.damaged.safetensors`.
-    pub fn go_back(&self) -> Result<()> {
+    /// Goes back to the checkpoint before the last one, as soon as the run is taken up; whether the
+    /// last one reads back well. It stays: as `checkpoint.later.safetensors` if it does, or else as
+    /// `checkpoint.damaged.safetensors`, with a number behind it where there is such a file.
+    pub fn go_back(&mut self) -> Result<bool> {
         self.checkpoints.go_back()
+    }
+
+    /// The checkpoint's file that [`RunFolder::load`] reads.
+    pub(crate) fn start(&self) -> PathBuf {
+        self.checkpoints.start()
     }
 }
 

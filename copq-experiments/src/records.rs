@@ -45,10 +45,10 @@ impl Pace {
 }
 
 impl Records {
-    /// Opens or makes the files, and drops the rows that a run which goes on from `saved`, where its
-    /// trainer stands, will write again.
+    /// Takes the run up if its rows fit: opens or makes the files, and drops the rows that a run which
+    /// goes on from `saved`, where its trainer stands, will write again.
     pub(crate) fn open(
-        folder: &RunFolder,
+        folder: &mut RunFolder,
         settings: &RunSettings,
         saved: Option<&State>,
         trainer: &Trainer,
@@ -70,6 +70,8 @@ impl Records {
             table(EVALUATIONS, settings.eval_every)?,
             table(TIMINGS, settings.log_every)?,
         ];
+        // Before the rows after its checkpoint go, which one that is left aside wants.
+        folder.take_up()?;
         let start = |name: &str, rows: &Sheet| Table::start(&folder.file(name), rows);
         let mut metrics = Metrics::of(start(METRICS, &rows[0])?);
         if let Some(saved) = saved {

@@ -100,8 +100,7 @@ impl Run {
             go_on(&mut trainer, &folder, saved)?;
         }
         let step = trainer.steps();
-        let records = Records::open(&folder, &settings, saved.as_ref(), &trainer)?;
-        folder.take_up()?;
+        let records = Records::open(&mut folder, &settings, saved.as_ref(), &trainer)?;
         Ok(Self {
             records,
             progress: Progress::new(step, settings.steps, &folder.file("log.txt")),
@@ -302,10 +301,7 @@ impl Run {
 
 fn go_on(trainer: &mut Trainer, folder: &RunFolder, saved: &State) -> Result<()> {
     let loaded = saved.child("trainer").and_then(|saved| trainer.load(saved));
-    loaded.map_err(|e| {
-        let file = folder.file("checkpoint.safetensors");
-        Error::other(format!("going on from '{}'", file.display()), e)
-    })
+    loaded.map_err(|e| Error::other(format!("going on from '{}'", folder.start().display()), e))
 }
 
 /// What to do about a world that cannot be saved.

@@ -133,18 +133,52 @@ fn a_damaged_checkpoint_has_one_before_it() {
     bytes[middle] ^= 4;
     std::fs::write(&newest, bytes).unwrap();
     let plan = plan(5, 900);
-    let folder = open(&path, &plan);
+    let mut folder = open(&path, &plan);
     let error = folder.load().unwrap_err().to_string();
     assert!(
         error.contains("RunFolder::go_back goes on from it") && error.contains("array '"),
         "{error}"
     );
-    folder.go_back().unwrap();
-    drop(folder);
+    assert!(!folder.go_back().unwrap(), "it is damaged");
+    drop(point_mass::run(folder, &plan));
     assert_eq!(steps_saved(&path), 600);
     assert!(path.join("checkpoint.damaged.safetensors").exists());
     train(&path, 5, 900);
     assert_same(&whole, &path);
+}
+
+#[test]
+fn going_back_in_vain_moves_nothing_and_what_is_laid_aside_stays() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("run");
+    let mut plan = plan(5, 900);
+    plan.run.keep = 3;
+    point_mass::run(open(&path, &plan), &plan).silent().train().unwrap();
+    let names = ["", ".1", ".2"].map(|age| path.join(format!("checkpoint{age}.safetensors")));
+    let read = || names.each_ref().map(|name| std::fs::read(name).unwrap());
+    let before = read();
+    let back = || {
+        let mut folder = open(&path, &plan);
+        assert!(folder.go_back().unwrap(), "the last one is sound");
+        let env = Some(Box::new(PointMass::new()) as Box<dyn Env>);
+        Run::new(point_mass::trainer(5), env, folder, plan.run)
+    };
+    let rows = path.join("evaluations.csv");
+    let sound = std::fs::read_to_string(&rows).unwrap();
+    std::fs::write(&rows, sound.replacen("\n250,", "\nx,", 1)).unwrap();
+    for _ in 0..2 {
+        assert!(back().unwrap_err().to_string().starts_with("line "));
+        assert!(read() == before);
+    }
+    std::fs::write(&rows, sound).unwrap();
+    for step in [600, 300] {
+        drop(back().unwrap());
+        assert_eq!(steps_saved(&path), step);
+    }
+    for (name, wanted) in [("later", &before[0]), ("later-2", &before[1])] {
+        let file = path.join(format!("checkpoint.{name}.safetensors"));
+        assert!(std::fs::read(file).unwrap() == *wanted, "{name}");
+    }
 }
 
 #[test]
