@@ -6,7 +6,9 @@ use copq::error::check_len;
 use copq::on_policy::{self, SauteConfig};
 use copq::{ActorKind, Config, Env, EnvSpec, Error, Networks, Policy};
 use copq_candle::Candle;
-use copq_experiments::{MadeWith, Plan, read_checkpoint, read_config, read_plan, read_policy};
+use copq_experiments::{
+    MadeWith, Plan, policy_checksum, read_checkpoint, read_config, read_plan, read_policy,
+};
 
 use crate::options::note;
 use crate::recipe::{Recipe, is_on_policy};
@@ -39,6 +41,22 @@ pub fn init(folder: &Path, plan: &Plan) -> copq::Result<Option<PathBuf>> {
         Some(_) if copy.is_file() => Ok(Some(copy)),
         Some(from) => policy_file(from).map(Some),
     }
+}
+
+/// The checksum of a policy's file.
+pub fn checksum(file: &Path) -> copq::Result<String> {
+    Ok(policy_checksum(&read_policy(file)?))
+}
+
+/// An error if the policy that a run begins with is not the one that its plan knows.
+pub fn check_init(file: &Path, plan: &Plan) -> copq::Result<()> {
+    let Some(wanted) = &plan.init_checksum else { return Ok(()) };
+    let got = checksum(file)?;
+    if got == *wanted {
+        return Ok(());
+    }
+    let what = format!("'{}', with which the run begins", file.display());
+    Err(Error::invalid(what, format!("the policy of checksum {wanted}"), got))
 }
 
 /// The policy's file of a run's folder, the best one if there is one; or the file itself.

@@ -161,7 +161,7 @@ pub struct Prepared {
 
 impl Train {
     pub fn run(self) -> anyhow::Result<()> {
-        let Prepared { recipe, plan, name } = self.prepare()?;
+        let Prepared { recipe, mut plan, name } = self.prepare()?;
         let folder = self.out.unwrap_or_else(|| PathBuf::from("runs").join(name));
         // A run like another begins with that one's own copy of a policy.
         let copy =
@@ -170,6 +170,7 @@ impl Train {
             Some(copy) => Some(copy),
             None => plan.init_from.as_deref().map(saved::policy_file).transpose()?,
         };
+        plan.init_checksum = init.as_deref().map(saved::checksum).transpose()?;
         let open = |recipe: &Recipe, plan: &Plan| Ok(recipe.create(&folder, plan)?);
         leave(&train(recipe, plan, init, None, open)?)
     }

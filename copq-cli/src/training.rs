@@ -32,6 +32,7 @@ pub fn train(
     open: impl FnOnce(&Recipe, &Plan) -> anyhow::Result<RunFolder>,
 ) -> anyhow::Result<Ending> {
     plan.check()?;
+    init.as_deref().map_or(Ok(()), |file| saved::check_init(file, &plan))?;
     // The worlds to learn in, and below another one to be evaluated in.
     let env = make_env(&plan, recipe.saute(), run)?;
     note_unheeded(&recipe, env.spec());

@@ -1,6 +1,6 @@
 //! What a run is, as a short text: the same for the same numbers.
 
-use copq::{Error, Result};
+use copq::{Error, Result, State, Value};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
@@ -26,8 +26,47 @@ pub fn fingerprint<S: Serialize>(plan: &Plan, settings: &S) -> Result<String> {
     let plan = table(&plan.without_keeping())?;
     // Tables are sorted by their keys, so equal ones are equal texts.
     let text = format!("{plan}\n{}", table(settings)?);
-    let digest = Sha256::digest(text.as_bytes());
-    Ok(digest[..8].iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(letters(Sha256::new_with_prefix(text)))
+}
+
+/// Sixteen letters that are the same for two policies if all that [`read_policy`](crate::read_policy)
+/// finds in their files is, whichever format these have.
+///
+/// ```
+/// use copq::State;
+/// use copq_experiments::policy_checksum;
+///
+/// let policy = |weight: f32| {
+///     let mut state = State::default();
+///     state.child_mut("actor").put("weight", [weight]);
+///     state
+/// };
+/// assert_eq!(policy_checksum(&policy(0.5)), policy_checksum(&policy(0.5)));
+/// assert_ne!(policy_checksum(&policy(0.5)), policy_checksum(&policy(0.6)));
+/// ```
+pub fn policy_checksum(policy: &State) -> String {
+    fn take_in(state: &State, digest: &mut Sha256) {
+        for (name, value) in state.values() {
+            digest.update(name);
+            match value {
+                Value::F32(values) => values.iter().for_each(|v| digest.update(v.to_le_bytes())),
+                Value::F64(values) => values.iter().for_each(|v| digest.update(v.to_le_bytes())),
+                Value::U64(values) => values.iter().for_each(|v| digest.update(v.to_le_bytes())),
+                Value::U8(values) => digest.update(values),
+            }
+        }
+        for (name, child) in state.children() {
+            digest.update(name);
+            take_in(child, digest);
+        }
+    }
+    let mut digest = Sha256::new();
+    take_in(policy, &mut digest);
+    letters(digest)
+}
+
+fn letters(digest: Sha256) -> String {
+    digest.finalize()[..8].iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn table<S: Serialize>(value: &S) -> Result<toml::Table> {
@@ -49,17 +88,18 @@ mod tests {
         let mut kept = base.clone();
         (kept.run.keep, kept.run.checkpoint_every, kept.threads) = (7, 1, 3);
         assert_eq!(of(&kept, &method.config), usual);
-        let mut plans = vec![base.clone(); 5];
+        let mut plans = vec![base.clone(); 6];
         plans[0].run.steps += 1;
         plans[1].run.seed += 1;
         plans[2].task = "a/ant".to_owned();
         plans[3].order = Some("vsc".to_owned());
         plans[4].limits.insert("cost".to_owned(), 1.0);
+        plans[5].init_checksum = Some("1a2b".to_owned());
         let mut all: Vec<_> = plans.iter().map(|plan| of(plan, &method.config)).collect();
         all.push(of(&base, &Config { tau: 0.006, ..method.config.clone() }));
         all.push(usual);
         all.sort();
         all.dedup();
-        assert_eq!(all.len(), 7);
+        assert_eq!(all.len(), 8);
     }
 }

@@ -75,6 +75,9 @@ pub struct Plan {
     /// The run's folder or policy's file that its policy begins with, if it does not begin anew.
     #[serde(default)]
     pub init_from: Option<PathBuf>,
+    /// What that policy was when the run began: its [`policy_checksum`](crate::policy_checksum).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub init_checksum: Option<String>,
     /// Worlds that take their steps together.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub envs: usize,
@@ -243,6 +246,7 @@ impl Plan {
             env_timeout: None,
             versions: None,
             init_from: None,
+            init_checksum: None,
             envs: 1,
             threads: 1,
             run: RunSettings::default(),

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use clap::Parser;
 use copq_experiments::paper::Paper;
-use copq_experiments::{Plan, fingerprint, quoted, read_done};
+use copq_experiments::{Plan, fingerprint, quoted, read_done, read_plan};
 
 use super::raw::{Combination, Options, REPEATED, Raw};
 use super::report::check_paper;
+use crate::saved;
 use crate::train::{Prepared, Train};
 use crate::training::try_out;
 
@@ -58,13 +59,7 @@ impl Task {
 
     /// What it would train; an error for options that do not fit.
     pub fn prepare(&self) -> anyhow::Result<Prepared> {
-        prepare(&self.arguments)
-    }
-
-    /// The same in another folder.
-    fn moved(mut self, out: &Path) -> Self {
-        self.folder = out.join(self.folder.file_name().unwrap_or_default());
-        self
+        Ok(Prepared { plan: self.plan.clone(), ..prepare(&self.arguments)? })
     }
 
     /// Whether nothing is left to do.
@@ -74,7 +69,7 @@ impl Task {
 
     fn new(combination: &Combination, out: &Path, file: &str) -> anyhow::Result<Self> {
         let arguments = arguments(&combination.options).with_context(|| format!("'{file}'"))?;
-        let prepared = prepare(&arguments)
+        let mut prepared = prepare(&arguments)
             .with_context(|| format!("'{file}', copq train {}", arguments.join(" ")))?;
         let name = combination.name.as_ref();
         let name = name.map_or(String::new(), |name| format!("{name}-")) + &prepared.name;
@@ -83,8 +78,10 @@ impl Task {
             "'{file}': wanted a folder's name of at most {LONGEST} letters (name an arm), got {name}"
         );
         let settings = prepared.recipe.settings()?;
+        let folder = out.join(name);
+        prepared.plan.init_checksum = init_checksum(&prepared.plan, &folder);
         Ok(Self {
-            folder: out.join(name),
+            folder,
             arm: combination.name.clone(),
             fingerprint: fingerprint(&prepared.plan, &settings)?,
             settings,
@@ -92,6 +89,17 @@ impl Task {
             options: combination.options.clone(),
             arguments,
         })
+    }
+}
+
+/// The checksum of the policy that a run begins with. One that began before checksums were written
+/// goes on without; of a policy that is gone, what its run has written is what there is.
+fn init_checksum(plan: &Plan, folder: &Path) -> Option<String> {
+    let from = plan.init_from.as_deref()?;
+    let now = saved::policy_file(from).and_then(|file| saved::checksum(&file)).ok();
+    match read_plan(folder) {
+        Ok(begun) => begun.init_checksum.map(|then| now.unwrap_or(then)),
+        Err(_) => now,
     }
 }
 
@@ -110,16 +118,21 @@ fn prepare(arguments: &[String]) -> anyhow::Result<Prepared> {
 impl SweepFile {
     /// All runs, each of them checked.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
-        Self::read_within(path, &mut Vec::new())
+        Self::read_within(path, None, &mut Vec::new())
     }
 
-    /// The same of a file that others have named.
-    fn read_within(path: &Path, others: &mut Vec<PathBuf>) -> anyhow::Result<Self> {
+    /// The same of a file that others have named, in the first one's folder.
+    fn read_within(
+        path: &Path,
+        out: Option<&Path>,
+        others: &mut Vec<PathBuf>,
+    ) -> anyhow::Result<Self> {
         let shown = path.display().to_string();
         let this = path.canonicalize().with_context(|| format!("reading '{shown}'"))?;
         ensure!(!others.contains(&this), "'{shown}': wanted files that do not name each other");
         others.push(this);
-        let (raw, out) = Raw::read(path)?;
+        let (raw, own) = Raw::read(path)?;
+        let out = out.map_or(own, Path::to_owned);
         let mut known = BTreeMap::new();
         let mut tasks = Vec::new();
         for combination in raw.combinations().with_context(|| format!("'{shown}'"))? {
@@ -136,11 +149,10 @@ impl SweepFile {
         let mut paper = raw.paper();
         for file in &raw.files {
             let file = path.parent().unwrap_or(Path::new("")).join(file);
-            let other = Self::read_within(&file, others)
+            let other = Self::read_within(&file, Some(&out), others)
                 .with_context(|| format!("'{shown}' has files, one of them {}", file.display()))?;
             paper = paper.and(other.paper);
             for task in other.tasks {
-                let task = task.moved(&out);
                 match known.insert(task.folder.clone(), task.fingerprint.clone()) {
                     None => tasks.push(task),
                     Some(before) => ensure!(

@@ -192,7 +192,14 @@ fn check_new_seed(label: &str, numbers: &[u64], number: Option<u64>) -> Result<(
 /// An error unless two runs differ in nothing but seed, length and cadence.
 fn check_same_method(label: &str, first: Option<&Config>, other: Option<&Config>) -> Result<()> {
     let (Some(first), Some(other)) = (first, other) else { return Ok(()) };
-    let name = |plan: &Plan| Plan { run: first.plan.run, ..plan.clone() }.folder_name();
+    let name = |plan: &Plan| {
+        let name = Plan { run: first.plan.run, ..plan.clone() }.folder_name();
+        let policy = plan.init_from.as_ref().map_or(String::new(), |from| {
+            let checksum = plan.init_checksum.as_deref().unwrap_or("of no known checksum");
+            format!(" from {} ({checksum})", from.display())
+        });
+        name + &policy
+    };
     let differing = |wanted: String, got: String| {
         let wanted = format!("seeds of {wanted} (another label for another method)");
         Err(Error::invalid(format!("runs called '{label}'"), wanted, got))

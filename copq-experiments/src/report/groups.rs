@@ -258,10 +258,14 @@ fn of_plan(run: &Stored) -> Traits {
     let Some(plan) = run.plan() else { return Traits::new() };
     let from = plan.init_from.as_ref().map(|from| from.display().to_string());
     let envs = (plan.envs > 1).then(|| plan.envs.to_string());
-    [("bound", plan.bound.clone()), ("order", plan.order.clone()), ("envs", envs), ("from", from)]
-        .into_iter()
-        .filter_map(|(name, value)| Some((name.to_owned(), value?)))
-        .collect()
+    let traits = [
+        ("bound", plan.bound.clone()),
+        ("order", plan.order.clone()),
+        ("envs", envs),
+        ("from", from),
+        ("policy", plan.init_checksum.clone()),
+    ];
+    traits.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect()
 }
 
 fn critics(run: &Stored) -> Traits {
