@@ -321,6 +321,30 @@ fn a_task_says_by_its_code_what_has_become_of_it() {
     assert!(status.contains("| stopped |"), "{status}");
 }
 
+/// As the system does where no memory is left.
+#[cfg(unix)]
+#[test]
+fn a_killed_run_says_how_it_ended() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    write(folder, "[grid]\nseed = [0]\nsteps = [400000]\nset = [\"start_steps=500000\"]\n");
+    let status = || text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
+    let mut pool = sweep(folder, &["run", "tiny.toml"]);
+    let pool = pool.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let begun = Instant::now();
+    let process = loop {
+        assert!(begun.elapsed() < Duration::from_secs(60), "it does not begin");
+        let status = status();
+        if let Some((_, words)) = status.split_once(": process ") {
+            break words.split(' ').next().unwrap().to_owned();
+        }
+    };
+    assert!(Command::new("kill").args(["-KILL", &process]).status().unwrap().success());
+    let words = text(&pool.wait_with_output().unwrap());
+    assert!(words.contains("failed: ended by signal: 9 (SIGKILL)"), "{words}");
+    assert!(status().contains("ended by signal: 9 (SIGKILL)"), "{}", status());
+}
+
 #[test]
 fn what_is_submitted_is_written_down() {
     let temporary = tempfile::tempdir().unwrap();

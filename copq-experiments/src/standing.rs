@@ -95,7 +95,15 @@ fn complaint(folder: &Path) -> Option<String> {
     let text = tail(&complaint_file(folder))?;
     let error = text.lines().find_map(|line| line.strip_prefix("Error: "));
     let last = text.lines().rfind(|line| !line.trim().is_empty());
-    error.or(last).map(str::to_owned)
+    panic(&text).or_else(|| error.or(last).map(str::to_owned))
+}
+
+/// Where a process panicked, and what it said then.
+fn panic(text: &str) -> Option<String> {
+    let mut lines = text.lines();
+    let place =
+        lines.find_map(|line| line.strip_prefix("thread '")?.split_once(" panicked at "))?.1;
+    Some(format!("panicked at {place} {}", lines.next().unwrap_or_default()))
 }
 
 /// Steps that a run has reported in `metrics.csv`, 0 if it has none.
@@ -152,7 +160,11 @@ mod tests {
         let words = complaint_file(&folder);
         std::fs::write(&words, "note: a\nError: settings differ\n\nCaused by: b\n").unwrap();
         assert_eq!(Standing::of(&folder), Standing::Failed("settings differ".to_owned()));
-        std::fs::write(&words, "thread 'main' panicked\nat there\n\n").unwrap();
-        assert_eq!(failure(&folder).as_deref(), Some("at there"));
+        let note = "note: run with `RUST_BACKTRACE=1` environment variable to display a backtrace";
+        let panic = format!("thread 'main' (7) panicked at a.rs:1:2:\nindex 3 of 2\n{note}\n");
+        std::fs::write(&words, format!("step 5: 1.0\n{panic}\nError: ended\n")).unwrap();
+        assert_eq!(failure(&folder).as_deref(), Some("panicked at a.rs:1:2: index 3 of 2"));
+        std::fs::write(&words, "libphysics: no such file\n\n").unwrap();
+        assert_eq!(failure(&folder).as_deref(), Some("libphysics: no such file"));
     }
 }

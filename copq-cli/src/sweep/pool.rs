@@ -111,6 +111,24 @@ fn words(folder: &Path) -> PathBuf {
     folder.with_file_name(format!(".{name}.{}.err", std::process::id()))
 }
 
+/// What a run said on standard error stays beside its folder if it failed without leaving the
+/// reason itself, as a panic does; so does how the system ended it, for a fault in the program or
+/// for want of memory.
+fn keep_words(folder: &Path, is_failure: bool, status: ExitStatus) {
+    let words = words(folder);
+    let kept = complaint_file(folder);
+    // People's help, not the runs' truth: a disk that is full takes no word either.
+    if !is_failure || kept.exists() {
+        return fs::remove_file(words).unwrap_or_default();
+    }
+    if status.code().is_none() {
+        let opened = File::options().append(true).open(&words);
+        let written = opened.and_then(|mut file| write!(file, "\nError: ended by {status}\n"));
+        written.unwrap_or_default();
+    }
+    fs::rename(words, kept).unwrap_or_default();
+}
+
 impl Pool<'_> {
     fn run(&mut self, jobs: usize) -> anyhow::Result<()> {
         let stop = Stop::catch()?;
@@ -229,7 +247,7 @@ impl Pool<'_> {
         self.free.extend(core);
         let was_asked = status.code() == Some(INTERRUPTED) || was_told_to_end(status);
         let is_failure = !(was_asked || matches!(status.code(), Some(0 | STOPPED | HELD)));
-        self.keep_words(&folder, is_failure);
+        keep_words(&folder, is_failure, status);
         match status.code() {
             _ if was_asked => {
                 self.killed += 1;
@@ -244,30 +262,11 @@ impl Pool<'_> {
                 self.held += 1;
                 self.tell(number, "is another process's work");
             }
-            Some(_) => {
+            _ => {
                 self.failed += 1;
-                let why = failure(&folder);
-                let why = why.unwrap_or_else(|| status.to_string());
+                let why = failure(&folder).unwrap_or_else(|| status.to_string());
                 self.tell(number, &format!("failed: {why}"));
             }
-            // The system's doing: a fault in the program, or no memory left.
-            None => {
-                self.failed += 1;
-                self.tell(number, &format!("failed: {status}"));
-            }
-        }
-    }
-
-    /// What a run said on standard error stays beside its folder if it failed without leaving the
-    /// reason itself, as a panic does.
-    fn keep_words(&self, folder: &Path, is_failure: bool) {
-        let words = words(folder);
-        let kept = complaint_file(folder);
-        // People's help, not the runs' truth: a disk that is full takes no word either.
-        if is_failure && !kept.exists() {
-            fs::rename(words, kept).unwrap_or_default();
-        } else {
-            fs::remove_file(words).unwrap_or_default();
         }
     }
 
