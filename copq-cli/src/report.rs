@@ -14,6 +14,7 @@ use copq_experiments::{Plan, Report as Page, ReportRun, Stop, read_config, read_
 
 use crate::options::{note, number_of, positive, say};
 use crate::rollout::film;
+use crate::saved;
 
 /// How deep runs are looked for.
 const DEPTH: usize = 4;
@@ -65,8 +66,8 @@ pub struct Making {
     #[arg(skip)]
     paper: Paper,
 
-    /// Films a policy of every method on each task first (rollout.gif in the run's folder), and
-    /// shows the films.
+    /// Films a policy of every method on each task first (rollout.gif in the run's folder), where it
+    /// is newer than its film, and shows the films. With --every also before the last page.
     #[arg(long)]
     rollouts: bool,
 }
@@ -191,12 +192,9 @@ impl Making {
             std::fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
         }
         let title = self.title.as_deref().unwrap_or(title);
-        if self.rollouts {
-            film_one_a_method(&runs()?);
-        }
         let every = self.every.map(Duration::from_secs);
         let Some(every) = every else {
-            let (_, summary) = self.write(out, title, &runs()?, None)?;
+            let (_, summary) = self.write(out, title, &self.filmed(runs()?, true), None)?;
             return Ok(say(&format!("{}: {summary}\n", out.display()))?);
         };
         let stop = Stop::catch()?;
@@ -205,7 +203,9 @@ impl Making {
         loop {
             // Between two runs, or while a cluster starts one again, none is at work for a moment.
             let again = (looks < LOOKS && !stop.is_asked()).then_some(every);
-            match runs().and_then(|runs| self.write(out, title, &runs, again)) {
+            let is_first_or_last = before.is_empty() || looks == LOOKS;
+            let runs = runs().map(|runs| self.filmed(runs, is_first_or_last));
+            match runs.and_then(|runs| self.write(out, title, &runs, again)) {
                 Ok((is_going_on, summary)) => {
                     let is_news = summary != before || again.is_none();
                     looks = if is_going_on || summary != before { 0 } else { looks + 1 };
@@ -226,6 +226,14 @@ impl Making {
                 sleep(Duration::from_millis(100));
             }
         }
+    }
+
+    /// Runs whose policies have been filmed, if that is wanted now.
+    fn filmed(&self, runs: Vec<ReportRun>, now: bool) -> Vec<ReportRun> {
+        if self.rollouts && now {
+            film_one_a_method(&runs);
+        }
+        runs
     }
 
     /// Writes a page; whether anything on it goes on, and what it is of.
@@ -250,7 +258,7 @@ impl Making {
     }
 }
 
-/// Films the first seed of every method on each task that has a policy and no film yet.
+/// Films the first seed of every method on each task that has a policy, unless its film is as new.
 fn film_one_a_method(runs: &[ReportRun]) {
     let mut filmed = Vec::new();
     for run in runs {
@@ -265,7 +273,7 @@ fn film_one_a_method(runs: &[ReportRun]) {
             continue;
         }
         filmed.push(what);
-        if !folder.join("rollout.gif").is_file()
+        if !saved::is_filmed(folder)
             && let Err(error) = film(folder)
         {
             note(&format!("no film of '{}': {error:#}", folder.display()));

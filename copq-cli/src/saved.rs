@@ -129,10 +129,22 @@ impl Learned {
 /// the times that the files bear.
 pub fn newest_policy(folder: &Path) -> Option<PathBuf> {
     let file = folder.join("policy.safetensors");
+    is_as_new(&file, &folder.join("checkpoint.safetensors")).then_some(file)
+}
+
+/// Whether a file is there and not older than another that may be there, by the times that they
+/// bear.
+fn is_as_new(file: &Path, than: &Path) -> bool {
     let changed = |path: &Path| path.metadata().and_then(|about| about.modified()).ok();
-    let written = changed(&file)?;
-    let is_newest = changed(&folder.join("checkpoint.safetensors")).is_none_or(|at| at <= written);
-    is_newest.then_some(file)
+    changed(file).is_some_and(|at| changed(than).is_none_or(|other| other <= at))
+}
+
+/// Whether the film in a run's folder is as new as its policy.
+pub fn is_filmed(folder: &Path) -> bool {
+    let film = folder.join("rollout.gif");
+    ["policy.safetensors", "checkpoint.safetensors"]
+        .iter()
+        .all(|name| is_as_new(&film, &folder.join(name)))
 }
 
 /// Says so if a world is of other versions than those that its run began with.

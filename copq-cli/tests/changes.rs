@@ -101,3 +101,23 @@ fn a_run_knows_the_policy_that_it_began_with() {
     let words = said(folder, "resume begun");
     assert!(words.contains("with which the run begins: wanted the policy of checksum"), "{words}");
 }
+
+#[test]
+fn a_film_is_of_the_policy_that_there_is() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    run(folder, &format!("train {TINY} --steps 60 --out runs/a-s0"));
+    let film = folder.join("runs/a-s0/rollout.gif");
+    let report = || drop(run(folder, "report runs --rollouts"));
+    report();
+    assert!(std::fs::read(&film).unwrap().starts_with(b"GIF89a"));
+    // As new as the policy, it stays; older than the policy, it is made again.
+    std::fs::write(&film, "a film").unwrap();
+    report();
+    assert_eq!(read(&film), "a film");
+    let hour = std::time::Duration::from_secs(3_600);
+    let earlier = std::time::SystemTime::now() - hour;
+    std::fs::File::options().append(true).open(&film).unwrap().set_modified(earlier).unwrap();
+    report();
+    assert!(std::fs::read(&film).unwrap().starts_with(b"GIF89a"));
+}
