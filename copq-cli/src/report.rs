@@ -1,7 +1,6 @@
 //! `copq report`: many runs on one page.
 
 use std::collections::BTreeSet;
-use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -16,8 +15,6 @@ use crate::options::{note, number_of, positive, say};
 use crate::rollout::film;
 use crate::saved;
 
-/// How deep runs are looked for.
-const DEPTH: usize = 4;
 /// Looks at which nothing has changed, after which nothing goes on.
 const LOOKS: usize = 3;
 
@@ -82,7 +79,7 @@ impl Report {
             for text in &runs {
                 let (label, folder) = labelled(text)?;
                 let mut is_empty = true;
-                find(Path::new(folder), DEPTH, &mut |folder| {
+                find(Path::new(folder), &mut |folder| {
                     is_empty = false;
                     // However it is reached, a run is one run.
                     if known.insert(folder.canonicalize().unwrap_or_else(|_| folder.to_owned())) {
@@ -113,20 +110,32 @@ fn labelled(text: &str) -> anyhow::Result<(Option<String>, &str)> {
     Ok((label, folder))
 }
 
-/// Every run's folder in a folder, in the order of their names.
-pub fn find(folder: &Path, depth: usize, found: &mut impl FnMut(&Path)) -> anyhow::Result<()> {
+/// Every run's folder in a folder, in the order of their names, links last.
+pub fn find(folder: &Path, found: &mut impl FnMut(&Path)) -> anyhow::Result<()> {
+    find_new(folder, &mut BTreeSet::new(), found)
+}
+
+/// The same, but for the folders that have been looked into: links may lead round in circles.
+fn find_new(
+    folder: &Path,
+    seen: &mut BTreeSet<PathBuf>,
+    found: &mut impl FnMut(&Path),
+) -> anyhow::Result<()> {
+    if !seen.insert(folder.canonicalize().map_err(files::failed("reading", folder))?) {
+        return Ok(());
+    }
     if ["config.toml", "evaluations.csv"].iter().any(|name| folder.join(name).is_file()) {
         found(folder);
         return Ok(());
     }
     let entries = std::fs::read_dir(folder).map_err(files::failed("reading", folder))?.flatten();
-    // Links may lead round in circles.
-    let is_folder = |entry: &DirEntry| entry.file_type().is_ok_and(|kind| kind.is_dir());
-    let mut folders: Vec<PathBuf> = entries.filter(is_folder).map(|entry| entry.path()).collect();
-    folders.sort();
-    for folder in folders.iter().filter(|_| depth > 0) {
+    let mut folders: Vec<PathBuf> =
+        entries.map(|entry| entry.path()).filter(|path| path.is_dir()).collect();
+    folders.sort_by_key(|path| (path.is_symlink(), path.clone()));
+    for folder in &folders {
         // One that may not be read costs no other.
-        find(folder, depth - 1, found).unwrap_or_else(|error| note(&format!("{error:#}")));
+        find_new(folder, seen, found)
+            .unwrap_or_else(|error| note(&format!("not looked into: {error:#}")));
     }
     Ok(())
 }

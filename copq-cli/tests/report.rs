@@ -94,6 +94,31 @@ fn a_page_its_tables_and_its_figures() {
     assert!(words.contains("'parts': wanted runs in it, got none"), "{words}");
 }
 
+/// However deep it lies, and behind links too, which may lead round in circles.
+#[cfg(unix)]
+#[test]
+fn runs_are_found_wherever_they_lie() {
+    use std::os::unix::fs::symlink;
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let run_in = |path: &str| {
+        let run = folder.join(path);
+        std::fs::create_dir_all(&run).unwrap();
+        std::fs::write(run.join("evaluations.csv"), "step,weighted_total/mean\n0,1.5\n").unwrap();
+    };
+    run_in("runs/1/2/3/4/5/6/deep");
+    run_in("runs/run");
+    run_in("disk/outside");
+    for (to, link) in [("disk", "runs/disk"), ("runs", "runs/circle"), ("runs/run", "runs/last")] {
+        symlink(folder.join(to), folder.join(link)).unwrap();
+    }
+    let said = run(folder, "report runs --out page.html");
+    assert!(said.starts_with("page.html: 3 runs: "), "{said}");
+    let page = read(folder.join("page.html"));
+    let shown = |name: &str| page.contains(&format!("<td>{name}</td>"));
+    assert!(shown("deep") && shown("outside") && shown("run") && !shown("last"));
+}
+
 /// While a run goes on the page is written again and loads itself again; then it is the last one.
 #[cfg(unix)]
 #[test]

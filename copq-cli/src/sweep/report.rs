@@ -73,7 +73,7 @@ fn of_task(task: &Task, elsewhere: &BTreeMap<String, PathBuf>) -> ReportRun {
 fn runs_in(folders: &[PathBuf]) -> anyhow::Result<BTreeMap<String, PathBuf>> {
     let mut runs = BTreeMap::new();
     for folder in folders {
-        find(folder, usize::MAX, &mut |run| {
+        find(folder, &mut |run| {
             // What cannot be read is nobody's run.
             let Ok((plan, recipe)) = saved::run(run) else { return };
             let Ok(settings) = recipe.settings() else { return };
