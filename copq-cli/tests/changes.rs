@@ -121,3 +121,30 @@ fn a_film_is_of_the_policy_that_there_is() {
     report();
     assert!(std::fs::read(&film).unwrap().starts_with(b"GIF89a"));
 }
+
+/// Over more steps its step size falls otherwise from the first on.
+#[test]
+fn a_longer_run_whose_step_size_falls_is_another() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let write = |steps: u64| {
+        let text = format!(
+            "[all]\nmethod = \"ppo\"\nsteps = {steps}\neval-every = 0\n\
+             set = [\"steps_per_epoch=64\"]\n"
+        );
+        std::fs::write(folder.join("tiny.toml"), text).unwrap();
+    };
+    write(128);
+    run(folder, "sweep run tiny.toml");
+    write(256);
+    let wanted = "its step size falls over 128 steps, the file's over 256, which is another run";
+    let before = said(folder, "sweep status tiny.toml");
+    assert!(before.contains("| changed |") && before.contains(wanted), "{before}");
+    assert!(said(folder, "sweep run tiny.toml").contains(wanted));
+    let after = said(folder, "sweep status tiny.toml");
+    assert_eq!(after.matches(wanted).count(), 1, "{after}");
+    // As it says.
+    let (_, advice) = after.split_once("copq resume ").unwrap();
+    let (name, _) = advice.split_once(" --steps").unwrap();
+    run(folder, &format!("resume {name} --steps 256"));
+}

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use clap::Parser;
 use copq_experiments::paper::Paper;
-use copq_experiments::{Plan, fingerprint, quoted, read_done, read_plan};
+use copq_experiments::{Plan, fingerprint, quoted, read_config, read_done, read_plan};
 
 use super::raw::{Combination, Options, REPEATED, Raw};
 use super::report::check_paper;
@@ -65,6 +65,22 @@ impl Task {
     /// Whether nothing is left to do.
     pub fn is_done(&self) -> bool {
         read_done(&self.folder).is_some_and(|fingerprint| fingerprint == self.fingerprint)
+    }
+
+    /// Why the run that has begun cannot go on to the file's steps, if its step size falls over all of
+    /// its own.
+    pub fn is_longer_only_anew(&self) -> Option<String> {
+        let begun = read_config::<toml::Table>(&self.folder).ok()?;
+        let over = |settings: &toml::Table| settings.get("anneal_steps")?.as_integer();
+        let (then, now) = (over(&begun.settings)?, over(&self.settings)?);
+        let folder = quoted(&self.folder.to_string_lossy());
+        (then != now).then(|| {
+            format!(
+                "its step size falls over {then} steps, the file's over {now}, which is another \
+                 run: give it another folder (out, or the name of an [[arm]]); copq resume {folder} \
+                 --steps N goes on with the last, small step size"
+            )
+        })
     }
 
     fn new(combination: &Combination, out: &Path, file: &str) -> anyhow::Result<Self> {

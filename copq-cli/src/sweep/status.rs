@@ -25,9 +25,13 @@ pub fn print(sweep: &SweepFile) -> anyhow::Result<()> {
 fn standing(task: &Task) -> [String; 2] {
     match Standing::of(&task.folder) {
         Standing::Done if !task.is_done() => {
-            let remark = "done by other settings than the file has now; sweep run goes on where only \
-                 steps have risen, and says what else differs";
-            let why = failure(&task.folder).map_or(String::new(), |why| format!(" ({why})"));
+            let remark = task.is_longer_only_anew().unwrap_or_else(|| {
+                "done by other settings than the file has now; sweep run goes on where only steps have \
+                 risen, and says what else differs"
+                    .to_owned()
+            });
+            let why = failure(&task.folder).filter(|why| *why != remark);
+            let why = why.map_or(String::new(), |why| format!(" ({why})"));
             ["changed".to_owned(), format!("{remark}{why}")]
         }
         standing => {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::exit;
 
-use anyhow::ensure;
+use anyhow::{bail, ensure};
 use copq::files;
 use copq_experiments::{Ending, Stop, complaint_file, held_by, read_plan};
 
@@ -99,6 +99,9 @@ fn begin_or_go_on(task: &Task) -> anyhow::Result<Ending> {
     let folder = &task.folder;
     let mut prepared = task.prepare()?;
     let is_there = folder.join("config.toml").is_file();
+    if let Some(why) = task.is_longer_only_anew() {
+        bail!(why);
+    }
     let init = if is_there {
         prepared.plan.versions = read_plan(folder)?.versions;
         saved::init(folder, &prepared.plan)?
