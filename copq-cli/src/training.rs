@@ -38,7 +38,9 @@ pub fn train(
     note_unheeded(&recipe, env.spec());
     note_no_update(&recipe, &plan);
     saved::note_other_versions(&plan, env.spec());
-    plan.versions = plan.versions.or_else(|| env.spec().versions.clone());
+    // A new run's are those of its own world, even if it is like one of others.
+    let begun_with = plan.versions.filter(|_| run.is_some());
+    plan.versions = begun_with.or_else(|| env.spec().versions.clone());
     let mut agent = recipe.clone().agent(env.spec(), &plan, init.as_deref())?;
     // Before so many worlds are made.
     agent.prepare(plan.envs)?;

@@ -91,6 +91,16 @@ fn a_run_goes_on_exactly_but_for_its_episode() {
     let config = String::from_utf8(read(&whole, "config.toml")).unwrap();
     assert!(config.contains("on_resume = \"new_episode\""), "{config}");
     assert!(config.contains("versions = \"Python 3"), "{config}");
+    // A run like one of other versions is of its own world's.
+    let twin = temporary.path().join("twin");
+    let versions = config.lines().find(|line| line.starts_with("versions")).unwrap();
+    let old = config.replace(versions, "versions = \"Python 2.7\"");
+    std::fs::write(whole.join("config.toml"), old).unwrap();
+    let like =
+        well(copq(&["train", "--steps", "50", "--like"]).arg(&whole).arg("--out").arg(&twin));
+    assert!(words(&like).contains("begun with Python 2.7"), "{}", words(&like));
+    let config = String::from_utf8(read(&twin, "config.toml")).unwrap();
+    assert!(config.contains(versions), "{config}");
     // In mid-episode it goes on, too.
     let cut = temporary.path().join("cut");
     well(&mut train(&python, &cut, "none", &["--steps", "153"]));
