@@ -13,6 +13,7 @@ mod stored;
 pub(crate) mod table;
 mod tables;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
 
@@ -141,10 +142,13 @@ impl Report {
             files::replace(&folder.join("claims.md"), text.as_bytes())?;
             files::replace(&folder.join("claims.csv"), &claims_table::csv(&judged)?)?;
         }
+        let mut known = BTreeSet::new();
         for (name, plane) in self.planes().into_iter().chain(self.ellipses()) {
+            let name = distinct(name, &mut known);
             plane.write(folder.join(format!("{name}.svg")))?;
         }
         for (name, figure) in self.figures() {
+            let name = distinct(name, &mut known);
             for ending in ["svg", "png"] {
                 figure.write(folder.join(format!("{name}.{ending}")))?;
             }
@@ -152,6 +156,14 @@ impl Report {
         }
         Ok(())
     }
+}
+
+/// A name that none has yet, on disks too to which `A` is `a`: the second is `name-2`.
+fn distinct(name: String, known: &mut BTreeSet<String>) -> String {
+    let names = (2..).map(|number| format!("{name}-{number}"));
+    let mut names = std::iter::once(name.clone()).chain(names);
+    // The chain has no end.
+    names.find(|name| known.insert(name.to_lowercase())).unwrap_or(name)
 }
 
 /// A name of plain letters.
@@ -264,6 +276,26 @@ mod tests {
         // A file for each task.
         let names: Vec<String> = report.figures().into_iter().map(|(name, _)| name).collect();
         assert_eq!(names, ["all-tasks", "a-hopper-rapier-gym-v5", "a-hopper-mujoco-gym-v5"]);
+    }
+
+    /// Signs make no file's name.
+    #[test]
+    fn each_figure_has_a_file_of_its_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let weights = [("a", "control=-0.5"), ("b", "control=0.5"), ("c", "Control=0.5")];
+        let runs = weights.map(|(name, weights)| {
+            let change = |plan: &mut Plan| plan.weights = Some(weights.to_owned());
+            stored(folder.path(), name, change, &[0.0, 1.0])
+        });
+        let parts = folder.path().join("parts");
+        Report::read("x", &runs).write_parts(&parts).unwrap();
+        let name = "a-hopper-rapier-gym-v5-weights-";
+        for name in
+            ["control-0.5", "control-0.5-2", "Control-0.5-3"].map(|end| name.to_owned() + end)
+        {
+            assert!(parts.join(format!("{name}.svg")).is_file(), "{name}");
+            assert!(parts.join(format!("{name}-column.svg")).is_file(), "{name}");
+        }
     }
 
     /// A setting sets methods apart where they meet, on one task.

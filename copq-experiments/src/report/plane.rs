@@ -17,7 +17,7 @@ impl Report {
         limited
             .filter(|(world, ..)| world.runs.iter().flatten().any(|&n| self.has_evaluations(n)))
             .map(|(world, cost, limit)| {
-                let name = format!("{}-{cost}", file_name(&world.name));
+                let name = file_name(&format!("{} {cost}", world.name));
                 (name, self.plane(world, cost, limit))
             })
             .collect()
