@@ -25,7 +25,7 @@ pub struct Raw {
     /// Named variants, each with options of its own; every one is run over the whole grid.
     #[serde(default)]
     arm: Vec<Options>,
-    /// Combinations to leave out: those that have all of an entry's options.
+    /// Combinations to leave out: those that have all of an entry's options, one `set` of several too.
     #[serde(default)]
     exclude: Vec<Options>,
     /// Combinations to add: options over those of all runs.
@@ -116,10 +116,16 @@ impl Raw {
 }
 
 impl Combination {
-    /// Whether it has all of these options, its arm's `name` among them.
+    /// Whether it has all of these options, its arm's `name` among them; of those that add up, it may
+    /// have more.
     fn has_all(&self, options: &Options) -> bool {
         options.iter().all(|(option, value)| match option.as_str() {
             "name" => self.name.as_deref() == value.as_str(),
+            option if REPEATED.contains(&option) => {
+                let own = self.options.get(option).cloned().map_or(Vec::new(), listed);
+                let wanted = listed(value.clone());
+                !wanted.is_empty() && wanted.iter().all(|value| own.contains(value))
+            }
             _ => self.options.get(option) == Some(value),
         })
     }
@@ -162,5 +168,26 @@ fn listed(value: toml::Value) -> Vec<toml::Value> {
     match value {
         toml::Value::Array(values) => values,
         value => vec![value],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_set_among_several_is_excluded() {
+        let left = |excluded: &str| {
+            let lists = "[all]\nset = ['batch=8']\n[grid]\nseed = [0, 1]\n\
+                         set = ['tau=0.1', ['tau=0.2', 'actor_lr=0.1']]\n";
+            let text = format!("exclude = [{{ {excluded} }}]\n{lists}");
+            let raw: Raw = toml::from_str(&text).unwrap();
+            raw.combinations().map(|all| all.len()).ok()
+        };
+        assert_eq!(left("set = 'tau=0.1'"), Some(2));
+        assert_eq!(left("set = ['actor_lr=0.1', 'batch=8'], seed = 1"), Some(3));
+        for nobodys in ["set = []", "set = 'tau=0.3'", "set = ['tau=0.1', 'tau=0.2']"] {
+            assert_eq!(left(nobodys), None, "{nobodys}");
+        }
     }
 }
