@@ -47,6 +47,8 @@ fn a_page_its_tables_and_its_figures() {
     for (name, file, text) in [
         ("d-s0", "evaluations.csv", ""),
         ("e-s0", "evaluations.csv", "step,weighted_total/mean\n0,1.5\n50.0,2\n100,3\n"),
+        ("g-s0", "evaluations.csv", "step,weighted_total/mean\n0,1.5\n1,2\n2,l3\n"),
+        ("h-s0", "metrics.csv", "step,clip_rate\n10,0.5\n20,0.5\n30,0.5\n40,O.5\n"),
         ("f-s0", "log.txt", "from step 0\nerror: the <disk> is full\n"),
     ] {
         let copy = folder.join("runs").join(name);
@@ -56,7 +58,7 @@ fn a_page_its_tables_and_its_figures() {
         std::fs::write(copy.join(file), text).unwrap();
     }
     let said = run(folder, "report runs --out page.html --parts parts --title A<b>&B");
-    assert!(said.starts_with("page.html: 7 runs: 4 done"), "{said}");
+    assert!(said.starts_with("page.html: 9 runs: 4 done"), "{said}");
     let page = read(folder.join("page.html"));
     for wanted in [
         "<title>A&lt;b&gt;&amp;B</title>",
@@ -65,6 +67,8 @@ fn a_page_its_tables_and_its_figures() {
         "the &lt;disk&gt; is full",
         "is the same seed",
         "line 3 of ",
+        "line 4 of ",
+        "line 5 of ",
         "Reward against cost",
         "What the critics disagree about",
         "correlation/safety/velocity",
@@ -85,9 +89,12 @@ fn a_page_its_tables_and_its_figures() {
         ["a-hopper-rapier-gym-v5.svg", "a-hopper-rapier-gym-v5.png", "all-tasks-column.svg"];
     assert!(files.iter().all(|name| folder.join("parts").join(name).is_file()));
 
-    let damaged = copq(folder, "plot e=runs/e-s0 a=runs/a-s0").output().unwrap();
-    let words = String::from_utf8(damaged.stderr).unwrap();
-    assert!(!damaged.status.success() && words.contains("wanted 2 cells"), "{words}");
+    for (run, line) in [("e-s0", 3), ("g-s0", 4)] {
+        let damaged = copq(folder, &format!("plot e=runs/{run} a=runs/a-s0")).output().unwrap();
+        let words = String::from_utf8(damaged.stderr).unwrap();
+        let wanted = format!("line {line} of 'runs/{run}/evaluations.csv': wanted 2 cells");
+        assert!(!damaged.status.success() && words.contains(&wanted), "{words}");
+    }
 
     let none = copq(folder, "report parts").output().unwrap();
     let words = String::from_utf8(none.stderr).unwrap();

@@ -53,7 +53,9 @@ impl Sheet {
                 Ok(record) => record.iter().map(str::to_owned).collect(),
                 Err(_) => Vec::new(),
             };
-            if row.len() != columns.len() || step_of(&row).is_none() {
+            let is_number = |cell: &String| cell.is_empty() || cell.parse::<f64>().is_ok();
+            let is_whole = row.len() == columns.len() && step_of(&row).is_some();
+            if !is_whole || !row.iter().all(is_number) {
                 let at = record.as_ref().ok().and_then(|record| record.position());
                 let number = at.map_or(rows.len() + 2, |at| at.line() as usize);
                 damaged = Some((number, text.lines().nth(number - 1).unwrap_or("").to_owned()));
@@ -73,7 +75,8 @@ impl Sheet {
     }
 
     fn wanted_cells(&self) -> String {
-        format!("{} cells between commas, a whole step first", self.columns.len())
+        let count = self.columns.len();
+        format!("{count} cells between commas, numbers or nothing, a whole step first")
     }
 
     /// That fewer rows were left than there must be, by the line that could not be read.

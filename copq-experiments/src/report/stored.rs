@@ -82,8 +82,11 @@ pub(crate) struct Stored {
     pub seconds: f64,
     pub rate: f64,
     /// Columns of `metrics.csv`, and the critics' errors: step and value.
-    pub traces: Vec<(String, Vec<[f64; 2]>)>,
+    pub traces: Traces,
 }
+
+/// Columns, each with its steps and values.
+type Traces = Vec<(String, Vec<[f64; 2]>)>;
 
 impl Stored {
     /// Reads what is there; what cannot be read is one of its problems.
@@ -105,9 +108,9 @@ impl Stored {
         let wanted = config.as_ref().map(|config| config.plan.run.steps);
         // Bins of the same width for all seeds, however far each has come.
         let bin = (planned.or(wanted).unwrap_or(steps as u64) / POINTS).max(1);
-        let traces = |folder: &Path| read_traces(folder, bin);
-        let traces = read_if_there(folder, "metrics.csv", traces, &mut problems);
-        let mut traces = traces.unwrap_or_default();
+        let traces = read_if_there(folder, "metrics.csv", |it| read_traces(it, bin), &mut problems);
+        let (mut traces, damage) = traces.unwrap_or_default();
+        problems.extend(damage);
         traces.extend(evaluated.iter().flat_map(Evaluated::value_errors));
         traces.iter_mut().for_each(|(_, line)| line.retain(|point| point[0] <= end as f64));
         let made = config.as_ref().map(|config| (config.plan.clone(), config.settings.clone()));
@@ -182,9 +185,12 @@ fn read_times(folder: &Path) -> Result<[f64; 3]> {
     Ok([steps as f64, seconds.iter().sum(), median(&rates)])
 }
 
-/// The columns that the page draws, as means over bins of steps, each at its bin's middle.
-fn read_traces(folder: &Path, bin: u64) -> Result<Vec<(String, Vec<[f64; 2]>)>> {
-    let sheet = Sheet::read(&folder.join("metrics.csv"))?;
+/// The columns that the page draws, as means over bins of steps, each at its bin's middle, and why
+/// there are no more.
+fn read_traces(folder: &Path, bin: u64) -> Result<(Traces, Option<String>)> {
+    let file = folder.join("metrics.csv");
+    let sheet = Sheet::read(&file)?;
+    let damage = sheet.damage(&file).map(|error| error.to_string());
     let steps = sheet.steps();
     let names = sheet.columns().iter();
     let names = names.filter(|name| TRACES.iter().any(|trace| name.starts_with(trace)));
@@ -203,5 +209,5 @@ fn read_traces(folder: &Path, bin: u64) -> Result<Vec<(String, Vec<[f64; 2]>)>> 
         };
         Some((name.clone(), bins.into_iter().map(middle).collect()))
     };
-    Ok(names.filter_map(trace).collect())
+    Ok((names.filter_map(trace).collect(), damage))
 }
