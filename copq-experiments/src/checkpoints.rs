@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use copq::{Error, Result, State, files};
 
+use crate::aside::{lay_aside, link};
 use crate::ending::go_back_command;
 use crate::plan::{MAX_KEEP, RunSettings, SavedReplay};
 
@@ -22,7 +23,7 @@ pub(crate) struct Checkpoints {
 #[derive(Clone, Copy, Debug)]
 struct Back {
     age: usize,
-    /// What becomes of the newest: it is damaged, or left on purpose.
+    /// What the newest is called then: it is damaged, or left on purpose.
     aside: &'static str,
 }
 
@@ -103,7 +104,10 @@ impl Checkpoints {
             return Err(Error::invalid(what, "a checkpoint before the last", "none"));
         };
         let is_sound = State::read_file(self.file(0)).is_ok();
-        self.back = Some(Back { age, aside: if is_sound { "later" } else { "damaged" } });
+        self.back = Some(Back {
+            age,
+            aside: if is_sound { "checkpoint.later" } else { "checkpoint.damaged" },
+        });
         Ok(is_sound)
     }
 
@@ -112,7 +116,7 @@ impl Checkpoints {
         let Some(Back { age, aside }) = self.back else { return Ok(()) };
         let newest = self.file(0);
         if newest.exists() {
-            link(&newest, &self.aside(aside))?;
+            lay_aside(&newest, aside)?;
         }
         // At every moment there is a newest one.
         move_if_there(&self.file(age), &newest)?;
@@ -121,17 +125,6 @@ impl Checkpoints {
         }
         self.back = None;
         Ok(())
-    }
-
-    /// The first name for a checkpoint laid aside that none has yet.
-    fn aside(&self, word: &str) -> PathBuf {
-        let mut file = self.folder.join(format!("checkpoint.{word}.safetensors"));
-        let mut number = 2;
-        while file.exists() {
-            file = self.folder.join(format!("checkpoint.{word}-{number}.safetensors"));
-            number += 1;
-        }
-        file
     }
 
     /// The age of the checkpoint before the newest.
@@ -176,15 +169,6 @@ fn without(folder: &Path) -> Error {
 /// Takes the replay out of a checkpoint.
 pub(crate) fn remove_replay(checkpoint: &mut State) {
     checkpoint.child_mut("trainer").child_mut("agent").remove_child("replay");
-}
-
-/// Gives a file a second name, over what has it; that costs nothing, but not every disk can.
-fn link(from: &Path, to: &Path) -> Result<()> {
-    remove_if_there(to);
-    fs::hard_link(from, to).or_else(|_| fs::copy(from, to).map(drop)).map_err(|e| {
-        remove_if_there(to);
-        files::failed("keeping", from)(e)
-    })
 }
 
 /// Removes a file, if it can: what stays is only in the way.

@@ -29,6 +29,7 @@ use copq::files;
 /// | `curve.svg`, `curve.png` | the evaluations as a picture |
 /// | `policy.safetensors` | the policy of the last evaluation or checkpoint ([`copq::Policy`]) |
 /// | `policy-best.safetensors` | that of the best evaluation: costs within their limits first, then the weighted total |
+/// | `policy-best-before.safetensors` | the best one of evaluations whose rows went when the run went back to its checkpoint |
 /// | `checkpoint.safetensors` | everything needed to go on |
 /// | `checkpoint.1.safetensors` | the checkpoint before that; as many as [`RunSettings::keep`](crate::RunSettings) says |
 /// | `log.txt` | what the run said on the screen |

@@ -30,6 +30,7 @@
 //! and claims; [`Sheet`] reads the CSV files, and [`read_checkpoint`] the checkpoints. [`Standing`]
 //! says how far a run has come, and [`fingerprint`](fingerprint()) whether two are the same.
 
+mod aside;
 mod best;
 mod checkpoints;
 mod config;

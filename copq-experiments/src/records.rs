@@ -1,8 +1,11 @@
 //! What a run writes down as it goes: the rows of its tables, TensorBoard's events, and which
 //! evaluation was the best.
 
+use std::path::PathBuf;
+
 use copq::{EnvSpec, Error, Evaluation, Result, State, Timing, Trainer};
 
+use crate::aside::lay_aside;
 use crate::best::Best;
 use crate::evaluations::{self, Evaluations};
 use crate::folder::RunFolder;
@@ -26,6 +29,8 @@ pub(crate) struct Records {
     pub timings: Timings,
     events: EventFile,
     best: Best,
+    /// Where the best policy has been laid aside, if its row was dropped.
+    pub best_before: Option<PathBuf>,
     settings: RunSettings,
     pub pace: Pace,
 }
@@ -72,6 +77,7 @@ impl Records {
         ];
         // Before the rows after its checkpoint go, which one that is left aside wants.
         folder.take_up()?;
+        let (best, best_before) = keep_best(folder, &rows[1], spec)?;
         let start = |name: &str, rows: &Sheet| Table::start(&folder.file(name), rows);
         let mut metrics = Metrics::of(start(METRICS, &rows[0])?);
         if let Some(saved) = saved {
@@ -79,16 +85,13 @@ impl Records {
         }
         let evaluations = Evaluations::of(start(EVALUATIONS, &rows[1])?);
         let timings = Timings::of(start(TIMINGS, &rows[2])?, step);
-        // A run from before there were policies' files begins to look for its best now.
-        let has_best = folder.file("policy-best.safetensors").exists();
-        let rows =
-            if has_best { Sheet::read(&folder.file(EVALUATIONS))? } else { Sheet::default() };
         Ok(Self {
             metrics,
             evaluations,
             timings,
             events: EventFile::create(folder.path(), step)?,
-            best: Best::of_rows(&rows, spec),
+            best,
+            best_before,
             settings: *settings,
             pace,
         })
@@ -152,14 +155,31 @@ fn rows_of(saved: Option<&State>, name: &str) -> u64 {
     rows.and_then(|rows| rows.get_one(name).ok()).unwrap_or(0)
 }
 
+/// The best of the evaluations that stay; if there was a better one, its policy stays under another
+/// name, which is returned: what a run does that goes on otherwise may be worse.
+fn keep_best(folder: &RunFolder, rows: &Sheet, spec: &EnvSpec) -> Result<(Best, Option<PathBuf>)> {
+    let policy = folder.file("policy-best.safetensors");
+    // A run from before there were policies' files begins to look for its best now.
+    if !policy.exists() {
+        return Ok((Best::default(), None));
+    }
+    let best = Best::of_rows(rows, spec);
+    let is_dropped = best != Best::of_rows(&all_rows(folder, EVALUATIONS)?, spec);
+    let before = is_dropped.then(|| lay_aside(&policy, "policy-best-before")).transpose()?;
+    Ok((best, before))
+}
+
+/// A table's rows, none if there is no file.
+fn all_rows(folder: &RunFolder, name: &str) -> Result<Sheet> {
+    let file = folder.file(name);
+    if file.exists() { Sheet::read(&file) } else { Ok(Sheet::default()) }
+}
+
 /// An error for a folder that has lost its checkpoint: to begin anew would delete what it has left.
 fn check_not_begun(folder: &RunFolder, settings: &RunSettings) -> Result<()> {
     let mut last = None;
     for name in [EVALUATIONS, METRICS] {
-        let file = folder.file(name);
-        if file.exists() {
-            last = last.max(Sheet::read(&file)?.steps().last().copied());
-        }
+        last = last.max(all_rows(folder, name)?.steps().last().copied());
     }
     match last {
         Some(step) if step > settings.checkpoint_every => {

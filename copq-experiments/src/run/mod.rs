@@ -148,6 +148,12 @@ impl Run {
         let steps = grouped(self.settings.steps);
         let path = self.folder.path().display();
         self.progress.line(&format!("from step {step} to {steps}, in {path}"));
+        if let Some(file) = self.records.best_before.take() {
+            let file = file.display();
+            self.progress.line(&format!(
+                "the best evaluation so far came after the checkpoint; its policy stays as {file}"
+            ));
+        }
         let is_due = self.is_evaluation_due();
         if is_due {
             self.evaluate(&stop)?;

@@ -224,3 +224,35 @@ fn evaluation_can_be_off_or_in_the_training_world() {
     let read = |folder: &Path| std::fs::read(folder.join("evaluations.csv")).unwrap();
     assert_eq!(read(&own), read(&shared), "the training world goes on where it was");
 }
+
+/// As after a kill: the best evaluation is of steps that the run will do anew, perhaps otherwise.
+#[test]
+fn the_best_policy_outlives_its_row() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("run");
+    train(&path, 5, 500);
+    let file = path.join("evaluations.csv");
+    let rows = std::fs::read_to_string(&file).unwrap();
+    let total = rows.lines().next().unwrap().split(',').position(|n| n == "weighted_total/mean");
+    let mut best: Vec<_> = rows.lines().last().unwrap().split(',').collect();
+    (best[0], best[total.unwrap()]) = ("750", "1000");
+    let policies = path.join("policy-best.safetensors");
+    let kill_and_resume = |policy: &str| {
+        std::fs::write(&file, format!("{rows}{}\n", best.join(","))).unwrap();
+        copq::files::replace(&policies, policy.as_bytes()).unwrap();
+        let plan = plan(5, 900);
+        point_mass::run(open(&path, &plan), &plan)
+    };
+    let before = |number: &str| {
+        std::fs::read_to_string(path.join(format!("policy-best-before{number}.safetensors"))).ok()
+    };
+    for policy in ["one", "one", "another"] {
+        drop(kill_and_resume(policy));
+    }
+    assert_eq!((before("").as_deref(), before("-2").as_deref()), (Some("one"), Some("another")));
+    assert_eq!(before("-3"), None);
+    kill_and_resume("one").silent().train().unwrap();
+    let log = std::fs::read_to_string(path.join("log.txt")).unwrap();
+    assert!(log.contains("its policy stays as ") && log.contains("policy-best-before"), "{log}");
+    assert!(Sheet::read(&file).unwrap().column("weighted_total/mean").unwrap()[3] < 1_000.0);
+}
