@@ -23,7 +23,7 @@ pub struct Plot {
 
     /// Draw a dashed line at this return of an objective, such as cost=740.2. May be given several
     /// times.
-    #[arg(long, value_name = "OBJECTIVE=RETURN", value_parser = limit)]
+    #[arg(long, value_name = "OBJECTIVE=RETURN", value_parser = limit, requires = "out")]
     limit: Vec<Limit>,
 
     /// Also write the markdown table that is printed to this file.

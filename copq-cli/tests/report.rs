@@ -96,6 +96,18 @@ fn a_page_its_tables_and_its_figures() {
         assert!(!damaged.status.success() && words.contains(&wanted), "{words}");
     }
 
+    // A folder that says no seed counts once, too.
+    std::fs::remove_file(folder.join("runs/a-s0/config.toml")).unwrap();
+    for (line, wanted) in [
+        ("plot a=runs/a-s0 a=runs/../runs/a-s0", "wanted each seed once, got "),
+        ("plot a=runs/a-s0 --limit nonsense=3", "--out <FILE>"),
+        ("plot a=runs/a-s0 --limit nonsense=3 --out a.svg", "objective of a limit: wanted"),
+    ] {
+        let output = copq(folder, line).output().unwrap();
+        let words = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && words.contains(wanted), "{line}: {words}");
+    }
+
     let none = copq(folder, "report parts").output().unwrap();
     let words = String::from_utf8(none.stderr).unwrap();
     assert!(words.contains("'parts': wanted runs in it, got none"), "{words}");

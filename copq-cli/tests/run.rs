@@ -41,7 +41,7 @@ fn train(line: &str, start: u64, halves: [u64; 2]) -> String {
         ["train"].into_iter().chain(line.split(' ').filter(|word| !word.is_empty())).collect();
     run(&[&words, &cadence[..], &fresh].concat());
     run(&["resume", out, "--steps", &whole]);
-    let film = temporary.path().join("rollout.gif");
+    let film = temporary.path().join("rollout.GIF");
     run(&["rollout", out, "--steps", "3", "--out", film.to_str().unwrap()]);
     let metrics = std::fs::read_to_string(path.join("metrics.csv")).unwrap();
     metrics.lines().next().unwrap().to_owned()

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use copq::{Error, Result};
+use copq::{Error, Result, files};
 use copq_render::{Figure, Panel, Point, Series};
 
 use super::LIMIT_NOTE;
@@ -77,6 +77,7 @@ struct Group {
     seeds: Vec<Evaluated>,
     /// The seeds' numbers, of runs whose folders say so.
     numbers: Vec<u64>,
+    folders: Vec<PathBuf>,
 }
 
 /// Draws the runs' evaluation curves to `out`, whose ending decides the format: `.svg` or `.png`.
@@ -153,21 +154,24 @@ fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
     let mut groups: Vec<Group> = Vec::new();
     for Labelled { label, folder } in runs {
         let seed = Evaluated::read(folder)?;
+        let place = folder.canonicalize().map_err(files::failed("reading", folder))?;
         let config =
             if folder.join("config.toml").is_file() { Some(read_config(folder)?) } else { None };
         let number = config.as_ref().map(|config| config.plan.run.seed);
         match groups.iter_mut().find(|group| group.label == *label) {
             Some(group) => {
                 check_same_method(label, group.config.as_ref(), config.as_ref())?;
-                check_new_seed(label, &group.numbers, number)?;
+                check_new_seed(group, &place, number)?;
                 group.seeds.push(seed);
                 group.numbers.extend(number);
+                group.folders.push(place);
             }
             None => groups.push(Group {
                 label: label.clone(),
                 config,
                 seeds: vec![seed],
                 numbers: number.into_iter().collect(),
+                folders: vec![place],
             }),
         }
     }
@@ -179,14 +183,15 @@ fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
 }
 
 /// An error for a seed that is there already: it would count twice.
-fn check_new_seed(label: &str, numbers: &[u64], number: Option<u64>) -> Result<()> {
-    match number {
-        Some(number) if numbers.contains(&number) => {
-            let what = format!("runs called '{label}'");
-            Err(Error::invalid(what, "each seed once", format!("seed {number} twice")))
+fn check_new_seed(group: &Group, place: &Path, number: Option<u64>) -> Result<()> {
+    let got = match number {
+        Some(number) if group.numbers.contains(&number) => format!("seed {number} twice"),
+        _ if group.folders.iter().any(|known| known == place) => {
+            format!("{} twice", place.display())
         }
-        _ => Ok(()),
-    }
+        _ => return Ok(()),
+    };
+    Err(Error::invalid(format!("runs called '{}'", group.label), "each seed once", got))
 }
 
 /// An error unless two runs differ in nothing but seed, length and cadence.

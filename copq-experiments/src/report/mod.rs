@@ -80,10 +80,15 @@ impl Report {
         Ok(Self { paper, ..self })
     }
 
-    /// Whether a run is at work or waits.
+    /// Whether a run is at work, or waits to be begun. A folder without a `config.toml` does not, but
+    /// where one is planned.
     pub fn is_going_on(&self) -> bool {
         use crate::standing::Standing::{Running, Waiting};
-        self.runs.iter().any(|run| matches!(run.standing, Running(_) | Waiting))
+        self.runs.iter().any(|run| match run.standing {
+            Running(_) => true,
+            Waiting => run.run.planned.is_some() || !run.run.folder.exists(),
+            _ => false,
+        })
     }
 
     /// What there is, in a line.
@@ -276,6 +281,16 @@ mod tests {
         // A file for each task.
         let names: Vec<String> = report.figures().into_iter().map(|(name, _)| name).collect();
         assert_eq!(names, ["all-tasks", "a-hopper-rapier-gym-v5", "a-hopper-mujoco-gym-v5"]);
+    }
+
+    #[test]
+    fn a_folder_without_a_plan_waits_for_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = stored(folder.path(), "a", seed(0), &[0.0]);
+        std::fs::remove_file(run.folder.join("config.toml")).unwrap();
+        assert!(!Report::read("x", std::slice::from_ref(&run)).is_going_on());
+        let to_come = ReportRun::new(folder.path().join("b"));
+        assert!(Report::read("x", &[run, to_come]).is_going_on());
     }
 
     /// Signs make no file's name.

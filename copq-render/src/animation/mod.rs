@@ -116,7 +116,7 @@ impl Animation {
 
     /// Writes a GIF that runs in real time, again and again.
     pub fn write_gif(&self, path: &Path, draw: &mut Draw<'_>) -> Result<()> {
-        if path.extension().is_none_or(|ending| ending != "gif") {
+        if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gif")) {
             return Err(Error::invalid(
                 "animation's file",
                 "a name that ends in .gif",
