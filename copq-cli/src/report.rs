@@ -63,8 +63,8 @@ pub struct Making {
     #[arg(skip)]
     paper: Paper,
 
-    /// Films a policy of every method on each task first (rollout.gif in the run's folder), where it
-    /// is newer than its film, and shows the films. With --every also before the last page.
+    /// Films a policy of every method on each task first (rollout.gif in the run's folder), where
+    /// it is newer than its film, and shows the films. With --every also before the last page.
     #[arg(long)]
     rollouts: bool,
 }

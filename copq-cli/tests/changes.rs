@@ -76,7 +76,7 @@ fn a_run_knows_the_policy_that_it_began_with() {
     let run_of = |seed: u64| run_of(folder, seed);
     let line = format!("plot a={} a={}", run_of(0), run_of(1));
     assert!(said(folder, &line).contains("from policy.safetensors ("), "{}", said(folder, &line));
-    // A policy that is gone has been what it was; a run from before its checksum was written goes on.
+    // A policy that is gone has been what it was; a run from before checksums goes on.
     std::fs::remove_file(folder.join("policy.safetensors")).unwrap();
     write_sweep(folder, "[0, 1]", options);
     assert_eq!(run(folder, "sweep status tiny.toml").matches("| done |").count(), 2);

@@ -244,7 +244,7 @@ fn what_is_done_is_done_for_the_file_as_it_is() {
     );
     // A file that has changed since its pool began trains nothing by mistake.
     let task = sweep(folder, &["task", "tiny.toml", "--task", "0", "--expect", "abc"]).output();
-    assert!(text(&task.unwrap()).contains("has changed since this sweep was begun"));
+    assert!(text(&task.unwrap()).contains("begins with, has changed since this sweep was begun"));
 }
 
 /// The files that the repository has, but for those of Python's environments, which need its

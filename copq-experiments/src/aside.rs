@@ -15,8 +15,8 @@ pub(crate) fn link(from: &Path, to: &Path) -> Result<()> {
     })
 }
 
-/// Gives a file the second name `NAME.safetensors`, or `NAME-2.safetensors` and so on: the first that
-/// no other content has. Returns that.
+/// Gives a file the second name `NAME.safetensors`, or `NAME-2.safetensors` and so on: the first
+/// that no other content has. Returns that.
 pub(crate) fn lay_aside(file: &Path, name: &str) -> Result<PathBuf> {
     let mut other = file.with_file_name(format!("{name}.safetensors"));
     let mut number = 1;

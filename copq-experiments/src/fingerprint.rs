@@ -29,8 +29,8 @@ pub fn fingerprint<S: Serialize>(plan: &Plan, settings: &S) -> Result<String> {
     Ok(letters(Sha256::new_with_prefix(text)))
 }
 
-/// Sixteen letters that are the same for two policies if all that [`read_policy`](crate::read_policy)
-/// finds in their files is, whichever format these have.
+/// Sixteen letters that are the same for two policies if all that
+/// [`read_policy`](crate::read_policy) finds in their files is, whichever format these have.
 ///
 /// ```
 /// use copq::State;

@@ -216,8 +216,8 @@ impl RunFolder {
     }
 
     /// The last checkpoint, or the one before it ([`RunFolder::go_back`]); none if the run was
-    /// stopped before the first. The error for a damaged or lost one says whether there is one before
-    /// it.
+    /// stopped before the first. The error for a damaged or lost one says whether there is one
+    /// before it.
     pub fn load(&self) -> Result<Option<State>> {
         self.checkpoints.load()
     }

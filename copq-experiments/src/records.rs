@@ -50,8 +50,8 @@ impl Pace {
 }
 
 impl Records {
-    /// Takes the run up if its rows fit: opens or makes the files, and drops the rows that a run which
-    /// goes on from `saved`, where its trainer stands, will write again.
+    /// Takes the run up if its rows fit: opens or makes the files, and drops the rows that a run
+    /// which goes on from `saved`, where its trainer stands, will write again.
     pub(crate) fn open(
         folder: &mut RunFolder,
         settings: &RunSettings,

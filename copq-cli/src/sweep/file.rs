@@ -67,8 +67,8 @@ impl Task {
         read_done(&self.folder).is_some_and(|fingerprint| fingerprint == self.fingerprint)
     }
 
-    /// Why the run that has begun cannot go on to the file's steps, if its step size falls over all of
-    /// its own.
+    /// Why the run that has begun cannot go on to the file's steps, if its step size falls over all
+    /// of its own.
     pub fn is_longer_only_anew(&self) -> Option<String> {
         let begun = read_config::<toml::Table>(&self.folder).ok()?;
         let over = |settings: &toml::Table| settings.get("anneal_steps")?.as_integer();
@@ -77,8 +77,8 @@ impl Task {
         (then != now).then(|| {
             format!(
                 "its step size falls over {then} steps, the file's over {now}, which is another \
-                 run: give it another folder (out, or the name of an [[arm]]); copq resume {folder} \
-                 --steps N goes on with the last, small step size"
+                 run: give it another folder (out, or the name of an [[arm]]); copq resume \
+                 {folder} --steps N goes on with the last, small step size"
             )
         })
     }

@@ -25,7 +25,8 @@ pub struct Raw {
     /// Named variants, each with options of its own; every one is run over the whole grid.
     #[serde(default)]
     arm: Vec<Options>,
-    /// Combinations to leave out: those that have all of an entry's options, one `set` of several too.
+    /// Combinations to leave out: those that have all of an entry's options, one `set` of several
+    /// too.
     #[serde(default)]
     exclude: Vec<Options>,
     /// Combinations to add: options over those of all runs.
@@ -116,8 +117,8 @@ impl Raw {
 }
 
 impl Combination {
-    /// Whether it has all of these options, its arm's `name` among them; of those that add up, it may
-    /// have more.
+    /// Whether it has all of these options, its arm's `name` among them; of those that add up, it
+    /// may have more.
     fn has_all(&self, options: &Options) -> bool {
         options.iter().all(|(option, value)| match option.as_str() {
             "name" => self.name.as_deref() == value.as_str(),

@@ -26,8 +26,8 @@ fn standing(task: &Task) -> [String; 2] {
     match Standing::of(&task.folder) {
         Standing::Done if !task.is_done() => {
             let remark = task.is_longer_only_anew().unwrap_or_else(|| {
-                "done by other settings than the file has now; sweep run goes on where only steps have \
-                 risen, and says what else differs"
+                "done by other settings than the file has now; sweep run goes on where only steps \
+                 have risen, and says what else differs"
                     .to_owned()
             });
             let why = failure(&task.folder).filter(|why| *why != remark);

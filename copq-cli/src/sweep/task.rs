@@ -49,7 +49,8 @@ impl One {
         let file = self.named.file.display();
         ensure!(
             self.expect.is_none_or(|expected| expected == task.fingerprint),
-            "'{file}' has changed since this sweep was begun; start it again"
+            "'{file}', or the policy that its run begins with, has changed since this sweep was \
+             begun; start it again"
         );
         run(&task, &stop)
     }

@@ -80,8 +80,8 @@ impl Report {
         Ok(Self { paper, ..self })
     }
 
-    /// Whether a run is at work, or waits to be begun. A folder without a `config.toml` does not, but
-    /// where one is planned.
+    /// Whether a run is at work, or waits to be begun. A folder without a `config.toml` does not,
+    /// but where one is planned.
     pub fn is_going_on(&self) -> bool {
         use crate::standing::Standing::{Running, Waiting};
         self.runs.iter().any(|run| match run.standing {

@@ -151,7 +151,7 @@ impl Run {
         if let Some(file) = self.records.best_before.take() {
             let file = file.display();
             self.progress.line(&format!(
-                "the best evaluation so far came after the checkpoint; its policy stays as {file}"
+                "the best evaluation so far is no longer among the rows; its policy stays as {file}"
             ));
         }
         let is_due = self.is_evaluation_due();
