@@ -1,46 +1,18 @@
 //! Several runs side by side: one picture and one table, for what a swapped part is worth.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use copq::{Error, Result, files};
+use copq::{Error, Result};
 use copq_render::{Figure, Panel, Point, Series};
 
 use super::LIMIT_NOTE;
 use super::curves::{Evaluated, Quantity};
-use crate::config::{RunConfig, complete, difference};
-use crate::folder::read_config;
+use super::group::{Group, Labelled, group};
 use crate::numbers::grouped;
 use crate::plan::Plan;
 use crate::report::table::markdown_row;
 use crate::statistics::{Bootstrap, FEWEST, max, mean, median, min, probability_of_improvement};
-
-/// A run and what it is called in the legend; runs of one label are seeds of one method.
-///
-/// ```
-/// # let folder = tempfile::tempdir().expect("a temporary folder");
-/// use copq_experiments::{Labelled, comparison_table};
-///
-/// // Two seeds of one method; compare() draws what comparison_table() tells.
-/// let runs = ["s0", "s1"].map(|seed| {
-///     Labelled { label: "cholesky".to_owned(), folder: folder.path().join(seed) }
-/// });
-/// # for (run, total) in runs.iter().zip(["10", "30"]) {
-/// #     std::fs::create_dir(&run.folder).expect("a new folder");
-/// #     let text = format!("step,weighted_total/mean\n5000,{total}\n");
-/// #     copq::files::replace(&run.folder.join("evaluations.csv"), text.as_bytes())?;
-/// # }
-/// let table = comparison_table(&runs)?;
-/// assert!(table.ends_with("| cholesky | 2 | 5,000 | 20.0 (10.0 to 30.0) | 20.0 |\n"));
-/// # Ok::<(), copq::Error>(())
-/// ```
-#[derive(Clone, Debug)]
-pub struct Labelled {
-    /// The name in the legend.
-    pub label: String,
-    /// The run's folder.
-    pub folder: PathBuf,
-}
 
 /// A line across one objective's returns, such as a cost's limit.
 ///
@@ -64,20 +36,6 @@ pub struct Limit {
     pub objective: String,
     /// Its return there.
     pub value: f64,
-}
-
-/// A run's plan, and its settings whatever they are.
-type Config = RunConfig<toml::Table>;
-
-/// The runs of one label.
-struct Group {
-    label: String,
-    /// What made the first of them, if its folder says so.
-    config: Option<Config>,
-    seeds: Vec<Evaluated>,
-    /// The seeds' numbers, of runs whose folders say so.
-    numbers: Vec<u64>,
-    folders: Vec<PathBuf>,
 }
 
 /// Draws the runs' evaluation curves to `out`, whose ending decides the format: `.svg` or `.png`.
@@ -147,80 +105,6 @@ fn with_interval(values: &[f64]) -> String {
         _ if middle.is_nan() => String::new(),
         None => format!("{middle:.1}"),
         Some([low, high]) => format!("{middle:.1} [{low:.1}, {high:.1}]"),
-    }
-}
-
-fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
-    let mut groups: Vec<Group> = Vec::new();
-    for Labelled { label, folder } in runs {
-        let seed = Evaluated::read(folder)?;
-        let place = folder.canonicalize().map_err(files::failed("reading", folder))?;
-        let config =
-            if folder.join("config.toml").is_file() { Some(read_config(folder)?) } else { None };
-        let number = config.as_ref().map(|config| config.plan.run.seed);
-        match groups.iter_mut().find(|group| group.label == *label) {
-            Some(group) => {
-                check_same_method(label, group.config.as_ref(), config.as_ref())?;
-                check_new_seed(group, &place, number)?;
-                group.seeds.push(seed);
-                group.numbers.extend(number);
-                group.folders.push(place);
-            }
-            None => groups.push(Group {
-                label: label.clone(),
-                config,
-                seeds: vec![seed],
-                numbers: number.into_iter().collect(),
-                folders: vec![place],
-            }),
-        }
-    }
-    if groups.is_empty() {
-        Err(Error::invalid("runs to compare", "at least one", 0))
-    } else {
-        Ok(groups)
-    }
-}
-
-/// An error for a seed that is there already: it would count twice.
-fn check_new_seed(group: &Group, place: &Path, number: Option<u64>) -> Result<()> {
-    let got = match number {
-        Some(number) if group.numbers.contains(&number) => format!("seed {number} twice"),
-        _ if group.folders.iter().any(|known| known == place) => {
-            format!("{} twice", place.display())
-        }
-        _ => return Ok(()),
-    };
-    Err(Error::invalid(format!("runs called '{}'", group.label), "each seed once", got))
-}
-
-/// An error unless two runs differ in nothing but seed, length and cadence.
-fn check_same_method(label: &str, first: Option<&Config>, other: Option<&Config>) -> Result<()> {
-    let (Some(first), Some(other)) = (first, other) else { return Ok(()) };
-    let name = |plan: &Plan| {
-        let name = Plan { run: first.plan.run, ..plan.clone() }.folder_name();
-        let policy = plan.init_from.as_ref().map_or(String::new(), |from| {
-            let checksum = plan.init_checksum.as_deref().unwrap_or("of no known checksum");
-            format!(" from {} ({checksum})", from.display())
-        });
-        name + &policy
-    };
-    let differing = |wanted: String, got: String| {
-        let wanted = format!("seeds of {wanted} (another label for another method)");
-        Err(Error::invalid(format!("runs called '{label}'"), wanted, got))
-    };
-    if !first.plan.is_seed_of(&other.plan) {
-        return differing(name(&first.plan), name(&other.plan));
-    }
-    match difference(
-        "settings",
-        &complete(&first.settings).into(),
-        &complete(&other.settings).into(),
-    ) {
-        None => Ok(()),
-        Some((key, wanted, got)) => {
-            differing(format!("{} with {key} {wanted}", name(&first.plan)), got)
-        }
     }
 }
 
@@ -322,6 +206,8 @@ fn over_seeds(seeds: &[Evaluated], quantity: &Quantity) -> Vec<Point> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::PathBuf;
+
     use super::*;
 
     fn run(folder: &Path, name: &str, ends: [f64; 3]) -> PathBuf {
@@ -386,57 +272,5 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(["limit", "speed", "sped"].iter().all(|text| error.contains(text)), "{error}");
-    }
-
-    #[test]
-    fn runs_of_one_label_differ_in_their_seeds_alone() {
-        let folder = tempfile::tempdir().unwrap();
-        let labelled = |name, plan: Plan, settings: &str| {
-            let path = run(folder.path(), name, [1.0; 3]);
-            let settings: toml::Table = settings.parse().unwrap();
-            let config = RunConfig { plan, settings, made_with: crate::config::MadeWith::here() };
-            crate::config::write(&path.join("config.toml"), &config).unwrap();
-            Labelled { label: "td3".to_owned(), folder: path }
-        };
-        let plan = |bound: &str, seed| {
-            let mut plan =
-                Plan { bound: Some(bound.to_owned()), ..Plan::new(&copq::Method::cop_td3()) };
-            plan.run.seed = seed;
-            plan
-        };
-        let first = labelled("first", plan("cholesky", 0), "tau = 0.005");
-        let with = |other| comparison_table(&[first.clone(), other]).map_err(|e| e.to_string());
-        assert!(with(labelled("seed", plan("cholesky", 1), "tau = 0.005")).is_ok());
-        let error = with(labelled("again", plan("cholesky", 0), "tau = 0.005")).unwrap_err();
-        assert_eq!(error, "runs called 'td3': wanted each seed once, got seed 0 twice");
-        let wanted = "runs called 'td3': wanted seeds of cop-td3-a-hopper-cholesky-s0";
-        let error = with(labelled("projection", plan("eigen", 1), "tau = 0.005")).unwrap_err();
-        assert_eq!(
-            error,
-            format!("{wanted} (another label for another method), got cop-td3-a-hopper-eigen-s0")
-        );
-        let error = with(labelled("setting", plan("cholesky", 1), "tau = 0.01")).unwrap_err();
-        assert_eq!(
-            error,
-            format!(
-                "{wanted} with settings.tau 0.005 (another label for another method), got 0.01"
-            )
-        );
-    }
-
-    /// A run from before a setting was there, and one of today with the setting's default.
-    #[test]
-    fn a_setting_that_an_old_run_did_not_know_has_its_default() {
-        let today = toml::Table::try_from(copq::Method::td3().config).unwrap();
-        let mut old = today.clone();
-        for key in ["normalise", "warm_up"] {
-            assert!(old.remove(key).is_some());
-        }
-        assert_eq!(complete(&old), complete(&today));
-        let mut other = today.clone();
-        other.insert("normalise".to_owned(), true.into());
-        assert_ne!(complete(&other), complete(&today));
-        let foreign: toml::Table = toml::from_str("rate = 0.1").unwrap();
-        assert_eq!(complete(&foreign), foreign);
     }
 }

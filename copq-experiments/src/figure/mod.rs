@@ -2,14 +2,16 @@
 
 mod compare;
 mod curves;
+mod group;
 
 use std::path::Path;
 
 use copq::{EnvSpec, Result};
 use copq_render::{Figure, Panel, Series};
 
-pub use compare::{Labelled, Limit, compare, comparison_table};
+pub use compare::{Limit, compare, comparison_table};
 pub(crate) use curves::{Evaluated, Quantity};
+pub use group::Labelled;
 
 /// What a dashed line means.
 const LIMIT_NOTE: &str = " Dashed: the limit.";

@@ -1,0 +1,189 @@
+//! Runs of one label: the seeds of one method.
+
+use std::path::{Path, PathBuf};
+
+use copq::{Error, Result, files};
+
+use super::curves::Evaluated;
+use crate::config::{RunConfig, complete, difference};
+use crate::folder::read_config;
+use crate::plan::Plan;
+
+/// A run and what it is called in the legend; runs of one label are seeds of one method.
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// use copq_experiments::{Labelled, comparison_table};
+///
+/// // Two seeds of one method; compare() draws what comparison_table() tells.
+/// let runs = ["s0", "s1"].map(|seed| {
+///     Labelled { label: "cholesky".to_owned(), folder: folder.path().join(seed) }
+/// });
+/// # for (run, total) in runs.iter().zip(["10", "30"]) {
+/// #     std::fs::create_dir(&run.folder).expect("a new folder");
+/// #     let text = format!("step,weighted_total/mean\n5000,{total}\n");
+/// #     copq::files::replace(&run.folder.join("evaluations.csv"), text.as_bytes())?;
+/// # }
+/// let table = comparison_table(&runs)?;
+/// assert!(table.ends_with("| cholesky | 2 | 5,000 | 20.0 (10.0 to 30.0) | 20.0 |\n"));
+/// # Ok::<(), copq::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Labelled {
+    /// The name in the legend.
+    pub label: String,
+    /// The run's folder.
+    pub folder: PathBuf,
+}
+
+/// A run's plan, and its settings whatever they are.
+type Config = RunConfig<toml::Table>;
+
+/// The runs of one label.
+pub(super) struct Group {
+    pub label: String,
+    /// What made the first of them, if its folder says so.
+    pub config: Option<Config>,
+    pub seeds: Vec<Evaluated>,
+    /// The seeds' numbers, of runs whose folders say so.
+    numbers: Vec<u64>,
+    folders: Vec<PathBuf>,
+}
+
+/// The runs, label by label.
+pub(super) fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
+    let mut groups: Vec<Group> = Vec::new();
+    for Labelled { label, folder } in runs {
+        let seed = Evaluated::read(folder)?;
+        let place = folder.canonicalize().map_err(files::failed("reading", folder))?;
+        let config =
+            if folder.join("config.toml").is_file() { Some(read_config(folder)?) } else { None };
+        let number = config.as_ref().map(|config| config.plan.run.seed);
+        match groups.iter_mut().find(|group| group.label == *label) {
+            Some(group) => {
+                check_same_method(label, group.config.as_ref(), config.as_ref())?;
+                check_new_seed(group, &place, number)?;
+                group.seeds.push(seed);
+                group.numbers.extend(number);
+                group.folders.push(place);
+            }
+            None => groups.push(Group {
+                label: label.clone(),
+                config,
+                seeds: vec![seed],
+                numbers: number.into_iter().collect(),
+                folders: vec![place],
+            }),
+        }
+    }
+    if groups.is_empty() {
+        Err(Error::invalid("runs to compare", "at least one", 0))
+    } else {
+        Ok(groups)
+    }
+}
+
+/// An error for a seed that is there already: it would count twice.
+fn check_new_seed(group: &Group, place: &Path, number: Option<u64>) -> Result<()> {
+    let got = match number {
+        Some(number) if group.numbers.contains(&number) => format!("seed {number} twice"),
+        _ if group.folders.iter().any(|known| known == place) => {
+            format!("{} twice", place.display())
+        }
+        _ => return Ok(()),
+    };
+    Err(Error::invalid(format!("runs called '{}'", group.label), "each seed once", got))
+}
+
+/// An error unless two runs differ in nothing but seed, length and cadence.
+fn check_same_method(label: &str, first: Option<&Config>, other: Option<&Config>) -> Result<()> {
+    let (Some(first), Some(other)) = (first, other) else { return Ok(()) };
+    let name = |plan: &Plan| {
+        let name = Plan { run: first.plan.run, ..plan.clone() }.folder_name();
+        let policy = plan.init_from.as_ref().map_or(String::new(), |from| {
+            let checksum = plan.init_checksum.as_deref().unwrap_or("of no known checksum");
+            format!(" from {} ({checksum})", from.display())
+        });
+        name + &policy
+    };
+    let differing = |wanted: String, got: String| {
+        let wanted = format!("seeds of {wanted} (another label for another method)");
+        Err(Error::invalid(format!("runs called '{label}'"), wanted, got))
+    };
+    if !first.plan.is_seed_of(&other.plan) {
+        return differing(name(&first.plan), name(&other.plan));
+    }
+    match difference(
+        "settings",
+        &complete(&first.settings).into(),
+        &complete(&other.settings).into(),
+    ) {
+        None => Ok(()),
+        Some((key, wanted, got)) => {
+            differing(format!("{} with {key} {wanted}", name(&first.plan)), got)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_of_one_label_differ_in_their_seeds_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let labelled = |name, plan: Plan, settings: &str| {
+            let path = folder.path().join(name);
+            std::fs::create_dir(&path).unwrap();
+            let rows = "step,weighted_total/mean\n0,1\n";
+            std::fs::write(path.join("evaluations.csv"), rows).unwrap();
+            let settings: toml::Table = settings.parse().unwrap();
+            let config = RunConfig { plan, settings, made_with: crate::config::MadeWith::here() };
+            crate::config::write(&path.join("config.toml"), &config).unwrap();
+            Labelled { label: "td3".to_owned(), folder: path }
+        };
+        let plan = |bound: &str, seed| {
+            let mut plan =
+                Plan { bound: Some(bound.to_owned()), ..Plan::new(&copq::Method::cop_td3()) };
+            plan.run.seed = seed;
+            plan
+        };
+        let first = labelled("first", plan("cholesky", 0), "tau = 0.005");
+        let with = |other| {
+            let groups = group(&[first.clone(), other]).map_err(|e| e.to_string())?;
+            Ok::<_, String>(groups.len())
+        };
+        assert_eq!(with(labelled("seed", plan("cholesky", 1), "tau = 0.005")), Ok(1));
+        let error = with(labelled("again", plan("cholesky", 0), "tau = 0.005")).unwrap_err();
+        assert_eq!(error, "runs called 'td3': wanted each seed once, got seed 0 twice");
+        let wanted = "runs called 'td3': wanted seeds of cop-td3-a-hopper-cholesky-s0";
+        let error = with(labelled("projection", plan("eigen", 1), "tau = 0.005")).unwrap_err();
+        assert_eq!(
+            error,
+            format!("{wanted} (another label for another method), got cop-td3-a-hopper-eigen-s0")
+        );
+        let error = with(labelled("setting", plan("cholesky", 1), "tau = 0.01")).unwrap_err();
+        assert_eq!(
+            error,
+            format!(
+                "{wanted} with settings.tau 0.005 (another label for another method), got 0.01"
+            )
+        );
+    }
+
+    /// A run from before a setting was there, and one of today with the setting's default.
+    #[test]
+    fn a_setting_that_an_old_run_did_not_know_has_its_default() {
+        let today = toml::Table::try_from(copq::Method::td3().config).unwrap();
+        let mut old = today.clone();
+        for key in ["normalise", "warm_up"] {
+            assert!(old.remove(key).is_some());
+        }
+        assert_eq!(complete(&old), complete(&today));
+        let mut other = today.clone();
+        other.insert("normalise".to_owned(), true.into());
+        assert_ne!(complete(&other), complete(&today));
+        let foreign: toml::Table = toml::from_str("rate = 0.1").unwrap();
+        assert_eq!(complete(&foreign), foreign);
+    }
+}
