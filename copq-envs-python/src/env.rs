@@ -26,6 +26,17 @@ const LONGEST: f64 = 1e6;
 ///
 /// An exception in Python is an error here; the next [`Env::reset`] goes on. So it does after the
 /// process has died or has been given up for its silence: with a new one.
+///
+/// ```no_run
+/// use copq::Env;
+/// use copq_envs_python::{Options, PythonEnv};
+///
+/// let options = Options { kwargs: r#"{"g": 9.81}"#.to_owned(), ..Options::default() };
+/// let mut env = PythonEnv::new("gymnasium:Pendulum-v1", &options)?;
+/// assert_eq!(env.spec().horizon, 200);
+/// env.reset(0, &mut [0.0; 3])?;
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub struct PythonEnv {
     python: PathBuf,
     /// What the worker is told, as JSON.
@@ -60,6 +71,18 @@ struct Settings<'a> {
 }
 
 /// One moment of an environment, as it draws itself.
+///
+/// ```no_run
+/// use copq::Env;
+/// use copq_envs_python::{Options, PythonEnv};
+///
+/// let options = Options { render: true, ..Options::default() };
+/// let mut env = PythonEnv::new("gymnasium:Pendulum-v1", &options)?;
+/// env.reset(0, &mut [0.0; 3])?;
+/// let picture = env.picture()?;
+/// assert_eq!(picture.rgb.len(), 3 * picture.width as usize * picture.height as usize);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
     /// Pixels from left to right.

@@ -41,7 +41,8 @@ class Refused(Exception):
 
 def guard(connection):
     """Starts a process that kills this group of processes when the other side of the connection is gone, however busy
-    the worker is. It is nobody's child, for environments may wait for theirs.
+    the worker is. It is nobody's child, for environments may wait for theirs. What an environment has started in a
+    session of its own is not in the group: it goes when the environment closes it.
     """
     worker = os.getpid()
     middle = os.fork()
@@ -88,6 +89,14 @@ def imported(number, module):
     spec.loader.exec_module(sys.modules[name])
 
 
+def seed(number):
+    """Begins Python's and NumPy's own generators anew."""
+    import numpy
+
+    random.seed(number)
+    numpy.random.seed(number)
+
+
 def make(settings):
     """The environment that the settings name."""
     name = PACKAGES[settings["package"]]
@@ -103,6 +112,8 @@ def make(settings):
             f"wanted an interpreter with the package {name}, got {sys.executable} without (pip install "
             f"{settings['package']} there, or --python PATH for another one)"
         )
+    # An environment that is made by chance is the same one in every process.
+    seed(0)
     for number, module in enumerate(settings["imports"]):
         imported(number, module)
     arguments = dict(settings["kwargs"])
@@ -152,19 +163,28 @@ class World:
         self.rewards = self.count_rewards()
 
     def count_rewards(self):
-        """How many numbers a reward has; None if it is one and not a vector."""
-        space = getattr(self.env.unwrapped, "reward_space", None)
-        if self.package == "mo-gymnasium" and space is None:
+        """How many numbers a reward has, by the outermost wrapper that says so; None if it is one and not a vector."""
+        env = self.env
+        while True:
+            if type(env).__name__ == "LinearReward":
+                # MO-Gymnasium's wrapper, which adds them up.
+                return None
+            if "reward_space" in vars(env) or hasattr(type(env), "reward_space"):
+                return int(self.numpy.prod(env.reward_space.shape, dtype=int))
+            if "env" not in vars(env):
+                break
+            env = env.env
+        if self.package == "mo-gymnasium":
             raise Refused("rewards: wanted an environment that says how many it has (reward_space), got none")
-        return None if space is None else int(self.numpy.prod(space.shape, dtype=int))
+        return None
 
     def describe(self):
         """What copq has to know before the first episode."""
         low, high = (bound.astype("f4").ravel() for bound in (self.actions.low, self.actions.high))
         if not (self.numpy.isfinite(low).all() and self.numpy.isfinite(high).all()):
             raise Refused(
-                f"actions: wanted finite bounds that fit 32 bits, got {self.actions}; gymnasium.wrappers.RescaleAction "
-                "can set some: register it wrapped, and --import that"
+                f"actions: wanted finite bounds that fit 32 bits, got {self.actions}; a gymnasium.ActionWrapper of yours "
+                "with an action_space of Box(-1, 1, ...) can have some: register it wrapped, and --import that"
             )
         horizon = getattr(self.env.spec, "max_episode_steps", None)
         if horizon is None:
@@ -192,13 +212,12 @@ class World:
             return 30.0
         return wanted if 0 < wanted < float("inf") else 30.0
 
-    def reset(self, seed):
+    def reset(self, number):
         """Begins an episode. Randomness that an environment takes from Python's or NumPy's own generators is the
         seed's, too.
         """
-        random.seed(seed)
-        self.numpy.random.seed(seed)
-        return bytes([RUNNING]) + self.seen(self.env.reset(seed=seed)[0])
+        seed(number)
+        return bytes([RUNNING]) + self.seen(self.env.reset(seed=number)[0])
 
     def step(self, action):
         """One step; the cost comes before the reward."""
@@ -257,8 +276,10 @@ class World:
 def last_lines(error):
     """What was raised, and where: the frames of others than this program, which python is given as a text."""
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename != "<copq>"]
-    said = traceback.format_exception_only(type(error), error)[-1].strip()
-    return said + "".join(f"\n  {frame.filename}:{frame.lineno} in {frame.name}: {frame.line}" for frame in frames[-5:])
+    said = "".join(traceback.format_exception_only(type(error), error)).strip()
+    said += "".join(f"\n  {frame.filename}:{frame.lineno} in {frame.name}: {frame.line}" for frame in frames[-5:])
+    cause = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
+    return said if cause is None else f"{said}\nafter {last_lines(cause)}"
 
 
 def text(words):

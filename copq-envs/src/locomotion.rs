@@ -3,7 +3,7 @@
 use copq::error::check_len;
 use copq::{Env, EnvSpec, Error, Outcome, Result, Rng, State};
 
-use crate::task::{Motion, Options, task_with};
+use crate::task::{Motion, Options, SignalSum, task_with};
 use crate::{Physics, Readings, RobotSpec, Task};
 
 /// The stream of reset noise; [`copq::Stream`] keeps the small numbers for the learner.
@@ -64,6 +64,7 @@ impl<P: Physics> Locomotion<P> {
     /// Puts a task on an engine that holds the task's robot and tells what the task needs.
     pub fn new(task: Task, mut physics: P) -> Result<Self> {
         task.robot.check()?;
+        task.objectives.iter().try_for_each(SignalSum::check)?;
         let dims = task.robot.dims();
         if physics.dims() != dims {
             return Err(Error::invalid(
@@ -72,7 +73,7 @@ impl<P: Physics> Locomotion<P> {
                 format!("{:?}", physics.dims()),
             ));
         }
-        let spec = task.env_spec();
+        let spec = task.env_spec().versions(physics.name());
         spec.check()?;
         let mut readings = Readings::new(task.fields(), &task.robot);
         // An engine that does not provide a field says so now rather than in mid-run.

@@ -90,7 +90,11 @@ pub fn read_weights(weights: &str, names: &[&str]) -> Result<Vec<(usize, f32)>> 
     let one = |(i, part): (usize, &str)| {
         let (name, number) = match part.split_once('=') {
             Some((name, number)) => (name.trim(), number.trim()),
-            None => (names.get(i).copied().unwrap_or_default(), part),
+            None if is_list => (names.get(i).copied().unwrap_or_default(), part),
+            None => {
+                let wanted = "all of them by name, or none";
+                return Err(Error::invalid("weights", wanted, weights));
+            }
         };
         let weight = number.parse().map_err(|_| {
             Error::invalid("weights", "numbers, or NAME=NUMBER, between commas", weights)
@@ -98,7 +102,13 @@ pub fn read_weights(weights: &str, names: &[&str]) -> Result<Vec<(usize, f32)>> 
         let objective = names.iter().position(|known| *known == name);
         Ok((objective.ok_or_else(|| Error::unknown("objective", name, names))?, weight))
     };
-    parts.into_iter().enumerate().map(one).collect()
+    let all: Vec<(usize, f32)> = parts.into_iter().enumerate().map(one).collect::<Result<_>>()?;
+    match all.iter().enumerate().find(|(k, (i, _))| all[..*k].iter().any(|(known, _)| known == i)) {
+        Some((_, (i, _))) => {
+            Err(Error::invalid("weights", "each once", format!("{} twice", names[*i])))
+        }
+        None => Ok(all),
+    }
 }
 
 fn unknown(spec: &EnvSpec, name: &str) -> Error {
@@ -163,6 +173,11 @@ mod tests {
         assert_eq!(two().weights("speed=3")?.spec().weights(), [0.0, 3.0]);
         for wrong in ["1", "1,2,3", "", "speed=", "sped=1", "speed=fast", "1,speed=2", "nan,1"] {
             assert!(two().weights(wrong).is_err(), "{wrong}");
+        }
+        let names = ["safety", "speed"];
+        assert_eq!(read_weights("speed=2, safety=1", &names)?, [(1, 2.0), (0, 1.0)]);
+        for wrong in ["speed=2,0.5", "1,speed=2", "speed=2,speed=0.5"] {
+            assert!(read_weights(wrong, &names).is_err(), "{wrong}");
         }
         Ok(())
     }

@@ -30,6 +30,15 @@ const DISTANCE: f64 = 2.1;
 ///
 /// It has a model of its own: an engine that runs meanwhile takes no notice. Tied to its thread, as
 /// OpenGL is.
+///
+/// ```no_run
+/// // A robot as its task begins, with grey limbs.
+/// let robot = copq_envs::task("a/hopper")?.robot;
+/// let mut renderer = copq_envs_mujoco::Renderer::new(&robot, [400, 300], |_| [128; 3])?;
+/// let picture = renderer.draw(&robot.initial_qpos)?;
+/// assert_eq!(picture.len(), 3 * 400 * 300);
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub struct Renderer {
     robot: RobotSpec,
     data: MjData<Box<MjModel>>,

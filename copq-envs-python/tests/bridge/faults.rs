@@ -82,6 +82,12 @@ fn an_error_says_where_python_was() {
     let error = play(&mut env.unwrap()).unwrap_err().to_string();
     assert!(error.contains("copq_faulty.py:") && error.contains("in misbehave"), "{error}");
     assert!(!error.contains("<copq>"), "{error}");
+    let error = play(&mut faulty("cause").unwrap().unwrap()).unwrap_err().to_string();
+    assert!(
+        error.contains("ValueError: no such joint") && error.contains("after KeyError: 'joint 3'")
+    );
+    let error = play(&mut faulty("note").unwrap().unwrap()).unwrap_err().to_string();
+    assert!(error.contains("ValueError: the gripper is stuck\nin scene 4"), "{error}");
     let error = play(&mut faulty("hang").unwrap().unwrap()).unwrap_err().to_string();
     assert!(error.contains("copq_faulty.py") && error.contains("misbehave"), "{error}");
 }
@@ -174,6 +180,30 @@ fn a_seed_holds_for_pythons_own_generators() {
     let first: Vec<f32> = rewards(&mut env);
     assert_ne!(first[8], first[9]);
     assert_eq!(first, rewards(&mut env));
+    // What it drew when it was made is the same in another process.
+    assert_eq!(first, rewards(&mut faulty("chance").unwrap().unwrap()));
+}
+
+#[test]
+fn wrappers_say_what_they_make_of_actions_and_rewards() {
+    let counts = |name: &str| {
+        let task = format!("gymnasium:copq/{name}-v0");
+        let options = Options {
+            python: Some(python(&task)?),
+            imports: vec![format!("{}/copq_faulty.py", data())],
+            ..Options::default()
+        };
+        let mut env = PythonEnv::new(&task, &options).unwrap();
+        let mut reward = vec![0.0; env.spec().objectives.len()];
+        env.reset(0, &mut [0.0; 2]).unwrap();
+        let mut obs = [0.0; 2];
+        env.step(&[0.5], &mut obs, &mut reward).unwrap();
+        Some((obs[1], reward))
+    };
+    let Some(advised) = counts("Advised") else { return };
+    assert_eq!(advised, (5.0, vec![1.0]));
+    assert_eq!(counts("Parts").unwrap(), (0.5, vec![1.0, -1.0]));
+    assert_eq!(counts("Added").unwrap(), (0.5, vec![0.0]));
 }
 
 #[test]

@@ -32,6 +32,8 @@ class Faulty(gymnasium.Env):
             self.observation_space = Dict({"a": NUMBER})
         if fault == "enormous":
             self.observation_space = Box(0, 255, (4096, 4096, 3), np.uint8)
+        if fault == "chance":
+            self.drawn = random.random() + np.random.random()
         if fault == "start":
             raise RuntimeError("no licence")
         if fault == "slow start":
@@ -53,6 +55,15 @@ class Faulty(gymnasium.Env):
         match self.fault:
             case "raise":
                 raise ValueError("the gripper is stuck")
+            case "cause":
+                try:
+                    raise KeyError("joint 3")
+                except KeyError as error:
+                    raise ValueError("no such joint") from error
+            case "note":
+                error = ValueError("the gripper is stuck")
+                error.add_note("in scene 4")
+                raise error
             case "exit":
                 sys.exit(3)
             case "print":
@@ -96,7 +107,7 @@ class Faulty(gymnasium.Env):
                 threading.Thread(target=time.sleep, args=(1000,)).start()
                 self.fault = "none"
             case "chance":
-                reward = random.random() + np.random.random()
+                reward = random.random() + np.random.random() + self.drawn
         return obs, reward
 
     def render(self):
@@ -112,6 +123,52 @@ class Once(Faulty):
         return super().reset(seed=seed)
 
 
+class Bounded(gymnasium.ActionWrapper):
+    """What is advised for actions without bounds."""
+
+    def __init__(self, env):
+        super().__init__(env)
+        self.action_space = Box(-1, 1, env.action_space.shape)
+
+    def action(self, action):
+        return 10 * action
+
+
+class Parts(gymnasium.Wrapper):
+    """A reward told in two numbers, and how many there are."""
+
+    def __init__(self, env):
+        super().__init__(env)
+        self.reward_space = Box(-np.inf, np.inf, (2,))
+
+    def step(self, action):
+        obs, reward, *rest = self.env.step(action)
+        return obs, np.array([reward, -reward]), *rest
+
+
+class LinearReward(gymnasium.Wrapper):
+    """One number of several again, as MO-Gymnasium's wrapper of this name."""
+
+    def step(self, action):
+        obs, reward, *rest = self.env.step(action)
+        return obs, float(reward.sum()), *rest
+
+
+def advised():
+    return Bounded(Faulty("unbounded"))
+
+
+def parts():
+    return Parts(Faulty())
+
+
+def added():
+    return LinearReward(parts())
+
+
+gymnasium.register("copq/Advised-v0", advised, max_episode_steps=10)
+gymnasium.register("copq/Parts-v0", parts, max_episode_steps=10)
+gymnasium.register("copq/Added-v0", added, max_episode_steps=10)
 gymnasium.register("copq/Faulty-v0", Faulty, max_episode_steps=10)
 gymnasium.register("copq/Once-v0", Once, max_episode_steps=10)
 gymnasium.register("copq/Endless-v0", Faulty)

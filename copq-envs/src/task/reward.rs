@@ -1,5 +1,7 @@
 //! Rewards as sums of a few signals, so that a task is data and not code.
 
+use copq::{Error, Result};
+
 use crate::{Field, Readings};
 
 /// A quantity of one environment step.
@@ -105,6 +107,25 @@ impl SignalSum {
     /// Makes it a cost, whose undiscounted sum over an episode shall not exceed `limit`.
     pub fn limit(self, limit: f64) -> Self {
         Self { limit: Some(limit), ..self }
+    }
+
+    /// An error for a factor that is no number, or a bound that leaves nothing.
+    pub(crate) fn check(&self) -> Result<()> {
+        for (factor, signal) in &self.terms {
+            let wrong = |wanted: &str| {
+                let got = format!("{factor} x {signal:?}");
+                Err(Error::invalid(format!("objective '{}'", self.name), wanted, got))
+            };
+            if !factor.is_finite() {
+                return wrong("finite factors");
+            }
+            if let Signal::Contact { clip, cap } = signal
+                && !(*clip >= 0.0 && *cap >= 0.0)
+            {
+                return wrong("a clip and a cap of 0 or more");
+            }
+        }
+        Ok(())
     }
 
     /// The reward for a step, unweighted.

@@ -4,6 +4,7 @@ use crate::support;
 use approx::assert_abs_diff_eq;
 
 use copq::{Env, Outcome, State};
+use copq_envs::task::Signal;
 use copq_envs::{Locomotion, task, tasks};
 use support::Still;
 
@@ -164,4 +165,21 @@ fn an_unknown_task_is_answered_with_the_nearest() {
     assert!(tasks().contains(&"a/hopper"));
     let error = task("hopper").unwrap_err().to_string();
     assert!(error.contains("'hopper'") && error.contains("a/hopper"), "{error}");
+}
+
+#[test]
+fn a_task_that_cannot_be_computed_is_refused() {
+    let contact = |clip, cap| Signal::Contact { clip, cap };
+    for (factor, signal, wanted) in [
+        (f64::NAN, Signal::Alive, "finite factors"),
+        (1.0, contact(-1.0, 1.0), "a clip and a cap of 0 or more"),
+        (1.0, contact(f64::NAN, 1.0), "a clip and a cap of 0 or more"),
+        (1.0, contact(1.0, f64::NAN), "a clip and a cap of 0 or more"),
+    ] {
+        let mut task = copq_envs::task("a/hopper").unwrap();
+        task.objectives[0].terms = vec![(factor, signal)];
+        let error = Locomotion::new(task, Still::new()).unwrap_err().to_string();
+        let begin = format!("objective 'safety': wanted {wanted}, got ");
+        assert!(error.starts_with(&begin), "{error}");
+    }
 }
