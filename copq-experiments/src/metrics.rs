@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use copq::{EnvSpec, Episode, Observer, Result, State};
+use copq::{EnvSpec, Episode, Error, Observer, Result, State};
 
 use crate::numbers::{Numbers, grouped, weighted_total};
 use crate::table::Table;
@@ -29,6 +29,8 @@ use crate::table::Table;
 pub struct Metrics {
     table: Table,
     sums: BTreeMap<String, (f64, u64)>,
+    /// A name that no column can have.
+    refused: Option<String>,
     warnings: Vec<String>,
 }
 
@@ -40,9 +42,15 @@ impl Observer for Metrics {
     fn scalar(&mut self, _step: u64, name: &str, value: f64) {
         match self.sums.get_mut(name) {
             Some((sum, count)) => (*sum, *count) = (*sum + value, *count + 1),
-            None => drop(self.sums.insert(name.to_owned(), (value, 1))),
+            None if is_column(name) => drop(self.sums.insert(name.to_owned(), (value, 1))),
+            None => self.refused = Some(name.to_owned()),
         }
     }
+}
+
+/// Whether a column can be called so: the first is `step`, and a checkpoint has a line a name.
+fn is_column(name: &str) -> bool {
+    !name.is_empty() && name != "step" && !name.contains(char::is_control)
 }
 
 impl Metrics {
@@ -57,7 +65,7 @@ impl Metrics {
     }
 
     pub(crate) fn of(table: Table) -> Self {
-        Self { table, sums: BTreeMap::new(), warnings: Vec::new() }
+        Self { table, sums: BTreeMap::new(), refused: None, warnings: Vec::new() }
     }
 
     /// What the learner has warned of since the last call.
@@ -78,8 +86,14 @@ impl Metrics {
         self.scalar(step, "train/length", episode.length as f64);
     }
 
-    /// Writes the averages since the last row, begins new ones and returns what was written.
+    /// Writes the averages since the last row, begins new ones and returns what was written; an
+    /// error if a scalar had a name that no column can have: none, `step`, or one with control
+    /// characters.
     pub fn row(&mut self, step: u64) -> Result<Numbers> {
+        if let Some(name) = self.refused.take() {
+            let wanted = "a name other than 'step', without control characters";
+            return Err(Error::invalid("a scalar's name", wanted, format!("{name:?}")));
+        }
         let sums = std::mem::take(&mut self.sums);
         let averages: Numbers =
             sums.into_iter().map(|(name, (sum, count))| (name, sum / count as f64)).collect();

@@ -75,6 +75,9 @@ impl Records {
             table(EVALUATIONS, settings.eval_every)?,
             table(TIMINGS, settings.log_every)?,
         ];
+        // Numbers that no row has any longer go from TensorBoard, too.
+        let last = rows.iter().filter_map(|rows| rows.steps().last().copied()).max();
+        let first = last.map_or(0, |last| last + 1);
         // Before the rows after its checkpoint go, which one that is left aside wants.
         folder.take_up()?;
         let (best, best_before) = keep_best(folder, &rows[1], spec)?;
@@ -89,7 +92,7 @@ impl Records {
             metrics,
             evaluations,
             timings,
-            events: EventFile::create(folder.path(), step)?,
+            events: EventFile::create(folder.path(), first)?,
             best,
             best_before,
             settings: *settings,

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::folder::read_done;
 use crate::lock::held_by;
 
-/// The end of a file that certainly has a whole row.
+/// As much of a file's end as most last rows are shorter than.
 const TAIL: u64 = 1 << 14;
 
 /// Where a run stands.
@@ -115,14 +115,22 @@ pub fn steps_done(folder: &Path) -> u64 {
     tail(&folder.join("metrics.csv")).and_then(last).unwrap_or(0)
 }
 
-/// The end of a file, however long it is.
+/// The end of a file, however long it is: at least its last whole line.
 fn tail(path: &Path) -> Option<String> {
     let mut file = File::open(path).ok()?;
     let length = file.metadata().ok()?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(TAIL))).ok()?;
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).ok()?;
-    Some(String::from_utf8_lossy(&bytes).into_owned())
+    let mut size = TAIL;
+    loop {
+        file.seek(SeekFrom::Start(length.saturating_sub(size))).ok()?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).ok()?;
+        // A line lies between two ends, or begins the file.
+        let ends = bytes.iter().filter(|&&byte| byte == b'\n').count();
+        if ends > 1 || size >= length {
+            return Some(String::from_utf8_lossy(&bytes).into_owned());
+        }
+        size *= 2;
+    }
 }
 
 #[cfg(test)]
@@ -140,6 +148,8 @@ mod tests {
             ("step,a\n1000,0.5\n", 1_000),
             ("step,a\n1000,0.5\n2000,0.", 1_000),
             (&format!("step,a\n1000,{}\n2000,1\n", "9".repeat(40_000)), 2_000),
+            (&format!("step,a\n1000,1\n2000,{}\n", ",5".repeat(40_000)), 2_000),
+            (&format!("step,a\n1000,1\n2000{}", ",5".repeat(40_000)), 1_000),
         ] {
             std::fs::write(&file, text).unwrap();
             assert_eq!(steps_done(folder.path()), wanted);

@@ -74,14 +74,13 @@ pub struct EventFile {
 }
 
 impl EventFile {
-    /// Begins a file that goes on after `step`, or from the start at 0; TensorBoard forgets what
-    /// earlier files said of these steps.
-    pub fn create(folder: &Path, step: u64) -> Result<Self> {
+    /// Begins a file of the steps from `first` on; TensorBoard forgets what earlier files said of
+    /// them.
+    pub fn create(folder: &Path, first: u64) -> Result<Self> {
         let path = unused_name(folder);
         let file = File::options().create_new(true).append(true).open(&path);
         let mut events = Self { file: file.map_err(files::failed("making", &path))?, path };
         events.write(0, What::FileVersion("brain.Event:2".to_owned()))?;
-        let first = if step == 0 { 0 } else { step + 1 };
         events.write(first, What::Session(SessionLog { status: 1 }))?;
         Ok(events)
     }

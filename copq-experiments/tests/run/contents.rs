@@ -174,6 +174,33 @@ fn metrics_are_averages_over_the_interval() {
     assert!(metrics.row(3).unwrap().is_empty());
 }
 
+/// A name from an agent of one's own can neither damage the file nor come back from a checkpoint.
+#[test]
+fn a_scalar_that_no_column_can_be_is_refused() {
+    use copq::{Observer, State};
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("metrics.csv");
+    let mut metrics = Metrics::open(&path, |_| true).unwrap();
+    for name in ["step", "", "a\nb", "\u{7}"] {
+        metrics.scalar(1, "a", 1.0);
+        metrics.scalar(1, "c", 3.0);
+        metrics.scalar(1, name, 2.0);
+        let mut saved = State::default();
+        metrics.save(&mut saved);
+        let error = metrics.row(1).unwrap_err().to_string();
+        let wanted =
+            "a scalar's name: wanted a name other than 'step', without control characters, got ";
+        assert_eq!(error, format!("{wanted}{name:?}"));
+        metrics.load(&saved).unwrap();
+        let row = [("a", 1.0), ("c", 3.0)].map(|(name, value)| (name.to_owned(), value));
+        assert_eq!(metrics.row(2).unwrap(), row);
+    }
+    assert_eq!(
+        std::fs::read_to_string(path).unwrap(),
+        "step,a,c\n".to_owned() + &"2,1,3\n".repeat(4)
+    );
+}
+
 #[test]
 fn a_finished_run_has_a_row_in_a_comparison() {
     let temporary = tempfile::tempdir().unwrap();

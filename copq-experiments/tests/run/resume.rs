@@ -1,6 +1,6 @@
 //! A run that was stopped and resumed equals one that was not, byte for byte.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use copq_experiments::{Ending, Plan, Run, RunFolder, read_plan};
 
@@ -53,6 +53,35 @@ fn ends_off_every_interval_leave_no_trace() {
         train(&parts, 3, steps);
     }
     assert_same(&whole, &parts);
+}
+
+/// The step from which on the newest events of a folder void those before.
+fn first_step_of_events(folder: &Path) -> i64 {
+    #[derive(Clone, PartialEq, prost::Message)]
+    struct Event {
+        #[prost(int64, tag = "2")]
+        step: i64,
+    }
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let is_events = |path: &PathBuf| path.to_string_lossy().contains("events.out.tfevents.");
+    let bytes = std::fs::read(files.filter(is_events).max().unwrap()).unwrap();
+    let record = |bytes: &[u8]| {
+        let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+        (bytes[12..12 + length].to_vec(), bytes[16 + length..].to_vec())
+    };
+    let (session, _) = record(&record(&bytes).1); // After the version.
+    prost::Message::decode(&session[..]).map(|event: Event| event.step).unwrap()
+}
+
+#[test]
+fn tensorboard_forgets_the_rows_that_go() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("run");
+    // Rows at every hundredth step, and the last one of a shorter run.
+    for (steps, wanted) in [(70, 0), (477, 1), (600, 401), (700, 601)] {
+        train(&path, 3, steps);
+        assert_eq!(first_step_of_events(&path), wanted, "{steps}");
+    }
 }
 
 #[test]
