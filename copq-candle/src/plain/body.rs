@@ -5,12 +5,11 @@ use std::path::Path;
 
 use candle_core::backprop::GradStore;
 use candle_core::{Device, Tensor};
-use copq::error::check_len;
 use copq::{EnvSpec, Net, Networks, Result, Rng, State};
 
-use super::failed;
 use super::network::Network;
 use super::perceptron::network;
+use super::{check_output, failed};
 use crate::learned::Learned;
 use crate::{MakeModule, check, weights};
 
@@ -59,7 +58,7 @@ impl Body {
         let obs =
             Tensor::from_slice(obs, (rows, self.observation), &self.device).map_err(failed)?;
         let output = self.network.forward(net, &obs).map_err(failed)?;
-        check_len("a policy module's output", output.elem_count(), rows * self.output)?;
+        check_output("a module's output for observations", &output, rows, self.output)?;
         Ok(output)
     }
 

@@ -8,7 +8,7 @@ use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
 
 use super::network::Network;
 use super::perceptron::network;
-use super::{failed, loss_of, tensors, values};
+use super::{check_output, failed, loss_of, tensors, values};
 use crate::learned::{Learned, load_critics, save_critics};
 use crate::shape::Array;
 use crate::{MakeModule, check, weights};
@@ -127,12 +127,11 @@ impl Critics {
         let input = Tensor::cat(&[obs, act], 1).map_err(failed)?;
         let mut q = Vec::with_capacity(self.networks.len());
         for network in &self.networks {
-            q.push(network.forward(net, &input).map_err(failed)?);
+            let values = network.forward(net, &input).map_err(failed)?;
+            check_output("a critic module's values", &values, obs.dims()[0], self.objectives)?;
+            q.push(values);
         }
-        let q = Tensor::stack(&q, 0).map_err(failed)?;
-        let wanted = self.networks.len() * obs.dims()[0] * self.objectives;
-        check_len("a critic module's values", q.elem_count(), wanted)?;
-        Ok(q)
+        Tensor::stack(&q, 0).map_err(failed)
     }
 
     /// A loss whose gradient to q is what `grad` fills.

@@ -32,6 +32,15 @@ fn values(tensor: &Tensor) -> candle_core::Result<Vec<f32>> {
     tensor.flatten_all()?.to_vec1()
 }
 
+/// An error unless a module has answered with `rows x width` numbers.
+fn check_output(what: &str, output: &Tensor, rows: usize, width: usize) -> Result<()> {
+    let wanted = [rows, width];
+    if output.dims() == wanted {
+        return Ok(());
+    }
+    Err(Error::invalid(what, format!("dimensions {wanted:?}"), format!("{:?}", output.dims())))
+}
+
 /// Shown an output's values, fills the loss's gradient to them.
 type Fill<'a> = &'a mut dyn FnMut(&[f32], &mut [f32]) -> Result<()>;
 

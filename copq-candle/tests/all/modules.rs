@@ -185,7 +185,7 @@ fn what_a_module_cannot_be_is_a_readable_error() {
     let mut critic = wide.critics(&spec(), &networks, 2, &mut rng).unwrap();
     let error =
         critic.values(Net::Online, &[0.0; 3], &[0.0; 2], &mut [0.0; 4]).unwrap_err().to_string();
-    assert_eq!(error, "a critic module's values: wanted 4 values, got 6");
+    assert_eq!(error, "a critic module's values: wanted dimensions [1, 2], got [1, 3]");
     let twice = Modules::with_critics(|vars, input, output| {
         linear(input, output, vars.clone())?;
         Ok(Box::new(linear(input, output, vars)?) as _)
@@ -196,5 +196,26 @@ fn what_a_module_cannot_be_is_a_readable_error() {
     let kind = ActorKind::Gaussian;
     let mut actor = Backend::actor(&narrow, &spec(), &networks, kind, &mut rng).unwrap();
     let error = actor.mode(Net::Online, &[0.0; 3], &mut [0.0; 2]).unwrap_err().to_string();
-    assert_eq!(error, "a policy module's output: wanted 4 values, got 2");
+    let wanted = "a module's output for observations: wanted dimensions [1, 4], got [1, 2]";
+    assert_eq!(error, wanted);
+}
+
+/// As many numbers as there should be, but the wrong way round, would be taken for others' values.
+#[test]
+fn a_module_that_answers_with_columns_is_refused() {
+    let mut rng = Rng::new(0, Stream::Init);
+    let networks = Networks::default();
+    let turned = |vars: VarBuilder<'_>, input, output| {
+        let linear = linear(input, output, vars)?;
+        Ok(Box::new(move |x: &Tensor| linear.forward(x)?.t()) as _)
+    };
+    let turned = Modules::with_critics(turned).with_actor(turned);
+    let mut critic = turned.critics(&spec(), &networks, 2, &mut rng).unwrap();
+    let (obs, act) = ([0.0; 9], [0.0; 6]);
+    let error = critic.values(Net::Online, &obs, &act, &mut [0.0; 12]).unwrap_err().to_string();
+    assert_eq!(error, "a critic module's values: wanted dimensions [3, 2], got [2, 3]");
+    let kind = ActorKind::Deterministic;
+    let mut actor = Backend::actor(&turned, &spec(), &networks, kind, &mut rng).unwrap();
+    let error = actor.mode(Net::Online, &obs, &mut [0.0; 6]).unwrap_err().to_string();
+    assert!(error.ends_with("wanted dimensions [3, 2], got [2, 3]"), "{error}");
 }
