@@ -31,7 +31,7 @@ impl Frame {
     }
 }
 
-/// Both axes' ranges: from 0 to the last step, and over all bands with a little room.
+/// Both axes' ranges: from 0 to the last step, and over all bands and lines with a little room.
 struct Axes {
     frame: Frame,
     last_step: f64,
@@ -48,11 +48,14 @@ impl Axes {
                 .flat_map(|series| &series.points)
                 .filter(|point| point.is_drawable())
         };
-        let last_step = points().map(|point| point.step).fold(0.0, f64::max);
         let thin = || panel.series.iter().flat_map(|series| series.thin.iter().flatten());
-        let thin = || thin().map(|&[_, value]| value).filter(|value| value.is_finite());
-        let low = points().map(|point| point.low).chain(thin()).fold(f64::INFINITY, f64::min);
-        let high = points().map(|point| point.high).chain(thin()).fold(f64::NEG_INFINITY, f64::max);
+        let thin = || thin().filter(|at| is_finite(at));
+        let values = || thin().map(|&[_, value]| value);
+        let steps = points().map(|point| point.step).chain(thin().map(|&[step, _]| step));
+        let last_step = steps.fold(0.0, f64::max);
+        let low = points().map(|point| point.low).chain(values()).fold(f64::INFINITY, f64::min);
+        let high =
+            points().map(|point| point.high).chain(values()).fold(f64::NEG_INFINITY, f64::max);
         let limit = panel.limit;
         let (low, high) = widened(
             limit.map_or(low, |limit| low.min(limit)),
@@ -97,6 +100,11 @@ fn widened(low: f64, high: f64) -> (f64, f64) {
     // An axis of positive numbers may end at 0, not below.
     let keep_sign = |end: f64, moved: f64| if end * moved < 0.0 { 0.0 } else { moved };
     (keep_sign(low, low - room), keep_sign(high, high + room))
+}
+
+/// Whether a thin line's step and value can be drawn.
+fn is_finite(at: &[f64; 2]) -> bool {
+    at.iter().all(|x| x.is_finite())
 }
 
 impl Point {
@@ -144,7 +152,7 @@ fn thin(pen: &mut Pen, axes: &Axes, lines: &[Vec<[f64; 2]>], colour: Colour) {
     }
     pen.begin([("class", "thin".to_owned()), ("opacity", "0.55".to_owned())]);
     for line in lines {
-        let drawable = line.iter().filter(|at| at.iter().all(|x| x.is_finite()));
+        let drawable = line.iter().filter(|at| is_finite(at));
         let points: Vec<At> = drawable.map(|&[step, value]| axes.at(step, value)).collect();
         pen.line(&points, 0.5 * LINE, colour);
     }
@@ -205,6 +213,17 @@ fn names(pen: &mut Pen, frame: &Frame, panel: &Panel) {
 #[cfg(test)]
 mod tests {
     use super::widened;
+    use crate::{Figure, Panel, Point, Series};
+
+    /// A seed that has come further than the others has its line inside.
+    #[test]
+    fn thin_lines_stay_in_their_panel() {
+        let mean = vec![Point::within(0.0, 1.0, 0.5), Point::within(10.0, 2.0, 0.5)];
+        let seeds = vec![vec![[0.0, 1.0], [10.0, 2.0]], vec![[0.0, 1.0], [40.0, 2.0]]];
+        let panel = Panel::new("return").series(Series::new("a", mean).thin(seeds));
+        let svg = Figure::new("Two seeds", "").panel(panel).svg().unwrap();
+        assert!(svg.contains("data-range=\"40 "), "{svg}");
+    }
 
     #[test]
     fn an_axis_has_room_and_rounding_is_no_range() {

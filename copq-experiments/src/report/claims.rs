@@ -185,7 +185,7 @@ impl Report {
         let quantity = claim.quantity.clone().map_or(Quantity::WeightedTotal, Quantity::Return);
         let curves =
             [&ours, &theirs].map(|seeds| seeds.as_ref().map(|seeds| seeds.values(&quantity, end)));
-        let is_early = curves.iter().flatten().flatten().any(|c| c.len() < claim.of.least());
+        let is_early = curves.iter().flatten().any(|curves| claim.of.is_early(curves));
         let samples = curves.map(|curves| {
             let values = curves?.into_iter().map(|curve| claim.of.of(&curve, limit));
             Some(Sample::of(&values.collect::<Vec<_>>()))

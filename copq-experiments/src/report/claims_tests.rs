@@ -115,9 +115,10 @@ fn a_limit_and_every_measure() {
         quantity: Some("cost".to_owned()),
         ..claim(is, than, None)
     };
+    let [good, bad] = [[9.0, 80.0, 90.0, 91.0, 91.0], [9.0, 99.0, 10.0, 99.0, 99.0]];
     let methods: [(&str, &[&[f64]]); 2] = [
-        ("good", &[&[9.0, 80.0, 90.0, 91.0], &[9.0, 80.0, 90.0, 91.0], &[9.0, 80.0, 90.0, 91.5]]),
-        ("bad", &[&[9.0, 99.0, 10.0, 99.0], &[9.0, 99.0, 10.0, 99.0], &[9.0, 94.0, 20.0, 98.0]]),
+        ("good", &[&good, &good, &[9.0, 80.0, 90.0, 91.0, 91.5]]),
+        ("bad", &[&bad, &bad, &[9.0, 94.0, 20.0, 98.0, 98.0]]),
     ];
     use Relation::{Above, Below};
     for claim in [
@@ -143,8 +144,14 @@ fn what_is_no_answer_says_so() {
     let of = |of| Claim { of, ..claim(Relation::Above, "bad", None) };
     let young: [(&str, &[&[f64]]); 2] =
         [("good", &[&[1.0], &[2.0], &[3.0]]), ("bad", &[&[1.0], &[2.0], &[3.0]])];
-    assert_eq!(verdict(&young, of(Measure::Best)).0, Verdict::TooEarly);
-    let full: [(&str, &[&[f64]]); 2] = [("good", &[&[9.0], &[9.0], &[9.0]]), young[1]];
+    for measure in [Measure::Final, Measure::Best, Measure::Area, Measure::LastFive] {
+        assert_eq!(verdict(&young, of(measure)).0, Verdict::TooEarly, "{measure:?}");
+    }
+    let full: [(&str, &[&[f64]]); 2] = [
+        ("good", &[&[0.0, 9.0], &[0.0, 9.0], &[0.0, 9.0]]),
+        ("bad", &[&[0.0, 1.0], &[0.0, 2.0], &[0.0, 3.0]]),
+    ];
+    assert_eq!(verdict(&full, of(Measure::LastFive)).0, Verdict::TooEarly);
     assert_eq!(verdict(&full, of(Measure::Final)).0, Verdict::Seen);
     let both = [full[0], ("bad", full[0].1)];
     assert_eq!(verdict(&both, of(Measure::Final)).0, Verdict::NoScatter);

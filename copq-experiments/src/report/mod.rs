@@ -293,6 +293,23 @@ mod tests {
         assert!(Report::read("x", &[run, to_come]).is_going_on());
     }
 
+    /// A page of many films would be too large for a browser.
+    #[test]
+    fn films_beyond_the_room_are_counted() {
+        let folder = tempfile::tempdir().unwrap();
+        let runs = ["a", "b", "c"].map(|label| {
+            let run = stored(folder.path(), label, seed(0), &[0.0, 1.0]);
+            std::fs::write(run.folder.join("rollout.gif"), [0; 10]).unwrap();
+            ReportRun { label: Some(label.to_owned()), ..run }
+        });
+        let report = Report::read("x", &runs);
+        let shown = |room| {
+            let html = page::films(&report, room).into_string();
+            (html.matches("<img ").count(), html.contains("20 MB of films: 1."))
+        };
+        assert_eq!([30, 29].map(shown), [(3, false), (2, true)]);
+    }
+
     /// Signs make no file's name.
     #[test]
     fn each_figure_has_a_file_of_its_own() {

@@ -1,5 +1,6 @@
 //! The page.
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use base64::Engine;
@@ -26,6 +27,8 @@ const ELLIPSES: &str = "One standard deviation of the critics' values of replaye
 /// Most runs whose seeds are drawn one by one, and whose figures are drawn for a phone, too: a page of
 /// more is too large for one.
 const SEEDS: usize = 1_000;
+/// Bytes of the files of all films on a page, for the same reason.
+const FILMS: u64 = 20_000_000;
 
 pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String> {
     let with_seeds = report.runs.len() <= SEEDS;
@@ -33,12 +36,7 @@ pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String>
     let training = training(report, with_seeds)?;
     let pictures = html! {
         (planes(report)?)
-        @let films: Vec<Markup> =
-            report.groups.worlds.iter().flat_map(|world| films(report, world)).collect();
-        @if !films.is_empty() {
-            h2 id="films" { "Policies at work" }
-            div.films { @for film in &films { (film) } }
-        }
+        (films(report, FILMS))
     };
     let judged = report.judged();
     let page = html! {
@@ -192,29 +190,58 @@ fn table_of(table: &Table) -> Markup {
     }
 }
 
-/// The films of a task that lie in its runs' folders, one a method.
-fn films(report: &Report, world: &World) -> Vec<Markup> {
-    let labels = report.groups.labels.iter().zip(&world.runs);
-    let film = |(label, numbers): (&String, &Vec<usize>)| {
-        let runs = numbers.iter().map(|&number| &report.runs[number]);
-        let found = runs.filter_map(|run| Some((run, run.film()?))).next();
-        let (run, bytes) = found?;
-        let source = format!("data:image/gif;base64,{}", BASE64_STANDARD.encode(bytes));
-        let seed = run.plan().map_or(String::new(), |plan| format!(", seed {}", plan.run.seed));
-        let words = format!("{label} on {}{seed}", world.short);
-        Some(html! {
-            figure {
-                img src=(source) alt=(words) loading="lazy";
-                figcaption.note { (words) }
+/// The films that lie in the runs' folders, one a method and task, as many as there is room for.
+pub(super) fn films(report: &Report, mut room: u64) -> Markup {
+    let (mut shown, mut left_out) = (Vec::new(), 0);
+    for world in &report.groups.worlds {
+        for (label, numbers) in report.groups.labels.iter().zip(&world.runs) {
+            let mut runs = numbers.iter().map(|&number| &report.runs[number]);
+            let found = runs.find_map(|run| Some((run, run.film_size()?)));
+            let Some((run, size)) = found else { continue };
+            match room.checked_sub(size) {
+                Some(rest) => {
+                    room = rest;
+                    shown.extend(film(run, label, world));
+                }
+                None => left_out += 1,
             }
-        })
-    };
-    labels.filter_map(film).collect()
+        }
+    }
+    html! {
+        @if !shown.is_empty() || left_out > 0 {
+            h2 id="films" { "Policies at work" }
+            @if left_out > 0 {
+                p.note {
+                    "Left out, for a page has 20 MB of films: " (left_out)
+                    ". They lie in their runs' folders, as rollout.gif."
+                }
+            }
+            div.films { @for film in &shown { (film) } }
+        }
+    }
+}
+
+fn film(run: &Stored, label: &str, world: &World) -> Option<Markup> {
+    let bytes = std::fs::read(run.film()).ok()?;
+    let source = format!("data:image/gif;base64,{}", BASE64_STANDARD.encode(bytes));
+    let seed = run.plan().map_or(String::new(), |plan| format!(", seed {}", plan.run.seed));
+    let words = format!("{label} on {}{seed}", world.short);
+    Some(html! {
+        figure {
+            img src=(source) alt=(words) loading="lazy";
+            figcaption.note { (words) }
+        }
+    })
 }
 
 impl Stored {
-    /// The film that copq rollout has left in its folder.
-    fn film(&self) -> Option<Vec<u8>> {
-        std::fs::read(self.run.folder.join("rollout.gif")).ok()
+    /// The film that copq rollout leaves in its folder.
+    fn film(&self) -> PathBuf {
+        self.run.folder.join("rollout.gif")
+    }
+
+    /// Its size, if it is there.
+    fn film_size(&self) -> Option<u64> {
+        Some(std::fs::metadata(self.film()).ok()?.len())
     }
 }

@@ -38,9 +38,10 @@ impl Report {
         })
     }
 
-    /// Each seed's mean of the last few evaluations.
+    /// Each seed's mean of the last few evaluations, or of all where it has no more.
     pub(super) fn ends(&self, world: &World, label: usize, quantity: &Quantity) -> Vec<f64> {
         let seeds = self.seeds(world, label);
-        seeds.measured(Measure::LastFive, quantity, seeds.end())
+        let curves = seeds.values(quantity, seeds.end());
+        curves.iter().map(|curve| Measure::LastFive.of(curve, None)).collect()
     }
 }

@@ -17,12 +17,12 @@ pub(super) const READING: &str = "Mean ± standard deviation over seeds [bootstr
 /// ```
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
 /// # for (seed, total) in [("s0", 10), ("s1", 30), ("s2", 20)] {
-/// #     let text = format!("step,weighted_total/mean\n5000,{total}\n");
+/// #     let text = format!("step,weighted_total/mean\n0,0\n5000,{total}\n");
 /// #     let path = folder.path().join(seed);
 /// #     std::fs::create_dir(&path).expect("a new folder");
 /// #     copq::files::replace(&path.join("evaluations.csv"), text.as_bytes())?;
 /// # }
-/// use copq_experiments::{Report, ReportRun};
+/// use copq_experiments::{Cell, Report, ReportRun};
 ///
 /// let run = |seed: &str| {
 ///     let label = Some("cholesky".to_owned());
@@ -31,6 +31,8 @@ pub(super) const READING: &str = "Mean ± standard deviation over seeds [bootstr
 /// let report = Report::read("Three seeds", &["s0", "s1", "s2"].map(run));
 /// let last = &report.tables()[0];
 /// assert!(last.markdown().contains("| cholesky | 20.0 ± 8.2 [10.0, 30.0] (3) |"));
+/// let cell: &Cell = &last.rows[0].1[0];
+/// assert_eq!((cell.mean, cell.interval, cell.seeds), (Some(20.0), Some([10.0, 30.0]), 3));
 /// assert!(last.latex().contains(r"cholesky & $20.0 \pm 8.2$ $[10.0, 30.0]$ (3) \\"));
 /// # Ok::<(), copq::Error>(())
 /// ```
@@ -72,11 +74,10 @@ pub struct Cell {
 impl Cell {
     /// Of each seed's number.
     pub(super) fn of(values: &[f64], begun: usize) -> Self {
-        let interval = Bootstrap::default().interval(&[values], mean);
         Self {
             mean: Some(mean(values)).filter(|mean| mean.is_finite()),
             std: (values.len() > 1).then(|| std(values)).filter(|std| std.is_finite()),
-            interval: interval.filter(|ends| ends.iter().all(|end| end.is_finite())),
+            interval: Bootstrap::default().interval(&[values], mean),
             seeds: values.len(),
             begun,
             ..Self::default()
@@ -207,8 +208,36 @@ fn escaped(text: &str) -> String {
             '\\' => escaped += "\\textbackslash{}",
             '~' => escaped += "\\textasciitilde{}",
             '^' => escaped += "\\textasciicircum{}",
+            '<' => escaped += "\\textless{}",
+            '>' => escaped += "\\textgreater{}",
+            '|' => escaped += "\\textbar{}",
+            // First in a row they would be an argument of the row's end before it.
+            '[' | '*' => escaped.extend(['{', c, '}']),
             c => escaped.push(c),
         }
     }
     escaped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn latex_prints_a_label_as_it_is() {
+        let labels = ["[a] x<1", "*b|c", "d_e>2"];
+        let table = Table {
+            name: "final",
+            title: "Final".to_owned(),
+            note: String::new(),
+            is_of_seeds: false,
+            columns: vec!["t".to_owned()],
+            rows: labels.map(|label| (label.to_owned(), vec![Cell::default()])).into(),
+        };
+        let latex = table.latex();
+        let rows: Vec<&str> = latex.lines().filter(|line| line.contains(" & ")).skip(1).collect();
+        let wanted =
+            [r"{[}a] x\textless{}1 &  \\", r"{*}b\textbar{}c &  \\", r"d\_e\textgreater{}2 &  \\"];
+        assert_eq!(rows, wanted);
+    }
 }

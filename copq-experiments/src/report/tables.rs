@@ -34,20 +34,19 @@ impl Seeds<'_> {
         Cell::of(values, self.begun)
     }
 
-    /// A number a seed, of a quantity's values up to a step.
-    pub(super) fn measured(&self, measure: Measure, quantity: &Quantity, end: u64) -> Vec<f64> {
-        self.values(quantity, end).iter().map(|seed| measure.of(seed, None)).collect()
+    /// A number a seed, of its weighted totals up to a step; none where a seed has fewer
+    /// evaluations than it takes.
+    fn measured(&self, measure: Measure, end: u64) -> Vec<f64> {
+        let curves = self.values(&Quantity::WeightedTotal, end);
+        if measure.is_early(&curves) {
+            return Vec::new();
+        }
+        curves.iter().map(|curve| measure.of(curve, None)).collect()
     }
 
-    /// The same of weighted totals, up to the end.
+    /// The same up to the end.
     fn totals(&self, measure: Measure) -> Vec<f64> {
-        self.measured(measure, &Quantity::WeightedTotal, self.end)
-    }
-
-    /// Whether a seed has fewer evaluations than a number takes.
-    fn are_early(&self, measure: Measure) -> bool {
-        let curves = self.values(&Quantity::WeightedTotal, self.end);
-        curves.iter().any(|curve| curve.len() < measure.least())
+        self.measured(measure, self.end)
     }
 
     pub(super) fn end(&self) -> u64 {
@@ -144,12 +143,7 @@ impl Report {
 }
 
 pub(super) fn all(report: &Report) -> Vec<Table> {
-    let each = |measure| {
-        move |seeds: &Seeds<'_>| match seeds.are_early(measure) {
-            true => Cell::default(),
-            false => seeds.cell(&seeds.totals(measure)),
-        }
-    };
+    let each = |measure| move |seeds: &Seeds<'_>| seeds.cell(&seeds.totals(measure));
     let tables = [
         report.of_totals(
             Measure::Final,
@@ -186,11 +180,11 @@ pub(super) fn all(report: &Report) -> Vec<Table> {
 
 /// The maximum of the mean curve, which is no seed's own number.
 fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
-    if seeds.are_early(Measure::BestOfMean) {
+    let curves = seeds.values(&Quantity::WeightedTotal, seeds.end);
+    if Measure::BestOfMean.is_early(&curves) {
         return Cell::default();
     }
-    let lines: Vec<Vec<[f64; 2]>> = seeds
-        .values(&Quantity::WeightedTotal, seeds.end)
+    let lines: Vec<Vec<[f64; 2]>> = curves
         .into_iter()
         .map(|seed| seed.into_iter().skip(1).map(|(step, value)| [step as f64, value]).collect())
         .collect();
@@ -213,9 +207,7 @@ fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
     let bootstrap = Bootstrap { draws: 2_000, ..Bootstrap::default() };
     Cell {
         mean: Some(best(&numbers)).filter(|best| best.is_finite()),
-        interval: bootstrap
-            .interval(&[&numbers[..]], best)
-            .filter(|ends| ends.iter().all(|end| end.is_finite())),
+        interval: bootstrap.interval(&[&numbers[..]], best),
         seeds: lines.len(),
         begun: seeds.begun,
         ..Cell::default()
@@ -240,8 +232,7 @@ fn improvement(report: &Report) -> Option<Table> {
             let [ours, theirs] = [label, 0].map(|label| report.seeds(world, label));
             let end = ours.end.min(theirs.end);
             if ours.seeds.len().min(theirs.seeds.len()) >= FEWEST {
-                let [ours, theirs] = [&ours, &theirs]
-                    .map(|s| s.measured(Measure::Area, &Quantity::WeightedTotal, end));
+                let [ours, theirs] = [ours, theirs].map(|s| s.measured(Measure::Area, end));
                 let chance = probability_of_improvement(&ours, &theirs);
                 let mean = Some(chance).filter(|chance| chance.is_finite());
                 *cell = Cell { mean, seeds: ours.len(), ..Cell::default() };

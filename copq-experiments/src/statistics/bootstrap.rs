@@ -39,7 +39,7 @@ impl Default for Bootstrap {
 
 impl Bootstrap {
     /// The interval of a statistic of all tasks' seeds together, each task being a slice of `tasks`;
-    /// none if a task has fewer than [`FEWEST`].
+    /// none if a task has fewer than [`FEWEST`], or if one of the draws comes to no finite number.
     pub fn interval<S: AsRef<[f64]>>(
         &self,
         tasks: &[S],
@@ -59,6 +59,9 @@ impl Bootstrap {
                 statistic(&drawn)
             })
             .collect();
+        if statistics.iter().any(|statistic| !statistic.is_finite()) {
+            return None;
+        }
         statistics.sort_by(f64::total_cmp);
         let tail = 0.5 * (1.0 - self.level.clamp(0.0, 1.0));
         Some([quantile(&statistics, tail), quantile(&statistics, 1.0 - tail)])
@@ -85,6 +88,15 @@ mod tests {
             [0.0, 0.25, 0.5, 0.75, 1.0].map(|q| quantile(&sorted, q)),
             [1.0, 1.5, 2.0, 3.0, 4.0]
         );
+    }
+
+    /// Some draws have it, and some have not.
+    #[test]
+    fn a_seed_that_is_no_number_leaves_no_interval() {
+        for broken in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let seeds = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, broken];
+            assert_eq!(Bootstrap::default().interval(&[seeds], mean), None);
+        }
     }
 
     /// Of intervals at 95 % for the mean of 30 draws of a skewed law, nearly that share holds the true

@@ -84,8 +84,11 @@ impl Sample {
 
     /// How many seeds of each it takes to tell this difference of means from none by
     /// [`Sample::difference`], with a chance of `power`, if means and scatter are truly these; none for
-    /// more than 10,000, or if there is no difference.
+    /// more than 10,000, if there is no difference, or for a chance that is not between 0 and 1.
     pub fn seeds_to_tell(&self, other: &Self, power: f64) -> Option<usize> {
+        if !(power > 0.0 && power < 1.0) {
+            return None;
+        }
         let difference = (self.mean - other.mean).abs();
         let is_told = |seeds: usize| {
             let both = [self, other].map(|sample| (sample.std.powi(2), seeds as f64));
@@ -169,6 +172,11 @@ mod tests {
         assert_eq!(alike.difference(&Sample::exactly(900.0)), None);
         assert_eq!(alike.seeds_to_tell(&Sample::exactly(999.0), 0.8), None);
         let wide = Sample::of(&[0.0, 1.0, 2.0]);
+        let far = Sample { mean: 9.0, ..wide };
+        assert!(wide.seeds_to_tell(&far, 0.99).is_some());
+        for power in [-0.1, 0.0, 1.0, 80.0, f64::NAN] {
+            assert_eq!(wide.seeds_to_tell(&far, power), None, "{power}");
+        }
         assert_eq!(wide.seeds_to_tell(&Sample { mean: 1.0 + 1e-6, ..wide }, 0.8), None);
         for few in [Sample::of(&[1.0]), Sample::of(&[]), Sample::of(&[1.0, f64::NAN, 2.0])] {
             assert_eq!(

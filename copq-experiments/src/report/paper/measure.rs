@@ -7,11 +7,12 @@ use crate::statistics::{area_under, max, mean};
 /// Evaluations that [`Measure::LastFive`] is the mean of.
 pub(in crate::report) const LAST: usize = 5;
 
-/// A number that a seed's evaluations come to.
+/// A number that a seed's evaluations come to. It is too early for it before there are two (three
+/// for the swing, five for the last five): the first is of a policy that has not trained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
-    /// The last one.
+    /// The last one, once it trains.
     Final,
     /// The mean of the last five.
     LastFive,
@@ -56,13 +57,15 @@ impl Measure {
         }
     }
 
-    /// How many evaluations it takes at least.
-    pub(in crate::report) fn least(self) -> usize {
-        match self {
-            Self::Final | Self::LastFive | Self::Area => 1,
-            Self::Best | Self::BestOfMean | Self::Exceeded => 2,
+    /// Whether one of these seeds' curves has fewer evaluations than it takes, the first being of a
+    /// policy that has not trained.
+    pub(in crate::report) fn is_early(self, curves: &[Vec<(u64, f64)>]) -> bool {
+        let least = match self {
+            Self::Final | Self::Area | Self::Best | Self::BestOfMean | Self::Exceeded => 2,
             Self::Swing => 3,
-        }
+            Self::LastFive => LAST,
+        };
+        curves.iter().any(|curve| curve.len() < least)
     }
 
     /// Whether it is in the units of its quantity.

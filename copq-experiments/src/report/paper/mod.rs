@@ -60,6 +60,23 @@ pub struct Paper {
 }
 
 /// A column of a paper's table.
+///
+/// ```
+/// use copq_experiments::paper::{Measure, Published, Score};
+///
+/// let ours = ("cop-q".to_owned(), Score::WithStd([5_185.0, 465.0]));
+/// let theirs = ("independent".to_owned(), Score::Mean(382.0));
+/// let column = Published {
+///     source: "Table 2".to_owned(),
+///     task: "a/walker2d".to_owned(),
+///     of: Measure::Final,
+///     quantity: None, // the weighted total
+///     seeds: 5,
+///     scores: [ours, theirs].into(),
+/// };
+/// let score = |method: &str| column.scores[method];
+/// assert_eq!((score("cop-q").std(), score("independent").std()), (Some(465.0), None));
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Published {
@@ -108,6 +125,24 @@ impl Score {
 /// A statement about methods on tasks, which an interval over seeds bears out, or contradicts, or
 /// leaves open. It is judged for each of its methods on each of its tasks against each of those in
 /// `than`.
+///
+/// ```
+/// use copq_experiments::paper::{Claim, Measure, OneOrMore, Relation};
+///
+/// let claim: Claim = toml::from_str(r#"
+/// says = "it ends above separate critics"
+/// source = "section 5.1"
+/// task = ["a/walker2d", "a/ant"]
+/// of = "final"
+/// method = "cop-q"
+/// is = "above"
+/// than = "independent"
+/// "#)?;
+/// assert_eq!((claim.of, claim.is), (Measure::Final, Relation::Above));
+/// assert_eq!(claim.task.all(), ["a/walker2d", "a/ant"]);
+/// assert_eq!(claim.than, OneOrMore::One("independent".to_owned()));
+/// # Ok::<(), toml::de::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
