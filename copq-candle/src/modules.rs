@@ -12,6 +12,23 @@ use crate::{Candle, plain};
 /// Builds a module that maps an f32 tensor of `rows x input` to one of `rows x output`: variables from
 /// a `VarBuilder`, how many numbers come in, how many go out. It is asked twice for each network, for
 /// the one that learns and its target, and must want the same variables in the same order.
+///
+/// ```
+/// use candle_nn::{VarBuilder, linear};
+/// use copq::{Critic, EnvSpec, Net, Networks, Rng, Stream};
+/// use copq_candle::{Device, MakeModule, plain};
+///
+/// let make: &MakeModule =
+///     &|vars: VarBuilder<'_>, input, output| Ok(Box::new(linear(input, output, vars)?));
+/// let spec = EnvSpec::new("example", 2, 1).reward("safety", 1.0);
+/// let (networks, mut rng) = (Networks::default(), Rng::new(0, Stream::Init));
+/// let mut critics =
+///     plain::Critics::of_modules(make, &spec, 2, &networks, &mut rng, &Device::Cpu)?;
+/// let mut q = [0.0; 2]; // of two linear critics
+/// critics.values(Net::Online, &[0.1, 0.2], &[0.5], &mut q)?;
+/// assert!(q[0] != q[1]);
+/// # Ok::<(), copq::Error>(())
+/// ```
 pub type MakeModule = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>>
     + Send
     + Sync;

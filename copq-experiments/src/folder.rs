@@ -32,10 +32,12 @@ use copq::files;
 /// | `policy-best-before.safetensors` | the best one of evaluations whose rows went when the run went back to its checkpoint |
 /// | `checkpoint.safetensors` | everything needed to go on |
 /// | `checkpoint.1.safetensors` | the checkpoint before that; as many as [`RunSettings::keep`](crate::RunSettings) says |
+/// | `checkpoint.later.safetensors` | the last checkpoint, where the run has gone back to the one before ([`RunFolder::go_back`]) |
+/// | `checkpoint.damaged.safetensors` | the same of one that did not read back well |
 /// | `log.txt` | what the run said on the screen |
 /// | `DONE` | written last, when all steps are done: the run's [`fingerprint`](crate::fingerprint()) |
 ///
-/// Columns of `metrics.csv`, NAME being an objective's; all but the first three are of the updates'
+/// Columns of `metrics.csv`, NAME being an objective's; all but the first four are of the updates'
 /// batches:
 ///
 /// | column | meaning |
@@ -43,6 +45,7 @@ use copq::files;
 /// | `train/length` | steps of the episodes that ended, explored actions included |
 /// | `train/return/NAME` | their undiscounted returns |
 /// | `train/weighted_total` | the sum of these by the task's weights |
+/// | `env_errors` | how often the environment has failed since the run began ([`OnEnvError::Reset`](crate::OnEnvError)); from the first time on |
 /// | `q/NAME` | the critics' mean value of the replayed actions (discounted, as all values) |
 /// | `q_std/NAME` | the critics' standard deviation there (the root of its mean square over the batch) |
 /// | `correlation/A/B` | how the critics' disagreements about two objectives go together there, from -1 to 1 (of critics of all objectives) |

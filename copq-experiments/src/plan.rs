@@ -126,6 +126,22 @@ pub struct RunSettings {
 }
 
 /// Where a run goes on.
+///
+/// ```
+/// use copq_experiments::{OnEnvError, OnResume, RunSettings, SavedReplay};
+///
+/// // For a simulator that fails now and then and cannot be saved, and a small disk.
+/// let settings = RunSettings {
+///     on_resume: OnResume::NewEpisode,
+///     on_env_error: OnEnvError::Reset,
+///     replay: SavedReplay::Last,
+///     ..RunSettings::default()
+/// };
+/// let text = toml::to_string(&settings)?; // as config.toml has it
+/// assert!(text.contains("replay = \"last\"\non_env_error = \"reset\"\n"));
+/// assert!(text.ends_with("on_resume = \"new_episode\"\n"));
+/// # Ok::<(), toml::ser::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OnResume {
@@ -138,7 +154,7 @@ pub enum OnResume {
     NewEpisode,
 }
 
-/// Which checkpoints hold the replay.
+/// Which checkpoints hold the replay; there is an example at [`OnResume`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SavedReplay {
@@ -152,7 +168,8 @@ pub enum SavedReplay {
     All,
 }
 
-/// What a run does when its environment fails, as an unstable simulation can.
+/// What a run does when its environment fails, as an unstable simulation can; there is an example
+/// at [`OnResume`].
 ///
 /// Either way the episode counts as truncated at its last good step, and the run can go on with a
 /// new one.

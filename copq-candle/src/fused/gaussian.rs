@@ -57,8 +57,8 @@ impl Gaussian {
         })
     }
 
-    /// Spreads large products over this many threads (1 unless set). The results are the same, bit
-    /// for bit.
+    /// Spreads large products over this many threads (1 unless set), but for those in bf16 by the
+    /// processor's own instruction. The results are the same, bit for bit.
     pub fn threads(self, threads: usize) -> Result<Self> {
         Ok(Self { policy: self.policy.threads(threads)?, ..self })
     }

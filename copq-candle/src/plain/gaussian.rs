@@ -11,6 +11,26 @@ use crate::squash::LOG_STD;
 use crate::{MakeModule, check};
 
 /// SAC's policy, like the fused one: see [`crate::fused::Gaussian`].
+///
+/// ```
+/// use copq::{Actor, EnvSpec, Net, Networks, Rng, Stream};
+/// use copq_candle::{Device, fused, plain};
+///
+/// let spec = EnvSpec::new("example", 2, 1).reward("safety", 1.0);
+/// let networks = Networks::default();
+/// let rng = || Rng::new(0, Stream::Init);
+/// let mut readable = plain::Gaussian::new(&spec, &networks, &mut rng(), &Device::Cpu)?;
+/// let mut fast = fused::Gaussian::new(&spec, &networks, &mut rng())?;
+///
+/// let mut action = [[0.0], [0.0]];
+/// let mut log_prob = [[0.0], [0.0]];
+/// let (obs, noise) = ([0.1, 0.2], [1.5]);
+/// readable.sample(Net::Online, &obs, &noise, &mut action[0], &mut log_prob[0])?;
+/// fast.sample(Net::Online, &obs, &noise, &mut action[1], &mut log_prob[1])?;
+/// assert!((action[0][0] - action[1][0]).abs() < 1e-6);
+/// assert!((log_prob[0][0] - log_prob[1][0]).abs() < 1e-5);
+/// # Ok::<(), copq::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Gaussian(Body);
 

@@ -61,7 +61,7 @@ pub struct Scene {
 /// ```
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
 /// # let path = folder.path().join("ball.gif");
-/// use copq_render::animation::{Animation, Capsule, Scene, SideView};
+/// use copq_render::animation::{Animation, Capsule, Draw, Scene, SideView};
 ///
 /// // A ball that rises, with its height above it.
 /// let ball = |z| Capsule { ends: [[0.0, 0.0, z]; 2], radius: 0.1, colour: [0, 114, 178] };
@@ -74,7 +74,8 @@ pub struct Scene {
 /// assert_eq!(animation.frames(), 4); // of eight in 0.08 s: at most 50 a second
 ///
 /// let mut view = SideView::new(&[ball(0.1)])?;
-/// animation.write_gif(&path, &mut |position| Ok(view.draw(&[ball(position[0])], [0.0; 3])))?;
+/// let draw: &mut Draw<'_> = &mut |position| Ok(view.draw(&[ball(position[0])], [0.0; 3]));
+/// animation.write_gif(&path, draw)?;
 /// # assert!(std::fs::read(&path).is_ok_and(|bytes| bytes.starts_with(b"GIF89a")));
 /// # Ok::<(), copq::Error>(())
 /// ```
