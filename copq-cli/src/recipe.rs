@@ -52,9 +52,8 @@ impl Recipe {
             Self::OnPolicy(method) => Plan::on_policy(&method.name),
         };
         let run = match self {
-            Self::OffPolicy(_) => {
-                RunSettings { steps: if paper { 1_000_000 } else { 100_000 }, ..usual.run }
-            }
+            Self::OffPolicy(_) if paper => RunSettings { steps: 1_000_000, ..usual.run },
+            Self::OffPolicy(_) => usual.run,
             // Whole epochs of 2,048 steps: 500 of them, a row each, an evaluation every tenth.
             Self::OnPolicy(_) => RunSettings {
                 steps: 1_024_000,

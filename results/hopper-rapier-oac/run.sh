@@ -9,7 +9,7 @@ out=results/hopper-rapier-oac
 
 {
     for seed in 0 1 2; do
-        echo "--seed $seed --out $out/cholesky-s$seed"
+        echo "--steps 100000 --seed $seed --out $out/cholesky-s$seed"
     done
     for projection in eigen extremum diagonal scalarised-min; do
         echo "--bound $projection --steps 60000 --out $out/$projection-s0"

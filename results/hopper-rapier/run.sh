@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# The README's first command, `copq train`, five seeds, two at a time: about 80 minutes on two cores without AVX-512.
+# The README's first command, `copq train`, five seeds, two at a time: about an hour on two cores with AVX-512, two without.
 #   cargo build --release -p copq-cli && results/hopper-rapier/run.sh
 #   results/plot.sh results/hopper-rapier "cop-td3 on rapier's hopper"
-# The picture is, where the checkpoint still is,
-#   cargo run --release -- rollout results/hopper-rapier/cop-td3-s1 --steps 250 --out results/hopper-rapier/hopper.gif
+# These runs began as seeds of experiments/precision-rapier.toml and went on to 150,000 steps (`copq resume --steps 150000`, the same numbers);
+# seed 4 went on to 163,000, and its rows after 150,000 are left out.
+# The film is of the first command's own seed, where the checkpoint still is:
+#   cargo run --release -- rollout results/hopper-rapier/cop-td3-s0 --steps 250 --out results/hopper-rapier/hopper.gif
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}

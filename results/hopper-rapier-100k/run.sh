@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# The README's first command as it was until 30 November 2026: 100,000 steps, five seeds, by the arithmetic of that day (commit 285897f has the tables of that time).
+# Today's program gives other runs of the same seeds.
+#   cargo build --release -p copq-cli && results/hopper-rapier-100k/run.sh
+#   results/plot.sh results/hopper-rapier-100k "cop-td3 on rapier's hopper"
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+copq=${COPQ:-target/release/copq}
+out=results/hopper-rapier-100k
+
+for seed in 0 1 2 3 4; do
+    echo "--seed $seed --steps 100000 --out $out/cop-td3-s$seed"
+done | xargs -P 2 -I {} sh -c "$copq train {} 2>&1 | tail -n 3"
