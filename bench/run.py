@@ -138,7 +138,10 @@ def machine(python):
     rustc = output(["rustc", "--version"]).split()[1]
     names = {"torch": "PyTorch", "jax": "JAX", "gymnasium": "Gymnasium", "stable_baselines3": "SB3", "sbx-rl": "SBX"}
     try:
-        commit = output(["git", "-C", ROOT, "describe", "--always", "--dirty"]).strip()
+        commit = output(["git", "-C", ROOT, "describe", "--always"]).strip()
+        # What this writes is no change of what it measures.
+        if output(["git", "-C", ROOT, "status", "--porcelain", "--", ".", ":!bench/results"]).strip():
+            commit += "-dirty"
     except (OSError, subprocess.CalledProcessError):
         commit = "of no repository"
     ours = f"{model}, {os.cpu_count()} cores, {widest}; Linux {platform.release().split('-')[0]}; copq {commit}, rustc {rustc}"
