@@ -140,7 +140,7 @@ def machine(python):
     try:
         commit = output(["git", "-C", ROOT, "describe", "--always"]).strip()
         # What this writes is no change of what it measures.
-        if output(["git", "-C", ROOT, "status", "--porcelain", "--", ".", ":!bench/results"]).strip():
+        if output(["git", "-C", ROOT, "status", "--porcelain", "-uno", "--", ".", ":!bench/results"]).strip():
             commit += "-dirty"
     except (OSError, subprocess.CalledProcessError):
         commit = "of no repository"

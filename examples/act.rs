@@ -1,6 +1,6 @@
 //! A policy by itself, without learner and replay: read from its file, it acts in its task for an
-//! episode, on rapier with the usual preset. (A policy's file does not say in which world it learned;
-//! a run's folder does, and `copq rollout` plays it there.)
+//! episode, on rapier with the usual preset. (A policy's file does not say in which world it
+//! learned; a run's folder does, and `copq rollout` plays it there.)
 //!
 //! `cargo run --release -p copq-examples --example act -- runs/FOLDER/policy-best.safetensors`
 

@@ -7,8 +7,8 @@ use copq::projection::{Deviations, Ellipsoid, Work, check_projection};
 use copq::{Learner, Method, Result, Silent, Trainer};
 use copq_candle::Candle;
 
-/// The mean, less `caution * u_0` standard deviations of the first objective: u is the direction of the
-/// weights, whose sign turns a cost's bound upwards.
+/// The mean, less `caution * u_0` standard deviations of the first objective: u is the direction of
+/// the weights, whose sign turns a cost's bound upwards.
 #[derive(Debug)]
 struct SafetyOnly {
     caution: f64,

@@ -9,9 +9,10 @@ use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Networks, Result, Rng};
 
 use crate::{Candle, plain};
 
-/// Builds a module that maps an f32 tensor of `rows x input` to one of `rows x output`: variables from
-/// a `VarBuilder`, how many numbers come in, how many go out. It is asked twice for each network, for
-/// the one that learns and its target, and must want the same variables in the same order.
+/// Builds a module that maps an f32 tensor of `rows x input` to one of `rows x output`: variables
+/// from a `VarBuilder`, how many numbers come in, how many go out. It is asked twice for each
+/// network, for the one that learns and its target, and must want the same variables in the same
+/// order.
 ///
 /// ```
 /// use candle_nn::{VarBuilder, linear};

@@ -20,15 +20,15 @@ use crate::world::make_env;
 ///
 /// Plays episodes of the policy in each checkpoint that the run's folder keeps (copq train --keep),
 /// and holds the discounted return after some actions against what the critics say of them: mean,
-/// bound, standard deviation. The policy is the one that critics are taught to value: with the noise
-/// of target smoothing (TD3), or sampled and with its entropy bonus (SAC). Actions so near to the
-/// time limit that over a tenth of a return may come after it are left out.
+/// bound, standard deviation. The policy is the one that critics are taught to value: with the
+/// noise of target smoothing (TD3), or sampled and with its entropy bonus (SAC). Actions so near to
+/// the time limit that over a tenth of a return may come after it are left out.
 ///
-/// "coverage" is how often the return is at least as good as the bound (of a cost: at most as large),
-/// with a standard error over episodes; "nominal" what it would be if returns were normal, with the
-/// critics' mean and standard deviation. The bound is low for the weighted total; of an objective
-/// alone it may be above the mean. Of REDQ it is the bound of all critics, where targets draw two; of
-/// CAL's costs it is the actor's, for their targets have none.
+/// "coverage" is how often the return is at least as good as the bound (of a cost: at most as
+/// large), with a standard error over episodes; "nominal" what it would be if returns were normal,
+/// with the critics' mean and standard deviation. The bound is low for the weighted total; of an
+/// objective alone it may be above the mean. Of REDQ it is the bound of all critics, where targets
+/// draw two; of CAL's costs it is the actor's, for their targets have none.
 #[derive(clap::Args)]
 pub struct CoverageCommand {
     /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.

@@ -13,12 +13,12 @@ use crate::saved::{Learned, newest_policy};
 /// Writes what a run has learned to one small file, without the replay: network, normaliser, action
 /// bounds. Of a run's folder it is the last policy; policy-best.safetensors in it is the best one.
 ///
-/// copq::Policy reads safetensors back, and so does Python; ONNX needs no copq: raw observations in,
-/// the environment's own actions out.
+/// copq::Policy reads safetensors back, and so does Python; ONNX needs no copq: raw observations
+/// in, the environment's own actions out.
 #[derive(clap::Args)]
 pub struct Export {
-    /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0; or a policy's file, such as its
-    /// policy-best.safetensors.
+    /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0; or a policy's file, such as
+    /// its policy-best.safetensors.
     run: PathBuf,
 
     /// The file's format. [default: as the name of --out ends, or safetensors]

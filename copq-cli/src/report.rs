@@ -64,7 +64,7 @@ pub struct Making {
     paper: Paper,
 
     /// Films a policy of every method on each task first (rollout.gif in the run's folder), where
-    /// it is newer than its film, and shows the films. With --every also before the last page.
+    /// there is no film or an older one, and shows the films. With --every also when all are done.
     #[arg(long)]
     rollouts: bool,
 }
@@ -130,14 +130,20 @@ fn find_new(
     }
     let entries = std::fs::read_dir(folder).map_err(files::failed("reading", folder))?.flatten();
     let mut folders: Vec<PathBuf> =
-        entries.map(|entry| entry.path()).filter(|path| path.is_dir()).collect();
-    folders.sort_by_key(|path| (path.is_symlink(), path.clone()));
+        entries.map(|entry| entry.path()).filter(|path| may_hold_runs(path)).collect();
+    folders.sort_by_cached_key(|path| (path.is_symlink(), path.clone()));
     for folder in &folders {
         // One that may not be read costs no other.
         find_new(folder, seen, found)
             .unwrap_or_else(|error| note(&format!("not looked into: {error:#}")));
     }
     Ok(())
+}
+
+/// Whether to look into a folder: not what is hidden, and no cache (cargo's target is one).
+fn may_hold_runs(path: &Path) -> bool {
+    let is_hidden = path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+    path.is_dir() && !is_hidden && !path.join("CACHEDIR.TAG").exists()
 }
 
 /// What a folder is called, `.` too.

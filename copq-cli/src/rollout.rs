@@ -19,8 +19,8 @@ use crate::world::{World, adjusted, make_world};
 /// Plays episodes of a run's last policy without exploration; writes a GIF in real time, with the
 /// returns so far.
 ///
-/// Task, engine and policy are those of the run, which may go on meanwhile: nothing in its folder is
-/// written but rollout.gif.
+/// Task, engine and policy are those of the run, which may go on meanwhile: nothing in its folder
+/// is written but rollout.gif.
 #[derive(clap::Args)]
 pub struct Rollout {
     /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.

@@ -125,8 +125,8 @@ impl Learned {
     }
 }
 
-/// The file of a run's last policy, which every evaluation renews, unless its checkpoint is newer by
-/// the times that the files bear.
+/// The file of a run's last policy, which every evaluation renews, unless its checkpoint is newer
+/// by the times that the files bear.
 pub fn newest_policy(folder: &Path) -> Option<PathBuf> {
     let file = folder.join("policy.safetensors");
     is_as_new(&file, &folder.join("checkpoint.safetensors")).then_some(file)

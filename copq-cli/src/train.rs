@@ -29,14 +29,15 @@ pub struct Train {
     #[arg(long, value_name = "DIR", conflicts_with = "method", requires = "out")]
     like: Option<PathBuf>,
 
-    /// Begins with the best policy of a run's folder or policy file (.safetensors or .onnx): its weights
-    /// and its normaliser, but not its critics, optimiser or replay. It acts from the first step on,
-    /// with its noise (--set warm_up=uniform: at random first). The new folder keeps a copy of it.
+    /// Begins with the best policy of a run's folder or policy file (.safetensors or .onnx): its
+    /// weights and its normaliser, but not its critics, optimiser or replay. It acts from the first
+    /// step on, with its noise (--set warm_up=uniform: at random first). The new folder keeps a
+    /// copy of it.
     #[arg(long, value_name = "DIR")]
     init_from: Option<PathBuf>,
 
-    /// Robot and task: what moves, and which rewards it gets, by priority; copq tasks lists them. Or
-    /// an environment of Python's as PACKAGE:ID, such as mo-gymnasium:mo-hopper-v5. [default:
+    /// Robot and task: what moves, and which rewards it gets, by priority; copq tasks lists them.
+    /// Or an environment of Python's as PACKAGE:ID, such as mo-gymnasium:mo-hopper-v5. [default:
     /// a/hopper; b/hopper under a limit]
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
@@ -58,14 +59,14 @@ pub struct Train {
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     envs: Option<usize>,
 
-    /// Another limit of a cost than the task's own, such as cost=25: what an episode may cost; may be
-    /// given several times. In a task of Python's any objective with a limit is a cost; it
-    /// has to count from 0 up.
+    /// Another limit of a cost than the task's own, such as cost=25: what an episode may cost; may
+    /// be given several times. In a task of Python's any objective with a limit is a cost; it has
+    /// to count from 0 up.
     #[arg(long, value_name = "COST=LIMIT", value_parser = number_of)]
     limit: Vec<(String, f64)>,
 
-    /// Other weights of the objectives than the task's own: by name (control=0.5), or all of them in
-    /// the task's order (1,1,0.5).
+    /// Other weights of the objectives than the task's own: by name (control=0.5), or all of them
+    /// in the task's order (1,1,0.5).
     #[arg(long, value_name = "WEIGHTS", allow_hyphen_values = true)]
     weights: Option<String>,
 
@@ -130,8 +131,8 @@ pub struct Train {
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     checkpoint_every: Option<u64>,
 
-    /// Environment steps that one row of metrics.csv averages over. [default: 1000; 2048 for on-policy
-    /// methods]
+    /// Environment steps that one row of metrics.csv averages over. [default: 1000; 2048 for
+    /// on-policy methods]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     log_every: Option<u64>,
 

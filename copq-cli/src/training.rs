@@ -37,10 +37,11 @@ pub fn train(
     let env = make_env(&plan, recipe.saute(), run)?;
     note_unheeded(&recipe, env.spec());
     note_no_update(&recipe, &plan);
-    saved::note_other_versions(&plan, env.spec());
-    // A new run's are those of its own world, even if it is like one of others.
-    let begun_with = plan.versions.filter(|_| run.is_some());
-    plan.versions = begun_with.or_else(|| env.spec().versions.clone());
+    match run {
+        Some(_) => saved::note_other_versions(&plan, env.spec()),
+        // Those of its own world, even if it is like a run of others.
+        None => plan.versions.clone_from(&env.spec().versions),
+    }
     let mut agent = recipe.clone().agent(env.spec(), &plan, init.as_deref())?;
     // Before so many worlds are made.
     agent.prepare(plan.envs)?;

@@ -147,4 +147,7 @@ fn a_longer_run_whose_step_size_falls_is_another() {
     let (_, advice) = after.split_once("copq resume ").unwrap();
     let (name, _) = advice.split_once(" --steps").unwrap();
     run(folder, &format!("resume {name} --steps 256"));
+    write(64);
+    let words = said(folder, "sweep run tiny.toml");
+    assert!(words.contains("wanted 128, got 64") && !words.contains("is another run"), "{words}");
 }

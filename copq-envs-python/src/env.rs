@@ -22,7 +22,9 @@ const LONGEST: f64 = 1e6;
 ///
 /// Observations and actions are flat, and f32 in between. The episode of a seed is Python's of
 /// `reset(seed=seed % 2**31)`. It never resets itself, so what is seen at a time limit is the
-/// world's. It cannot be saved in mid-episode.
+/// world's. It cannot be saved in mid-episode. Python's and NumPy's own generators begin the same
+/// in every process, so that a world that is made by chance is one world: a port or a file's name
+/// of its own has to come from elsewhere (`random.SystemRandom`).
 ///
 /// An exception in Python is an error here; the next [`Env::reset`] goes on. So it does after the
 /// process has died or has been given up for its silence: with a new one.

@@ -164,19 +164,19 @@ class World:
 
     def count_rewards(self):
         """How many numbers a reward has, by the outermost wrapper that says so; None if it is one and not a vector."""
+        from gymnasium import Wrapper
+
         env = self.env
-        while True:
+        # Some wrappers pass on what they do not have themselves.
+        while isinstance(env, Wrapper) and not ("reward_space" in vars(env) or hasattr(type(env), "reward_space")):
             if type(env).__name__ == "LinearReward":
-                # MO-Gymnasium's wrapper, which adds them up.
+                # MO-Gymnasium's, which adds them up.
                 return None
-            if "reward_space" in vars(env) or hasattr(type(env), "reward_space"):
-                return int(self.numpy.prod(env.reward_space.shape, dtype=int))
-            if "env" not in vars(env):
-                break
             env = env.env
-        if self.package == "mo-gymnasium":
+        space = getattr(env, "reward_space", None)
+        if self.package == "mo-gymnasium" and space is None:
             raise Refused("rewards: wanted an environment that says how many it has (reward_space), got none")
-        return None
+        return None if space is None else int(self.numpy.prod(space.shape, dtype=int))
 
     def describe(self):
         """What copq has to know before the first episode."""
@@ -273,13 +273,18 @@ class World:
             connection.sendall(answer)
 
 
-def last_lines(error):
-    """What was raised, and where: the frames of others than this program, which python is given as a text."""
+def last_lines(error, known=()):
+    """What was raised, and where: the frames of others than this program, which python is given as a text; then what
+    it came after, but for errors that are known.
+    """
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename != "<copq>"]
     said = "".join(traceback.format_exception_only(type(error), error)).strip()
     said += "".join(f"\n  {frame.filename}:{frame.lineno} in {frame.name}: {frame.line}" for frame in frames[-5:])
     cause = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
-    return said if cause is None else f"{said}\nafter {last_lines(cause)}"
+    known = [*known, error]
+    if cause is None or any(cause is other for other in known):
+        return said
+    return f"{said}\nafter {last_lines(cause, known)}"
 
 
 def text(words):

@@ -192,7 +192,8 @@ impl Physics for Rapier {
         self.identity.check(state)?;
         let bytes: &[u8] = state.get("world")?;
         // rapier trusts its indices, so a world that somebody else has written may make it panic. A
-        // copy of it takes a step first; what that leaves in the pipeline is forgotten by a restart.
+        // copy of it takes a step first; what that leaves in the pipeline is forgotten by a
+        // restart.
         let pipeline = &mut self.pipeline;
         let index = self.index;
         let tried = catch_unwind(AssertUnwindSafe(|| {

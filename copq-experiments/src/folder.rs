@@ -80,11 +80,11 @@ use copq::files;
 /// | `multiplier/NAME` | lambda of a cost |
 /// | `cost_window/NAME`, `cost_epoch/NAME` | mean undiscounted cost of the episodes that the multiplier sees, and of those that ended in this epoch |
 ///
-/// `evaluations.csv` has `episodes`, then mean, standard deviation, least and largest of the returns
-/// over them (`weighted_total/mean`, `/std`, `/min`, `/max`, `return/NAME/mean` and so on),
-/// `length/mean`, `q_start/NAME` (the critics' mean value of an episode's first action: the value of
-/// the policy that they learn, so with its smoothing noise, or its samples and their entropy bonus)
-/// and `discounted/NAME` (what the episode then returned, discounted).
+/// `evaluations.csv` has `episodes`, then mean, standard deviation, least and largest of the
+/// returns over them (`weighted_total/mean`, `/std`, `/min`, `/max`, `return/NAME/mean` and so on),
+/// `length/mean`, `q_start/NAME` (the critics' mean value of an episode's first action: the value
+/// of the policy that they learn, so with its smoothing noise, or its samples and their entropy
+/// bonus) and `discounted/NAME` (what the episode then returned, discounted).
 ///
 /// A crash at any moment leaves a folder that can be resumed: the CSV files only grow and lose a
 /// torn last line on resume, the others are replaced by a rename.
@@ -143,8 +143,8 @@ impl RunFolder {
 
     /// Reopens a folder to go on with its run.
     ///
-    /// Nothing in it changes before [`RunFolder::take_up`], which a [`Run`](crate::Run) calls when all
-    /// has proved to fit.
+    /// Nothing in it changes before [`RunFolder::take_up`], which a [`Run`](crate::Run) calls when
+    /// all has proved to fit.
     ///
     /// Errors: no run there, another process writes to it, settings or a plan that differ from the
     /// saved ones; only the number of steps may be larger than it was, and that of threads another.
@@ -171,8 +171,8 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// Takes a run up again that [`RunFolder::resume`] has looked at: its configuration says what is
-    /// wanted now, it is neither done nor failed, and if it goes back, its checkpoint is the one
+    /// Takes a run up again that [`RunFolder::resume`] has looked at: its configuration says what
+    /// is wanted now, it is neither done nor failed, and if it goes back, its checkpoint is the one
     /// before. For those who train without a [`Run`](crate::Run).
     pub fn take_up(&mut self) -> Result<()> {
         self.checkpoints.take_up()?;
@@ -190,8 +190,8 @@ impl RunFolder {
         }
     }
 
-    /// An error for a run that is done but has lost its checkpoint: it would begin anew, over what it
-    /// has left.
+    /// An error for a run that is done but has lost its checkpoint: it would begin anew, over what
+    /// it has left.
     fn check_not_lost(&self) -> Result<()> {
         if self.file(DONE).exists() && matches!(self.load(), Ok(None)) {
             let what = format!("run folder '{}'", self.path.display());
@@ -231,7 +231,8 @@ impl RunFolder {
         files::replace(&self.file(DONE), format!("{}\n", self.fingerprint).as_bytes())
     }
 
-    /// Goes back to the checkpoint before the last one, as soon as the run is taken up; whether the
+    /// Goes back to the checkpoint before the last one, as soon as the run is taken up
+    /// ([`RunFolder::take_up`]; nothing moves before); whether the
     /// last one reads back well. It stays: as `checkpoint.later.safetensors` if it does, or else as
     /// `checkpoint.damaged.safetensors`, with a number behind it where there is such a file.
     pub fn go_back(&mut self) -> Result<bool> {

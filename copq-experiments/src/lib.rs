@@ -26,9 +26,10 @@
 //! ```
 //!
 //! The files are described at [`RunFolder`]. [`compare`] draws several runs in one picture,
-//! [`Report`] puts thousands on one page, with tables and [`statistics`], beside what a [`paper`] has
-//! and claims; [`Sheet`] reads the CSV files, and [`read_checkpoint`] the checkpoints. [`Standing`]
-//! says how far a run has come, and [`fingerprint`](fingerprint()) whether two are the same.
+//! [`Report`] puts thousands on one page, with tables and [`statistics`], beside what a [`paper`]
+//! has and claims; [`Sheet`] reads the CSV files, and [`read_checkpoint`] the checkpoints.
+//! [`Standing`] says how far a run has come, and [`fingerprint`](fingerprint()) whether two are the
+//! same.
 
 mod aside;
 mod best;

@@ -87,11 +87,11 @@ impl Metrics {
     }
 
     /// Writes the averages since the last row, begins new ones and returns what was written; an
-    /// error if a scalar had a name that no column can have: none, `step`, or one with control
+    /// error if a scalar had a name that no column can have: nothing, `step`, or one with control
     /// characters.
     pub fn row(&mut self, step: u64) -> Result<Numbers> {
         if let Some(name) = self.refused.take() {
-            let wanted = "a name other than 'step', without control characters";
+            let wanted = "a word that is not 'step', without control characters";
             return Err(Error::invalid("a scalar's name", wanted, format!("{name:?}")));
         }
         let sums = std::mem::take(&mut self.sums);

@@ -62,8 +62,8 @@ pub struct Plan {
     /// What its world is made with, where the task's name does not say it all; the caller's.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub world: toml::Table,
-    /// The interpreter of a world that is another program's; it may be another one when the run goes
-    /// on.
+    /// The interpreter of a world that is another program's; it may be another one when the run
+    /// goes on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub python: Option<PathBuf>,
     /// Longest silence of such a world in seconds, if it is not the usual one.
@@ -106,7 +106,8 @@ pub struct RunSettings {
     pub steps: u64,
     /// Seed of every random number: networks, exploration, batches, episodes.
     pub seed: u64,
-    /// Steps between two evaluations; 0 means never. There is also one at step 0, and one at the end.
+    /// Steps between two evaluations; 0 means never. There is also one at step 0, and one at the
+    /// end.
     pub eval_every: u64,
     /// Episodes of an evaluation, the same ones every time.
     pub eval_episodes: usize,
@@ -200,8 +201,8 @@ fn is_one(count: &usize) -> bool {
 }
 
 impl Default for RunSettings {
-    /// 150,000 steps, after which the default's five seeds stand, and the cadence of the literature:
-    /// 10 episodes every 5,000.
+    /// 150,000 steps, after which the default's five seeds stand, and the cadence of the
+    /// literature: 10 episodes every 5,000.
     fn default() -> Self {
         Self {
             steps: 150_000,
@@ -271,8 +272,8 @@ impl Plan {
         }
     }
 
-    /// The method of an off-policy run, with its settings. An error for an on-policy method, and for
-    /// one that is not copq's own.
+    /// The method of an off-policy run, with its settings. An error for an on-policy method, and
+    /// for one that is not copq's own.
     ///
     /// ```
     /// use copq::Method;

@@ -17,8 +17,8 @@ const BAR: &str = "{wide_bar} {human_pos}/{human_len} steps, {rate}, {eta} left 
 /// Longest silence in a log file.
 const SILENCE: Duration = Duration::from_secs(60);
 
-/// Shows how far a run is, and keeps its words in the folder's `log.txt`. That nobody can be told is
-/// no reason to end a run: what cannot be written is lost.
+/// Shows how far a run is, and keeps its words in the folder's `log.txt`. That nobody can be told
+/// is no reason to end a run: what cannot be written is lost.
 #[derive(Debug)]
 pub(crate) struct Progress {
     shown: Shown,

@@ -24,10 +24,10 @@ struct Flags {
 /// The handlers' flags, once there are handlers, and how many runs train.
 static RUNNING: Mutex<(Option<Flags>, usize)> = Mutex::new((None, 0));
 
-/// Catches SIGINT, SIGTERM, SIGHUP and SIGUSR1 (with which Slurm warns before a limit) for as long as
-/// it lives; a second SIGINT ends the process at once. (The others may come twice by themselves: from
-/// a terminal's shell and from the terminal.) A signal that the process was told to ignore, as by
-/// `nohup`, stays ignored.
+/// Catches SIGINT, SIGTERM, SIGHUP and SIGUSR1 (with which Slurm warns before a limit) for as long
+/// as it lives; a second SIGINT ends the process at once. (The others may come twice by themselves:
+/// from a terminal's shell and from the terminal.) A signal that the process was told to ignore, as
+/// by `nohup`, stays ignored.
 ///
 /// A [`Run`](crate::Run) catches signals by itself while it trains; a program that holds a `Stop`
 /// of its own loses none before.

@@ -20,9 +20,9 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// The file's rows whose step `keep` does not refuse, none if there is no file; an error if it is
-    /// there and fewer than `wanted` of its rows are left, for nobody would write them again. Nothing
-    /// is written yet: [`Table::start`].
+    /// The file's rows whose step `keep` does not refuse, none if there is no file; an error if it
+    /// is there and fewer than `wanted` of its rows are left, for nobody would write them again.
+    /// Nothing is written yet: [`Table::start`].
     pub(crate) fn read(path: &Path, wanted: u64, keep: impl Fn(u64) -> bool) -> Result<Sheet> {
         let mut sheet = Sheet::default();
         if path.exists() {

@@ -31,8 +31,8 @@ pub(crate) fn write(path: &Path, svg: &str) -> Result<()> {
     }
 }
 
-/// An SVG, which is opaque, as red, green and blue of every pixel, row by row, two pixels to a unit;
-/// width and height first.
+/// An SVG, which is opaque, as red, green and blue of every pixel, row by row, two pixels to a
+/// unit; width and height first.
 pub(crate) fn pixels(svg: &str) -> Result<(u32, u32, Vec<u8>)> {
     let mut fonts = Database::new();
     fonts.load_font_source(Source::Binary(Arc::new(DEJAVU_SANS)));

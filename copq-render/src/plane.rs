@@ -58,8 +58,8 @@ impl Plane {
         Self { title: title.into(), axes, marks: Vec::new(), limit: None, ranges: None }
     }
 
-    /// Shows from where to where of each axis, whatever lies outside; all that there is unless it is
-    /// said.
+    /// Shows from where to where of each axis, whatever lies outside; all that there is unless it
+    /// is said.
     pub fn ranges(self, ranges: [[f64; 2]; 2]) -> Self {
         Self { ranges: Some(ranges), ..self }
     }

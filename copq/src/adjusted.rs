@@ -3,8 +3,8 @@
 use crate::on_policy::shows_budgets;
 use crate::{Env, EnvSpec, Error, Objective, Outcome, Result, State};
 
-/// An environment whose costs have other limits, and whose objectives other weights: what an episode
-/// may cost, and what counts how much, is the user's to say.
+/// An environment whose costs have other limits, and whose objectives other weights: what an
+/// episode may cost, and what counts how much, is the user's to say.
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }

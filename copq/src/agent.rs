@@ -125,8 +125,8 @@ pub trait Agent: Send {
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()>;
 
     /// Takes in one transition; a rule that does not learn has no use for it. On-policy learners
-    /// store the sample that they drew, so an action that was overridden is learned as if it had been
-    /// taken, and each is observed once.
+    /// store the sample that they drew, so an action that was overridden is learned as if it had
+    /// been taken, and each is observed once.
     fn observe(&mut self, _transition: Transition<'_>) -> Result<()> {
         Ok(())
     }
@@ -143,9 +143,9 @@ pub trait Agent: Send {
         false
     }
 
-    /// What the agent believes that this action will return, discounted, a number for each objective:
-    /// the critics' mean Q(s, a), or on-policy V(s). NaN for an objective
-    /// without a critic of its own.
+    /// What the agent believes that this action will return, discounted, a number for each
+    /// objective: the critics' mean Q(s, a), or on-policy V(s). NaN for an objective without a
+    /// critic of its own.
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()>;
 
     /// Writes what acting takes to a small file, for [`Policy::read`](crate::Policy::read).

@@ -219,8 +219,8 @@ fn play(env: &mut dyn Env, spec: &EnvSpec, seed: u64) -> Result<Played> {
     }
 }
 
-/// Whether every episode's last observation is far from the one before and near to one with which an
-/// episode begins: then it may be the next episode's, and what happened is lost.
+/// Whether every episode's last observation is far from the one before and near to one with which
+/// an episode begins: then it may be the next episode's, and what happened is lost.
 fn seem_to_reset_themselves(episodes: &[Played]) -> bool {
     episodes.iter().all(|episode| {
         let starts = episodes.iter().map(|other| distance(&episode.last_obs, &other.first_obs));

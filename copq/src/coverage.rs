@@ -76,10 +76,10 @@ pub struct ObjectiveCoverage {
     pub nominal: f64,
 }
 
-/// Plays a learner's policy in the episodes in which it is evaluated, and holds the discounted return
-/// after some of its actions against what the critics say of them. Actions so near to an episode's
-/// time limit that over a tenth of a return may come after it are left out, however the episode ends;
-/// what comes after the limit counts as the critics have it.
+/// Plays a learner's policy in the episodes in which it is evaluated, and holds the discounted
+/// return after some of its actions against what the critics say of them. Actions so near to an
+/// episode's time limit that over a tenth of a return may come after it are left out, however the
+/// episode ends; what comes after the limit counts as the critics have it.
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }

@@ -3,9 +3,10 @@
 //! An ensemble of K critics gives K guesses at the N values of an action (safety, speed, effort).
 //! copq turns their disagreement into one confidence bound for the whole vector: it factors the
 //! critics' covariance in priority order, so that each objective's bound is conditioned only on
-//! those above it (but where a clip keeps the total from rising). The lower bound goes into TD targets and the actor, the upper one explores. That
-//! is COP-Q; the other ways to be pessimistic (eigenvectors, extreme points, standard deviations,
-//! double-Q minima) are here too, behind one trait, [`Projection`].
+//! those above it (but where a clip keeps the total from rising). The lower bound goes into TD
+//! targets and the actor, the upper one explores. That is COP-Q; the other ways to be pessimistic
+//! (eigenvectors, extreme points, standard deviations, double-Q minima) are here too, behind one
+//! trait, [`Projection`].
 //!
 //! ```
 //! use copq::projection::{BoundQuery, Cholesky, Projection, QView, Scratch};
@@ -36,9 +37,10 @@
 //! | explore, or weigh costs, your own way | [`Explore`], [`Multiplier`] |
 //! | bring your own networks | [`Critic`], [`Actor`], or a whole [`Backend`] |
 //!
-//! Observations are flat vectors of `f32`, actions boxes of continuous numbers: there are no discrete
-//! actions and no images. Off-policy methods learn from one environment at a time. This crate itself
-//! depends on no tensor library and no physics engine; `copq_candle::Candle` computes on the CPU.
+//! Observations are flat vectors of `f32`, actions boxes of continuous numbers: there are no
+//! discrete actions and no images. Off-policy methods learn from one environment at a time. This
+//! crate itself depends on no tensor library and no physics engine; `copq_candle::Candle` computes
+//! on the CPU.
 //!
 //! ```ignore
 //! let env = copq_envs_rapier::make("a/hopper")?;

@@ -47,8 +47,8 @@ pub(crate) fn mean_and_std(q: QView<'_>, objective: usize) -> (f64, f64) {
     (total / q.rows() as f64, (variance / q.rows() as f64).sqrt())
 }
 
-/// How two objectives' values go together over the critics: the mean covariance of all rows over the
-/// roots of the mean variances; 0 where critics agree.
+/// How two objectives' values go together over the critics: the mean covariance of all rows over
+/// the roots of the mean variances; 0 where critics agree.
 pub(crate) fn correlation(q: QView<'_>, pair: [usize; 2]) -> f64 {
     let critics = q.critics() as f64;
     let [mut covariance, mut first, mut second] = [0.0; 3];
@@ -146,7 +146,8 @@ mod tests {
 
     #[test]
     fn values_that_rise_together_correlate() {
-        // Three critics, one row: 1, 2, 3 against 2, 4, 6, then against 6, 4, 2, then against 1, 0, 1.
+        // Three critics, one row: 1, 2, 3 against 2, 4, 6, then against 6, 4, 2, then against 1, 0,
+        // 1.
         let of = |values: &[f32]| correlation(QView::new(values, 3, 2).unwrap(), [0, 1]);
         assert!((of(&[1.0, 2.0, 2.0, 4.0, 3.0, 6.0]) - 1.0).abs() < 1e-12);
         assert!((of(&[1.0, 6.0, 2.0, 4.0, 3.0, 2.0]) + 1.0).abs() < 1e-12);

@@ -11,7 +11,8 @@
 /// assert_eq!(seen, ["1000 q/safety 0.5"]);
 /// ```
 pub trait Observer {
-    /// One number at one environment step; `name` is a path such as `q/safety`.
+    /// One number at one environment step; `name` is a path such as `q/safety`. A run's folder has
+    /// a column of that name, which cannot be `step`, nothing, or have control characters.
     fn scalar(&mut self, step: u64, name: &str, value: f64);
 
     /// A sentence for the person who trains, such as that the scale of the observations leaves

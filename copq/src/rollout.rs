@@ -94,8 +94,8 @@ impl<E: Env> Rollout<E> {
     }
 
     /// One step with an action in [-1, 1]. What is no number (NaN, infinity) is an error, before it
-    /// counts. An episode that runs on past the horizon is one, too: whoever waits for its end would
-    /// wait for ever.
+    /// counts. An episode that runs on past the horizon is one, too: whoever waits for its end
+    /// would wait for ever.
     pub fn step(&mut self, unit_action: &[f32]) -> Result<Outcome> {
         check_len("action", unit_action.len(), self.action.len())?;
         if !self.is_running() {

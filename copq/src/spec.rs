@@ -32,9 +32,9 @@ impl Objective {
         Self { name: name.into(), weight, limit: None }
     }
 
-    /// A cost with its limit, and weight 0: only methods with a
-    /// [`Constraint`](crate::Constraint), such as [`Method::cop_cal`](crate::Method::cop_cal), hold
-    /// the limit, by a multiplier. Any other ignores the cost, unless you give it a negative weight.
+    /// A cost with its limit, and weight 0: only methods with a [`Constraint`](crate::Constraint),
+    /// such as [`Method::cop_cal`](crate::Method::cop_cal), hold the limit, by a multiplier. Any
+    /// other ignores the cost, unless you give it a negative weight.
     pub fn cost(name: impl Into<String>, limit: f32) -> Self {
         Self { name: name.into(), weight: 0.0, limit: Some(limit) }
     }

@@ -1,11 +1,11 @@
-//! What fewer bits do to what is learned, without the noise of acting: learners go on from one run's
-//! checkpoint with the same batches of its replay, in every precision. What they have learned is then
-//! looked at in f32, and its distance from f32's told.
+//! What fewer bits do to what is learned, without the noise of acting: learners go on from one
+//! run's checkpoint with the same batches of its replay, in every precision. What they have learned
+//! is then looked at in f32, and its distance from f32's told.
 //!
-//! Learning magnifies any difference, so others tell what one means. Nulls are f32 after every weight
-//! of the critics was moved by a unit in its last place, up or down by chance, and candle's autograd,
-//! which adds the same numbers up in another order. A positive control has inputs and values in bf16
-//! as well.
+//! Learning magnifies any difference, so others tell what one means. Nulls are f32 after every
+//! weight of the critics was moved by a unit in its last place, up or down by chance, and candle's
+//! autograd, which adds the same numbers up in another order. A positive control has inputs and
+//! values in bf16 as well.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

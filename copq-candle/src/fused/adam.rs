@@ -38,8 +38,8 @@ impl Adam {
     }
 }
 
-/// Zero for what is below normal numbers: a moment that no gradient feeds would halt there, and many
-/// processors are slow with such numbers.
+/// Zero for what is below normal numbers: a moment that no gradient feeds would halt there, and
+/// many processors are slow with such numbers.
 #[inline(always)]
 fn flushed<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let is_small = simd.less_than_f32s(simd.abs_f32s(x), simd.splat_f32s(f32::MIN_POSITIVE));

@@ -1,5 +1,5 @@
-//! What actors, and critics of observations alone, are made of: a network that reads observations, and
-//! its optimiser.
+//! What actors, and critics of observations alone, are made of: a network that reads observations,
+//! and its optimiser.
 
 use std::path::Path;
 
@@ -83,9 +83,9 @@ impl Body {
         self.network.gradient(&self.input, grad_out, grad, &mut self.workspace);
     }
 
-    /// One optimiser step down a gradient, with the penalty's part added and cut to the largest norm;
-    /// `more` is what else counts for that, as a sum of squares. What the whole gradient was multiplied
-    /// by.
+    /// One optimiser step down a gradient, with the penalty's part added and cut to the largest
+    /// norm; `more` is what else counts for that, as a sum of squares. What the whole gradient was
+    /// multiplied by.
     pub fn descend(&mut self, grad: &mut [PanelRow], more: f64, step: Descent) -> f32 {
         let Descent { lr, decay, max_norm } = step;
         if decay > 0.0 {

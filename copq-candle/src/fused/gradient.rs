@@ -1,5 +1,5 @@
-//! The gradient of a layer's map, tile by tile: stored, or taken as a step of the parameters while it
-//! is still in registers.
+//! The gradient of a layer's map, tile by tile: stored, or taken as a step of the parameters while
+//! it is still in registers.
 
 use pulp::{Arch, Simd};
 

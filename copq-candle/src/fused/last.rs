@@ -42,8 +42,8 @@ pub(super) fn place(layer: &Layer, output: usize, input: usize) -> (usize, usize
 
 /// `out = input * map + bias`, row after row.
 ///
-/// In each lane every sixteenth product is added up by fused multiply-adds, then halves of the lanes
-/// until one is left, then the bias: one order for vectors of any width.
+/// In each lane every sixteenth product is added up by fused multiply-adds, then halves of the
+/// lanes until one is left, then the bias: one order for vectors of any width.
 pub(super) fn affine(input: &Panels, map: &[PanelRow], out: &mut [f32]) {
     let count = out.len() / input.rows();
     let (map, bias) = map.split_at(weight_lines(input.cols(), count));

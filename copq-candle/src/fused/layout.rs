@@ -8,8 +8,8 @@ use super::panels::{PanelRow, WIDTH};
 use crate::shape::{Layer, Shape};
 
 /// A network's layers, one after another in lines: panels of a layer's outputs, with a line for
-/// every input and one more, the bias; for the last layer see [`last`]. What a panel has too many is
-/// zero and stays so: its gradient is.
+/// every input and one more, the bias; for the last layer see [`last`]. What a panel has too many
+/// is zero and stays so: its gradient is.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     shape: Shape,

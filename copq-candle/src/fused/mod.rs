@@ -2,9 +2,9 @@
 //! read them.
 //!
 //! Bias and activation, forward and backward, and the optimiser's step down a gradient happen to a
-//! product's results while they are still in registers; everything else is a few passes over memory.
-//! A warm update on one thread allocates nothing, but for natural gradients. One thread is the
-//! default; [`Critics::threads`] spreads the critics over more, [`Deterministic::threads`] and
+//! product's results while they are still in registers; everything else is a few passes over
+//! memory. A warm update on one thread allocates nothing, but for natural gradients. One thread is
+//! the default; [`Critics::threads`] spreads the critics over more, [`Deterministic::threads`] and
 //! [`Gaussian::threads`] an actor's products (but the last layer's), and they change no bit of the
 //! result. Nor does the processor: each sum is taken in one order, products by fused multiply-adds,
 //! whatever the width of its vectors.

@@ -70,8 +70,8 @@ impl Network {
         self.learned = learned.map(|flat| self.layout.pack(flat));
     }
 
-    /// Adds up the first `count` inputs of a batch in the online network's first layer, for all that
-    /// runs through it until the weights move or [`Network::forget`] is called.
+    /// Adds up the first `count` inputs of a batch in the online network's first layer, for all
+    /// that runs through it until the weights move or [`Network::forget`] is called.
     pub fn begin(&mut self, input: &Panels, count: usize, workspace: &Workspace) {
         let Self { layout, learned, begun, .. } = self;
         begun.begin(layout, &learned.online, input, count, workspace.threads());
@@ -146,8 +146,8 @@ impl Network {
         self.moved();
     }
 
-    /// After [`Network::forward`] on the same input: writes dL/dparameters, laid out as they are, in
-    /// f32.
+    /// After [`Network::forward`] on the same input: writes dL/dparameters, laid out as they are,
+    /// in f32.
     pub fn gradient(
         &mut self,
         input: &Panels,

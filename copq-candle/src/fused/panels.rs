@@ -12,8 +12,8 @@ pub(super) const WIDTH: usize = 16;
 #[repr(C, align(64))]
 pub(super) struct PanelRow(pub [f32; WIDTH]);
 
-/// A matrix of which panel `p` has columns 16 p to 16 p + 15, a [`PanelRow`] for each row; lines end in
-/// zeros where the columns end.
+/// A matrix of which panel `p` has columns 16 p to 16 p + 15, a [`PanelRow`] for each row; lines
+/// end in zeros where the columns end.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Panels {
     rows: usize,

@@ -65,8 +65,8 @@ impl<'a> Inputs<'a> {
     }
 }
 
-/// `out = finish(inputs * map + start)`. A map of `cols` columns is panels of a line for every input
-/// and one more, which is what every row of the result starts from.
+/// `out = finish(inputs * map + start)`. A map of `cols` columns is panels of a line for every
+/// input and one more, which is what every row of the result starts from.
 ///
 /// # Panics
 /// If the shapes do not fit together, as in all of this module: layers are fixed and batches are

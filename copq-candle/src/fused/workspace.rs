@@ -22,8 +22,8 @@ pub(super) enum Gate<'a> {
 }
 
 /// Buffers that grow to the largest layer and batch and are then reused, and the threads that share
-/// each product but the last layer's: one unless set. A thread's networks share a workspace, so that
-/// little of it leaves the cache.
+/// each product but the last layer's: one unless set. A thread's networks share a workspace, so
+/// that little of it leaves the cache.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workspace {
     threads: Threads,

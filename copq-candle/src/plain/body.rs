@@ -1,5 +1,5 @@
-//! What actors, and critics of observations alone, are made of: a network that reads observations, and
-//! its optimiser.
+//! What actors, and critics of observations alone, are made of: a network that reads observations,
+//! and its optimiser.
 
 use std::path::Path;
 

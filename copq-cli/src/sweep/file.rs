@@ -69,16 +69,16 @@ impl Task {
 
     /// Why the run that has begun cannot go on to the file's steps, if its step size falls over all
     /// of its own.
-    pub fn is_longer_only_anew(&self) -> Option<String> {
+    pub fn why_only_anew(&self) -> Option<String> {
         let begun = read_config::<toml::Table>(&self.folder).ok()?;
         let over = |settings: &toml::Table| settings.get("anneal_steps")?.as_integer();
         let (then, now) = (over(&begun.settings)?, over(&self.settings)?);
         let folder = quoted(&self.folder.to_string_lossy());
-        (then != now).then(|| {
+        (then < now).then(|| {
             format!(
                 "its step size falls over {then} steps, the file's over {now}, which is another \
-                 run: give it another folder (out, or the name of an [[arm]]); copq resume \
-                 {folder} --steps N goes on with the last, small step size"
+                 run: give it another folder (out, or the name of an [[arm]]); outside of the \
+                 sweep copq resume {folder} --steps N goes on with the last, small step size"
             )
         })
     }
@@ -109,7 +109,8 @@ impl Task {
 }
 
 /// The checksum of the policy that a run begins with. One that began before checksums were written
-/// goes on without; of a policy that is gone, what its run has written is what there is.
+/// has none (and off-policy acted at random first: `set = "warm_up=uniform"`); of a policy that is
+/// gone, what its run has written is what there is.
 fn init_checksum(plan: &Plan, folder: &Path) -> Option<String> {
     let from = plan.init_from.as_deref()?;
     let now = saved::policy_file(from).and_then(|file| saved::checksum(&file)).ok();
@@ -190,8 +191,8 @@ impl SweepFile {
         Ok(Self { out, title, paper, tasks })
     }
 
-    /// All runs, for whoever begins them: an error that names the first one that could not begin, for
-    /// its world or its method cannot be made. Seeds are all alike.
+    /// All runs, for whoever begins them: an error that names the first one that could not begin,
+    /// for its world or its method cannot be made. Seeds are all alike.
     pub fn read_to_begin(path: &Path) -> anyhow::Result<Self> {
         let sweep = Self::read(path)?;
         check_paper(&sweep).with_context(|| format!("'{}'", path.display()))?;

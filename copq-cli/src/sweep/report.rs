@@ -24,8 +24,8 @@ pub struct Report {
     making: Making,
 
     /// Where the file's runs may also lie, however long they are: for one that has not begun, a run
-    /// of the same method, settings, task and seed anywhere in this folder takes its place, up to the
-    /// steps that the file wants.
+    /// of the same method, settings, task and seed anywhere in this folder takes its place, up to
+    /// the steps that the file wants.
     #[arg(long, value_name = "DIR")]
     from: Vec<PathBuf>,
 }
@@ -42,7 +42,8 @@ impl Report {
     }
 }
 
-/// An error for a paper's numbers and claims that no run of the file is of, before it is run for them.
+/// An error for a paper's numbers and claims that no run of the file is of, before it is run for
+/// them.
 pub fn check_paper(sweep: &SweepFile) -> anyhow::Result<()> {
     if sweep.paper == Paper::default() {
         return Ok(());

@@ -25,7 +25,7 @@ pub fn print(sweep: &SweepFile) -> anyhow::Result<()> {
 fn standing(task: &Task) -> [String; 2] {
     match Standing::of(&task.folder) {
         Standing::Done if !task.is_done() => {
-            let remark = task.is_longer_only_anew().unwrap_or_else(|| {
+            let remark = task.why_only_anew().unwrap_or_else(|| {
                 "done by other settings than the file has now; sweep run goes on where only steps \
                  have risen, and says what else differs"
                     .to_owned()

@@ -18,8 +18,8 @@ const WARNING: u32 = 120;
 /// Hands all that is not done yet to Slurm, or writes it down for GNU parallel.
 ///
 /// Leaves what it submits in a folder in submit/ beside the runs, one for the sweep's file as it is
-/// now: the runs, this program, the scripts, and each run's words. Whatever becomes of the file or of
-/// the program, what waits in a queue stays what it was. Slurm starts a run again that it has
+/// now: the runs, this program, the scripts, and each run's words. Whatever becomes of the file or
+/// of the program, what waits in a queue stays what it was. Slurm starts a run again that it has
 /// stopped at its time limit, or whose node died; it goes on from its last checkpoint. The same
 /// command submits what is not done, once the queue is empty.
 #[derive(clap::Args)]
@@ -270,8 +270,8 @@ impl Place {
     }
 }
 
-/// MuJoCo's library as this program has loaded it, unless it is the system's own: on another node, or
-/// after `cargo clean`, it is not there. None where the system does not say.
+/// MuJoCo's library as this program has loaded it, unless it is the system's own: on another node,
+/// or after `cargo clean`, it is not there. None where the system does not say.
 fn libraries() -> BTreeSet<PathBuf> {
     let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();
     let path = |line: &str| line.split_once('/').map(|(_, path)| PathBuf::from(format!("/{path}")));

@@ -100,7 +100,7 @@ fn begin_or_go_on(task: &Task) -> anyhow::Result<Ending> {
     let folder = &task.folder;
     let mut prepared = task.prepare()?;
     let is_there = folder.join("config.toml").is_file();
-    if let Some(why) = task.is_longer_only_anew() {
+    if let Some(why) = task.why_only_anew() {
         bail!(why);
     }
     let init = if is_there {

@@ -1,8 +1,8 @@
 //! How near preset `Paper` on MuJoCo 3.17.0 is to Brax itself, whose runs were recorded in single
 //! precision.
 //!
-//! The robots and conventions are the same, the solver of contacts and limits is not.
-//! `cargo test -p copq-envs-mujoco --features mujoco-rs --test mujoco brax -- --nocapture --test-threads 1`
+//! The robots and conventions are the same, the solver of contacts and limits is not. `cargo test
+//! -p copq-envs-mujoco --features mujoco-rs --test mujoco brax -- --nocapture --test-threads 1`
 //! prints more than DESIGN.md quotes.
 
 use crate::support::{ROBOTS, Replay, Table, largest, own_data, task};

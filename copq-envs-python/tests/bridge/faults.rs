@@ -86,6 +86,8 @@ fn an_error_says_where_python_was() {
     assert!(
         error.contains("ValueError: no such joint") && error.contains("after KeyError: 'joint 3'")
     );
+    let error = play(&mut faulty("cause of itself").unwrap().unwrap()).unwrap_err().to_string();
+    assert!(error.contains("KeyError: 'joint 3'") && !error.contains("after"), "{error}");
     let error = play(&mut faulty("note").unwrap().unwrap()).unwrap_err().to_string();
     assert!(error.contains("ValueError: the gripper is stuck\nin scene 4"), "{error}");
     let error = play(&mut faulty("hang").unwrap().unwrap()).unwrap_err().to_string();

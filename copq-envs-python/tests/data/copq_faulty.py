@@ -60,6 +60,11 @@ class Faulty(gymnasium.Env):
                     raise KeyError("joint 3")
                 except KeyError as error:
                     raise ValueError("no such joint") from error
+            case "cause of itself":
+                try:
+                    raise KeyError("joint 3")
+                except KeyError as error:
+                    raise error from error
             case "note":
                 error = ValueError("the gripper is stuck")
                 error.add_note("in scene 4")

@@ -66,9 +66,9 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[Limit], out: &Path) -> 
 /// A markdown table of the same runs: the mean of the last three evaluations up to the last step
 /// that all of a label's seeds reached, as the median over the seeds and, for several seeds, their
 /// range; then the mean weighted total of all evaluations until then (the area under its curve), as
-/// the mean over the seeds and, from three on, its bootstrap interval at 95 %; and how likely a seed
-/// has more of it than one of the first label's, up to the last step that all of both reached, where
-/// both have three and are of one task, engine and preset.
+/// the mean over the seeds and, from three on, its bootstrap interval at 95 %; and how likely a
+/// seed has more of it than one of the first label's, up to the last step that all of both reached,
+/// where both have three and are of one task, engine and preset.
 pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);

@@ -106,8 +106,8 @@ impl Evaluated {
         steps.map(point).collect()
     }
 
-    /// By objective, at each evaluation: by how much the critics expect more at an episode's start than
-    /// comes.
+    /// By objective, at each evaluation: by how much the critics expect more at an episode's start
+    /// than comes.
     pub(crate) fn value_errors(&self) -> Vec<(String, Vec<[f64; 2]>)> {
         let error = |(name, expected): &(String, Vec<f64>)| {
             let objective = name.strip_prefix("q_start/")?;

@@ -140,7 +140,8 @@ fn squash(graph: &mut Builder, input: &str) {
     graph.node_with("Cast", &["exact_unit"], &["unit"], &[("to", i64::from(FLOAT))]);
 }
 
-/// From `network`, the means, to `mean`, `std` (the same in every row) and `unit`, the clamped mean.
+/// From `network`, the means, to `mean`, `std` (the same in every row) and `unit`, the clamped
+/// mean.
 fn normal(graph: &mut Builder, actor: &State) -> Result<()> {
     let log_std: &[f32] = actor.get("log_std")?;
     graph.floats("actor/log_std", &[log_std.len()], log_std);

@@ -96,8 +96,8 @@ impl Comparison {
         }
     }
 
-    /// How many seeds of each would decide four times in five, if means and scatter are these: that all
-    /// conditions hold, or that one does not. None for more than 10,000.
+    /// How many seeds of each would decide four times in five, if means and scatter are these: that
+    /// all conditions hold, or that one does not. None for more than 10,000.
     pub fn seeds_to_decide(&self, claim: &Claim) -> Option<usize> {
         const MISSED: f64 = 0.2;
         let conditions = self.conditions(claim);
@@ -135,8 +135,8 @@ impl Judged<'_> {
         Some(self.paper?.verdict(self.claim))
     }
 
-    /// Whose numbers say how many seeds would decide: the runs' where they are undecided, the paper's
-    /// where they are too few.
+    /// Whose numbers say how many seeds would decide: the runs' where they are undecided, the
+    /// paper's where they are too few.
     pub fn to_decide_by(&self) -> Option<Comparison> {
         match self.verdict() {
             Verdict::Undecided => self.runs,

@@ -68,8 +68,8 @@ impl Judged<'_> {
     }
 }
 
-/// Mean and standard deviation (divided by n, as elsewhere in the report), and how many seeds of those
-/// that there shall be.
+/// Mean and standard deviation (divided by n, as elsewhere in the report), and how many seeds of
+/// those that there shall be.
 fn shown(sample: &Sample, planned: usize) -> String {
     let mean = number(sample.mean, sample.mean.abs());
     let n = sample.seeds;

@@ -25,8 +25,8 @@ fn claim(is: Relation, than: &str, within: Option<f64>) -> Claim {
     }
 }
 
-/// A seed of a method for each list of costs, which are the weighted totals, too, evaluated at steps
-/// 0, 10 and so on of 30.
+/// A seed of a method for each list of costs, which are the weighted totals, too, evaluated at
+/// steps 0, 10 and so on of 30.
 fn runs(folder: &Path, methods: &[(&str, &[&[f64]])]) -> Vec<ReportRun> {
     let mut runs = Vec::new();
     for (method, seeds) in methods {
@@ -211,7 +211,8 @@ fn a_longer_run_is_cut() {
     assert_eq!((table.columns[0].as_str(), table.rows[0].1[0].mean), ("b/hopper at 20", Some(2.0)));
 }
 
-/// With as many seeds as it says, two methods that are alike are seen to be near as often as it says.
+/// With as many seeds as it says, two methods that are alike are seen to be near as often as it
+/// says.
 #[test]
 fn so_many_seeds_tell_that_two_are_near() {
     use super::claims::Comparison;
@@ -303,8 +304,8 @@ fn numbers_of_what_no_run_has_are_an_error() {
     ]);
 }
 
-/// The paper's method is called alike on tasks for which it is made otherwise; the report tells them
-/// apart, a claim need not.
+/// The paper's method is called alike on tasks for which it is made otherwise; the report tells
+/// them apart, a claim need not.
 #[test]
 fn a_name_may_be_short_where_it_is_clear() {
     let folder = tempfile::tempdir().unwrap();

@@ -73,8 +73,8 @@ impl Groups {
         groups
     }
 
-    /// The method that is called so on a task: by its whole name, or by its first part where no other
-    /// there begins so.
+    /// The method that is called so on a task: by its whole name, or by its first part where no
+    /// other there begins so.
     pub(crate) fn method(&self, world: &World, name: &str) -> Option<usize> {
         let is_there = |label: &usize| !world.runs[*label].is_empty();
         let whole = self.labels.iter().position(|label| label == name);
@@ -162,7 +162,8 @@ fn labels(runs: &[Stored]) -> Vec<String> {
     for traits in [method, of_plan, critics] {
         names = refined(names, runs, traits, |_| String::new());
     }
-    // Settings that follow the task, as the steps over which a step size falls, make no other method.
+    // Settings that follow the task, as the steps over which a step size falls, make no other
+    // method.
     refined(names, runs, settings, |run| run.plan().map_or_else(String::new, world_name))
 }
 

@@ -66,8 +66,8 @@ impl Report {
         Self { title: title.into(), runs, groups, paper: Paper::default() }
     }
 
-    /// What a paper says of these tasks and methods, beside which the runs are put; an error where it
-    /// is of others.
+    /// What a paper says of these tasks and methods, beside which the runs are put; an error where
+    /// it is of others.
     pub fn paper(self, paper: Paper) -> Result<Self> {
         let mut known = KnownTasks::new();
         for world in &self.groups.worlds {
@@ -129,8 +129,8 @@ impl Report {
         page::render(self, every)
     }
 
-    /// Writes the tables as Markdown, LaTeX and CSV, and the figures as SVG and PNG, into a folder; for
-    /// a paper's column, panels also stand one above the other (`NAME-column.svg`).
+    /// Writes the tables as Markdown, LaTeX and CSV, and the figures as SVG and PNG, into a folder;
+    /// for a paper's column, panels also stand one above the other (`NAME-column.svg`).
     pub fn write_parts(&self, folder: &Path) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
         for table in self.tables() {
@@ -305,7 +305,7 @@ mod tests {
         let report = Report::read("x", &runs);
         let shown = |room| {
             let html = page::films(&report, room).into_string();
-            (html.matches("<img ").count(), html.contains("20 MB of films: 1."))
+            (html.matches("<img ").count(), html.contains("1 more would exceed the 20 MB"))
         };
         assert_eq!([30, 29].map(shown), [(3, false), (2, true)]);
     }

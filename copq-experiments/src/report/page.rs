@@ -24,8 +24,8 @@ const ELLIPSES: &str = "One standard deviation of the critics' values of replaye
      in training (from q_std and correlation in metrics.csv, around 0), and where each projection would \
      put the lower bound of these two at the end, by the task's weights or a cost's multiplier. Other objectives, \
      which can change the clip, eigen's bound and extremum's, are left out. One seed a method.";
-/// Most runs whose seeds are drawn one by one, and whose figures are drawn for a phone, too: a page of
-/// more is too large for one.
+/// Most runs whose seeds are drawn one by one, and whose figures are drawn for a phone, too: a page
+/// of more is too large for one.
 const SEEDS: usize = 1_000;
 /// Bytes of the files of all films on a page, for the same reason.
 const FILMS: u64 = 20_000_000;
@@ -212,8 +212,8 @@ pub(super) fn films(report: &Report, mut room: u64) -> Markup {
             h2 id="films" { "Policies at work" }
             @if left_out > 0 {
                 p.note {
-                    "Left out, for a page has 20 MB of films: " (left_out)
-                    ". They lie in their runs' folders, as rollout.gif."
+                    (left_out) " more would exceed the " (FILMS / 1_000_000)
+                    " MB that a page has for films. They lie in their runs' folders, as rollout.gif."
                 }
             }
             div.films { @for film in &shown { (film) } }

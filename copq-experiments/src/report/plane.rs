@@ -8,8 +8,8 @@ use super::{Report, file_name};
 use crate::figure::Quantity;
 
 impl Report {
-    /// What each seed earns against what it costs, a picture for each limit: a name for its file, and
-    /// the picture.
+    /// What each seed earns against what it costs, a picture for each limit: a name for its file,
+    /// and the picture.
     pub fn planes(&self) -> Vec<(String, Plane)> {
         let limited = self.groups.worlds.iter().flat_map(|world| {
             world.limits.iter().map(move |(cost, &limit)| (world, cost.as_str(), limit))

@@ -101,8 +101,8 @@ impl Report {
         Some(self.with_published(table, measure, &of))
     }
 
-    /// Puts the paper's numbers behind each column that has some, the columns being of these tasks and
-    /// quantities.
+    /// Puts the paper's numbers behind each column that has some, the columns being of these tasks
+    /// and quantities.
     fn with_published(
         &self,
         mut table: Table,

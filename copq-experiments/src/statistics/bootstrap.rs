@@ -38,8 +38,9 @@ impl Default for Bootstrap {
 }
 
 impl Bootstrap {
-    /// The interval of a statistic of all tasks' seeds together, each task being a slice of `tasks`;
-    /// none if a task has fewer than [`FEWEST`], or if one of the draws comes to no finite number.
+    /// The interval of a statistic of all tasks' seeds together, each task being a slice of
+    /// `tasks`; none if a task has fewer than [`FEWEST`], or if one of the draws comes to no finite
+    /// number.
     pub fn interval<S: AsRef<[f64]>>(
         &self,
         tasks: &[S],
@@ -99,8 +100,8 @@ mod tests {
         }
     }
 
-    /// Of intervals at 95 % for the mean of 30 draws of a skewed law, nearly that share holds the true
-    /// mean; and of two tasks together, too.
+    /// Of intervals at 95 % for the mean of 30 draws of a skewed law, nearly that share holds the
+    /// true mean; and of two tasks together, too.
     #[test]
     fn intervals_hold_the_truth_as_often_as_they_say() {
         let mut rng = Rng::new(1, Stream::Custom);

@@ -66,12 +66,12 @@ impl Sample {
     }
 
     /// Welch's interval at 95 % for how far this mean lies above another (of an exact number
-    /// Student's); none for fewer than two seeds of either, for seeds that are all alike, or numbers that
-    /// are none.
+    /// Student's); none for fewer than two seeds of either, for seeds that are all alike, or
+    /// numbers that are none.
     ///
     /// It takes seeds for normal; of such it is right for three as well, where the
-    /// [`Bootstrap`](super::Bootstrap) is too short. Where some seeds are stuck and others are not, it
-    /// holds the truth less often than it says.
+    /// [`Bootstrap`](super::Bootstrap) is too short. Where some seeds are stuck and others are not,
+    /// it holds the truth less often than it says.
     pub fn difference(&self, other: &Self) -> Option<[f64; 2]> {
         if self.seeds.min(other.seeds) < 2 {
             return None;
@@ -83,8 +83,9 @@ impl Sample {
     }
 
     /// How many seeds of each it takes to tell this difference of means from none by
-    /// [`Sample::difference`], with a chance of `power`, if means and scatter are truly these; none for
-    /// more than 10,000, if there is no difference, or for a chance that is not between 0 and 1.
+    /// [`Sample::difference`], with a chance of `power`, if means and scatter are truly these; none
+    /// for more than 10,000, if there is no difference, or for a chance that is not between 0 and
+    /// 1.
     pub fn seeds_to_tell(&self, other: &Self, power: f64) -> Option<usize> {
         if !(power > 0.0 && power < 1.0) {
             return None;
@@ -109,8 +110,8 @@ impl Sample {
 }
 
 /// Some quantiles of Student's t, added up, in standard errors of the difference of two means, each
-/// of a variance and a number of seeds. A test at such a quantile has the power of another where the
-/// difference is as large as both.
+/// of a variance and a number of seeds. A test at such a quantile has the power of another where
+/// the difference is as large as both.
 fn half_width(both: [(f64, f64); 2], shares: &[f64]) -> Option<f64> {
     let errors = both.map(|(variance, seeds)| variance / seeds);
     let error: f64 = errors.iter().sum();

@@ -1,6 +1,6 @@
 //! Statistics over seeds: means and intervals, comparisons, curves. A replicate is a seed, never an
-//! episode. All numbers are NaN for no numbers, and where one of them is NaN: a seed that diverged is
-//! not left out in silence. ([`min`] and [`max`] alone pass over NaNs.)
+//! episode. All numbers are NaN for no numbers, and where one of them is NaN: a seed that diverged
+//! is not left out in silence. ([`min`] and [`max`] alone pass over NaNs.)
 //!
 //! ```
 //! use copq_experiments::statistics::{Bootstrap, iqm, probability_of_improvement};

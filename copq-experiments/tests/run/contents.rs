@@ -189,7 +189,7 @@ fn a_scalar_that_no_column_can_be_is_refused() {
         metrics.save(&mut saved);
         let error = metrics.row(1).unwrap_err().to_string();
         let wanted =
-            "a scalar's name: wanted a name other than 'step', without control characters, got ";
+            "a scalar's name: wanted a word that is not 'step', without control characters, got ";
         assert_eq!(error, format!("{wanted}{name:?}"));
         metrics.load(&saved).unwrap();
         let row = [("a", 1.0), ("c", 3.0)].map(|(name, value)| (name.to_owned(), value));

@@ -66,8 +66,8 @@ impl Default for Optimistic {
 }
 
 impl Optimistic {
-    /// Optimism as described, an error for what cannot be used; `std` is the standard deviation of a
-    /// deterministic policy's noise, in units of half the action range, unused for others.
+    /// Optimism as described, an error for what cannot be used; `std` is the standard deviation of
+    /// a deterministic policy's noise, in units of half the action range, unused for others.
     pub fn new(optimism: Optimism, std: f32) -> Result<Self> {
         check_not_negative("optimistic.std", f64::from(std))?;
         optimism.check()?;

@@ -25,8 +25,8 @@ impl Learner {
     ///
     /// # Errors
     ///
-    /// Settings or a description that cannot be used, a constraint for a task without costs, networks
-    /// that the backend cannot make, more memory than there is.
+    /// Settings or a description that cannot be used, a constraint for a task without costs,
+    /// networks that the backend cannot make, more memory than there is.
     pub fn new(method: Method, spec: &EnvSpec, backend: &dyn Backend, seed: u64) -> Result<Self> {
         method.config.check()?;
         spec.check()?;

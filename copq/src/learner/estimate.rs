@@ -73,8 +73,8 @@ impl Learner {
         self.critic.values(Net::Online, &self.obs, action, values)
     }
 
-    /// An action of the policy whose values critics are taught ([`target_actions`]); of a stochastic one
-    /// its entropy bonus, too, and the objective of that.
+    /// An action of the policy whose values critics are taught ([`target_actions`]); of a
+    /// stochastic one its entropy bonus, too, and the objective of that.
     pub(crate) fn target_policy_action(
         &mut self,
         obs: &[f32],

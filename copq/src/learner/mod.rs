@@ -135,10 +135,10 @@ impl Learner {
     }
 
     /// Begins with the policy in the content of a file that [`Learner::save_policy`] wrote
-    /// ([`State::read_file`]), of this or another method and task of the
-    /// same robot: its weights and its normaliser. Critics, optimisers and replay begin anew, and so
-    /// does the warm-up, which is the policy's own only with [`WarmUp::Policy`](crate::WarmUp). An
-    /// error for another kind of policy, or one of another world.
+    /// ([`State::read_file`]), of this or another method and task of the same robot: its weights
+    /// and its normaliser. Critics, optimisers and replay begin anew, and so does the warm-up,
+    /// which is the policy's own only with [`WarmUp::Policy`](crate::WarmUp). An error for another
+    /// kind of policy, or one of another world.
     pub fn start_from(&mut self, policy: &State) -> Result<()> {
         let about = self.about();
         begin_with(policy, &about, self.actor.as_mut(), &mut self.normaliser)

@@ -5,8 +5,8 @@ use super::buffers::Buffers;
 use crate::loss::margin;
 use crate::{Actor, BoundQuery, Net, Observer, QView, Result, Rng, Smoothing};
 
-/// Actions and what they are made of: a policy's noise and log-probabilities, none of a deterministic
-/// one, and the noise that smooths.
+/// Actions and what they are made of: a policy's noise and log-probabilities, none of a
+/// deterministic one, and the noise that smooths.
 pub(super) struct Actions<'a> {
     pub action: &'a mut [f32],
     pub policy_noise: &'a mut [f32],
@@ -14,8 +14,8 @@ pub(super) struct Actions<'a> {
     pub noise: &'a mut [f32],
 }
 
-/// The actions whose values TD targets are of: a' = clip(mu'(s') + clip(noise)), TD3's smoothed ones;
-/// of a stochastic policy samples of the online one.
+/// The actions whose values TD targets are of: a' = clip(mu'(s') + clip(noise)), TD3's smoothed
+/// ones; of a stochastic policy samples of the online one.
 pub(super) fn target_actions(
     actor: &mut dyn Actor,
     smoothing: Option<Smoothing>,

@@ -41,8 +41,8 @@ impl Learner {
     }
 }
 
-/// The root mean square of what an objective's values differ from exact ones by, in critics' standard
-/// deviations; of none that critics agree about.
+/// The root mean square of what an objective's values differ from exact ones by, in critics'
+/// standard deviations; of none that critics agree about.
 fn rounding(q: &[f32], exact: QView<'_>) -> Vec<Option<f64>> {
     let critics = exact.critics();
     let n = exact.objectives();

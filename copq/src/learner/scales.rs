@@ -1,4 +1,5 @@
-//! Whether what comes in has a size that float32 networks can learn from, and costs have their sign.
+//! Whether what comes in has a size that float32 networks can learn from, and costs have their
+//! sign.
 
 use crate::{EnvSpec, Error, Observer, Result};
 

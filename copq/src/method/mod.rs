@@ -34,7 +34,8 @@ use crate::{ActorKind, Constraint, FamoConfig, Projection};
 /// # let _ = swapped;
 /// ```
 ///
-/// As the presets are, with N objectives in priority order ([`Method::bound`] swaps bound and critics):
+/// As the presets are, with N objectives in priority order ([`Method::bound`] swaps bound and
+/// critics):
 ///
 /// | method | preset | critics | bound | actor |
 /// |---|---|---|---|---|

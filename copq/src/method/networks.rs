@@ -50,9 +50,9 @@ fn is_default(precision: &Precision) -> bool {
 }
 
 /// How many bits the products of an off-policy update have: 32, or 16 (bf16: f32's range with eight
-/// significant bits) in its less delicate parts. Parameters, optimiser, sums, what goes into a network
-/// and through its first layer, its last layer, and policies as they act are always f32. Every
-/// processor computes the same bits, and those without the instruction for bf16 gain no time.
+/// significant bits) in its less delicate parts. Parameters, optimiser, sums, what goes into a
+/// network and through its first layer, its last layer, and policies as they act are always f32.
+/// Every processor computes the same bits, and those without the instruction for bf16 gain no time.
 ///
 /// ```
 /// use copq::{Method, Precision};
@@ -68,12 +68,12 @@ pub enum Precision {
     /// f32 everywhere.
     #[default]
     F32,
-    /// bf16 on the way back below the last layer: values, targets and bounds are as in f32; gradients
-    /// differ by less than 0.5 % in a test.
+    /// bf16 on the way back below the last layer: values, targets and bounds are as in f32;
+    /// gradients differ by less than 0.5 % in a test.
     Backward,
-    /// And between critics' hidden layers forward, where no bound's gradient is taken (fits, targets,
-    /// FAMO's second look, a multiplier's cost estimate): values differ by less than 0.2 % in a test.
-    /// Learning has not been shown to be unharmed yet.
+    /// And between critics' hidden layers forward, where no bound's gradient is taken (fits,
+    /// targets, FAMO's second look, a multiplier's cost estimate): values differ by less than 0.2 %
+    /// in a test. Learning has not been shown to be unharmed yet.
     Careful,
 }
 

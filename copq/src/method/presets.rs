@@ -175,8 +175,8 @@ impl Method {
     }
 
     /// COP-Q on CAL (paper sec. 5 and Table D.3): SAC under the augmented Lagrangian, with N + 1
-    /// critics of cost and reward together. The cost should be the first objective. One update a step,
-    /// as the section has it; the table has a ratio of 2.
+    /// critics of cost and reward together. The cost should be the first objective. One update a
+    /// step, as the section has it; the table has a ratio of 2.
     pub fn cop_cal() -> Self {
         let sac = Self::sac().named("cop-cal").bound(Cholesky);
         sac.constrain(Constraint::Lagrangian(LagrangianConfig::default()))

@@ -80,8 +80,8 @@ pub trait Multiplier: Debug + Send {
         false
     }
 
-    /// Takes in the batch's mean pessimistic bound at the replayed actions, one value per objective,
-    /// discounted, in the units of Q: a cost is to be compared with
+    /// Takes in the batch's mean pessimistic bound at the replayed actions, one value per
+    /// objective, discounted, in the units of Q: a cost is to be compared with
     /// [`discounted_limit`](crate::discounted_limit), not with an episode's limit.
     fn observe(&mut self, _bound: &[f32]) {}
 

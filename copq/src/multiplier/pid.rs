@@ -42,7 +42,8 @@ pub struct PidConfig {
 }
 
 impl Default for PidConfig {
-    /// OmniSafe's SACPID: gains 1e-6, 1e-7 and 1e-7 an update, a delay of 10, a cap of 100 on the multiplier.
+    /// OmniSafe's SACPID: gains 1e-6, 1e-7 and 1e-7 an update, a delay of 10, a cap of 100 on the
+    /// multiplier.
     fn default() -> Self {
         Self {
             proportional: 1e-6,

@@ -120,8 +120,8 @@ impl Agent for Learner {
         check_len("values", q.len(), self.spec.objectives.len())?;
         self.normalise(obs)?;
         let values = self.values()?;
-        // The one critic of all rewards speaks for a reward that is alone, unless a spent budget made
-        // another of it.
+        // The one critic of all rewards speaks for a reward that is alone, unless a spent budget
+        // made another of it.
         let rewards = self.spec.objectives.iter().filter(|o| !o.is_cost()).count();
         let is_reward = rewards == 1 && self.config.saute.is_none();
         let mut costs = values[1..].iter();

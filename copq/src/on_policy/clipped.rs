@@ -1,5 +1,5 @@
-//! PPO's passes (Schulman et al. 2017, eq. 7): ratios that may not move the objective far, and critics
-//! beside them.
+//! PPO's passes (Schulman et al. 2017, eq. 7): ratios that may not move the objective far, and
+//! critics beside them.
 
 use super::normal::{Deviations, mean_kl};
 use super::update::{Passes, Rows};

@@ -34,14 +34,14 @@ pub struct Config {
     pub passes: usize,
     /// Rows of a minibatch.
     pub batch: usize,
-    /// How far a pass may move the policy: passes end, the critics' too, when KL(old || new), summed
-    /// over action components, is larger. A natural step goes as far as this to second order in the
-    /// mean over components, as OmniSafe's, so that the sum, which is reported, is larger.
+    /// How far a pass may move the policy: passes end, the critics' too, when KL(old || new),
+    /// summed over action components, is larger. A natural step goes as far as this to second order
+    /// in the mean over components, as OmniSafe's, so that the sum, which is reported, is larger.
     pub target_kl: f64,
     /// How far a ratio of probabilities may move the objective from 1.
     pub clip: f64,
-    /// The natural gradient's step in place of the clipped ones, if any; it heeds neither `clip` nor
-    /// `entropy` nor the policy's step size.
+    /// The natural gradient's step in place of the clipped ones, if any; it heeds neither `clip`
+    /// nor `entropy` nor the policy's step size.
     pub natural: Option<NaturalStep>,
     /// A second step of the policy, down its costs, if any (CUP).
     pub second: Option<SecondStep>,

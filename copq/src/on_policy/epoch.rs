@@ -158,7 +158,8 @@ impl Epoch {
         state.put("end_values", values);
     }
 
-    /// An error unless each path ends once, after a row that its world has, and full worlds have ended.
+    /// An error unless each path ends once, after a row that its world has, and full worlds have
+    /// ended.
     fn check_ends(&self, rows: &[u64]) -> Result<()> {
         let is_row = |row: u64| {
             let world = (row.max(1) - 1) / self.capacity as u64;

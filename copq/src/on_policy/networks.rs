@@ -49,8 +49,8 @@ pub type ValueGrad<'a> = &'a mut dyn FnMut(&[f32], &mut [f32]) -> Result<()>;
 /// parameters of their own. Actions are not squashed; who acts clamps them to [-1, 1].
 ///
 /// Its [`Actor::mode`] is the mean, clamped; [`Actor::improve`] is for off-policy learning and may
-/// be an error. What the natural gradient needs beside it ([`GaussianPolicy::gradient`] and what follows)
-/// may be left out by networks that only learn by clipped steps.
+/// be an error. What the natural gradient needs beside it ([`GaussianPolicy::gradient`] and what
+/// follows) may be left out by networks that only learn by clipped steps.
 ///
 /// ```
 /// use copq::on_policy::{
@@ -137,7 +137,8 @@ pub trait GaussianPolicy: Actor {
         0
     }
 
-    /// Writes dL/dparameters, [`GaussianPolicy::parameters`] numbers; an error of a policy without them.
+    /// Writes dL/dparameters, [`GaussianPolicy::parameters`] numbers; an error of a policy without
+    /// them.
     fn gradient(&mut self, _obs: &[f32], _grad: NormalGrad<'_>, _out: &mut [f32]) -> Result<()> {
         Err(missing("gradient"))
     }

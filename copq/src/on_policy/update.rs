@@ -48,8 +48,8 @@ impl Rows {
         self.log_prob.is_empty()
     }
 
-    /// The advantage that the policy climbs: the reward's, less the costs' by their multipliers, over
-    /// 1 + their sum, as OmniSafe's Lagrangian methods have it.
+    /// The advantage that the policy climbs: the reward's, less the costs' by their multipliers,
+    /// over 1 + their sum, as OmniSafe's Lagrangian methods have it.
     pub(super) fn weighed(&self, multipliers: &[f64]) -> Vec<f32> {
         let total = 1.0 + multipliers.iter().sum::<f64>();
         let row = |b: usize| {

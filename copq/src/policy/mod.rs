@@ -29,16 +29,16 @@ use crate::{
 /// ```
 ///
 /// The file is safetensors, for any reader: `actor/layer.0.weight` (output x input),
-/// `actor/layer.0.bias` and so on, hidden layers followed by `policy/activation`, the output by what
-/// `policy/kind` says: tanh (`deterministic`), tanh of its first half, the means (`gaussian`), or
-/// nothing but a clamp to [-1, 1] (`normal`, which has `actor/log_std` besides); `policy/action_low` and
-/// `policy/action_high`; and of the normaliser, if there is one, `normaliser/mean`,
-/// `normaliser/squares` and `normaliser/count`, so that x becomes (x - mean) / max(sqrt(squares /
-/// (count - 1)), 0.01), clipped at 5, but for the last `normaliser/raw` components, which stay as
-/// they are. Texts (`policy/task`, `policy/kind`, `policy/activation`, `policy/method`, and
-/// `policy/objectives`, a name a line) are UTF-8 bytes; `policy/hidden` and `policy/obs_len` are the
-/// layers' widths. A policy of modules ([`Backend`]) has their own paths instead, and is read back
-/// by the same backend.
+/// `actor/layer.0.bias` and so on, hidden layers followed by `policy/activation`, the output by
+/// what `policy/kind` says: tanh (`deterministic`), tanh of its first half, the means (`gaussian`),
+/// or nothing but a clamp to [-1, 1] (`normal`, which has `actor/log_std` besides);
+/// `policy/action_low` and `policy/action_high`; and of the normaliser, if there is one,
+/// `normaliser/mean`, `normaliser/squares` and `normaliser/count`, so that x becomes (x - mean) /
+/// max(sqrt(squares / (count - 1)), 0.01), clipped at 5, but for the last `normaliser/raw`
+/// components, which stay as they are. Texts (`policy/task`, `policy/kind`, `policy/activation`,
+/// `policy/method`, and `policy/objectives`, a name a line) are UTF-8 bytes; `policy/hidden` and
+/// `policy/obs_len` are the layers' widths. A policy of modules ([`Backend`]) has their own paths
+/// instead, and is read back by the same backend.
 pub struct Policy {
     actor: Box<dyn Actor>,
     normaliser: Option<Normaliser>,

@@ -12,10 +12,10 @@ const TOLERANCE: f32 = 1e-2;
 /// Of the rows, how many may disagree: a bound may have kinks, and some rows lie on one.
 const KINKS: usize = ROWS / 10;
 
-/// Compares a projection's gradient with central differences, for 64 seeded rows of critics' values,
-/// weights of both signs and both signs of the step; an error says where they differ. Up to a tenth
-/// of the rows may, for a bound that has kinks, as a minimum has. Then a batch of all rows, with
-/// weights of their own, must come to what they come to one by one.
+/// Compares a projection's gradient with central differences, for 64 seeded rows of critics'
+/// values, weights of both signs and both signs of the step; an error says where they differ. Up to
+/// a tenth of the rows may, for a bound that has kinks, as a minimum has. Then a batch of all rows,
+/// with weights of their own, must come to what they come to one by one.
 ///
 /// ```
 /// use copq::projection::{Cholesky, ScalarisedMin, check_projection};

@@ -32,8 +32,8 @@ pub struct MeanStd {
 }
 
 impl Default for MeanStd {
-    /// CAL's as its authors' code has it: 0.5 unbiased deviations of four cost critics, and one of each
-    /// reward.
+    /// CAL's as its authors' code has it: 0.5 unbiased deviations of four cost critics, and one of
+    /// each reward.
     fn default() -> Self {
         Self::cal(0.5, 4)
     }

@@ -3,8 +3,8 @@
 use super::{BoundQuery, QView, Scratch};
 use crate::Result;
 
-/// The bound that takes a critic for each row and objective: `choose` has the row and its weights, and
-/// says of which critic an objective's value is.
+/// The bound that takes a critic for each row and objective: `choose` has the row and its weights,
+/// and says of which critic an objective's value is.
 pub(super) fn project<'a, C: Fn(usize) -> usize>(
     bound: BoundQuery<'a>,
     scratch: &mut Scratch,

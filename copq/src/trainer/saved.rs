@@ -26,8 +26,8 @@ impl<A: Agent> Trainer<A> {
         self.agent.save(state.child_mut("agent"))
     }
 
-    /// Goes back to what [`Trainer::save`] wrote; the next step is then the same, bit for bit. After
-    /// an error the trainer is partly restored: make a new one.
+    /// Goes back to what [`Trainer::save`] wrote; the next step is then the same, bit for bit.
+    /// After an error the trainer is partly restored: make a new one.
     pub fn load(&mut self, state: &State) -> Result<()> {
         // The agent first: it knows what the state is of.
         self.agent.load(state.child("agent")?)?;

@@ -35,8 +35,8 @@ impl Env for Guess {
     }
 }
 
-/// Critics whose mean is wrong by normal numbers, a tenth in size, and who differ from it by as much:
-/// two for each objective, so that objectives do not go together.
+/// Critics whose mean is wrong by normal numbers, a tenth in size, and who differ from it by as
+/// much: two for each objective, so that objectives do not go together.
 struct Unsure {
     objectives: usize,
 }

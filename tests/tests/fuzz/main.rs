@@ -1,5 +1,5 @@
-//! Whatever a file or a command line may hold, the parsers answer with a value or an error, and never
-//! with a panic.
+//! Whatever a file or a command line may hold, the parsers answer with a value or an error, and
+//! never with a panic.
 //!
 //! A second each under `cargo test`. For longer:
 //! `BOLERO_RANDOM_TEST_TIME_MS=3600000 BOLERO_RANDOM_ITERATIONS=1000000000 cargo test -p copq-tests
@@ -14,8 +14,8 @@ use copq::{Config, EnvSpec, Method, OrderedEnv, State};
 use copq_experiments::{Plan, RunFolder, Sheet, read_config, with_changes};
 use safetensors::SafeTensors;
 
-/// Changes to a file: where (as a part of its length), what is done there, and how much of its end is
-/// cut off.
+/// Changes to a file: where (as a part of its length), what is done there, and how much of its end
+/// is cut off.
 pub type Damage = (Vec<(u16, u8)>, u8);
 
 /// A sound file with damage done to it.

@@ -1,10 +1,11 @@
 //! Products of numbers of sixteen bits (bf16), for which some processors have an instruction.
 //!
-//! What they are is defined once, for every processor. Both factors are rounded to the nearest bf16,
-//! ties to even; what is below 2^-55 becomes zero, so that no sum is ever too small for a normal
-//! number. The products of two bf16 are exact in f32, and are added by fused multiply-adds in pairs,
-//! the odd one of a pair first: 1, 0, 3, 2 and so on, with a zero where there is none. This is what
-//! the instruction does, and what f32's products do with rounded factors that lie in this order.
+//! What they are is defined once, for every processor. Both factors are rounded to the nearest
+//! bf16, ties to even; what is below 2^-55 becomes zero, so that no sum is ever too small for a
+//! normal number. The products of two bf16 are exact in f32, and are added by fused multiply-adds
+//! in pairs, the odd one of a pair first: 1, 0, 3, 2 and so on, with a zero where there is none.
+//! This is what the instruction does, and what f32's products do with rounded factors that lie in
+//! this order.
 
 #[cfg(target_arch = "x86_64")]
 mod packed;

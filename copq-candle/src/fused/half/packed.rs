@@ -215,8 +215,8 @@ fn v4(bf16: Bf16) -> V4 {
 /// sum + the odd products, then + the even ones, lane by lane.
 #[inline(always)]
 fn dot(_: Bf16, sum: f32x16, pair: u32, words: &Words) -> f32x16 {
-    // SAFETY: the token says that the processor has the instruction. All types are 64 bytes of plain
-    // numbers, for which every pattern of bits is a value.
+    // SAFETY: the token says that the processor has the instruction. All types are 64 bytes of
+    // plain numbers, for which every pattern of bits is a value.
     unsafe {
         let pair: __m512bh = transmute::<[u32; WIDTH], _>([pair; WIDTH]);
         let words: __m512bh = transmute::<__m512i, _>(transmute::<Words, __m512i>(*words));
@@ -229,8 +229,8 @@ fn dot(_: Bf16, sum: f32x16, pair: u32, words: &Words) -> f32x16 {
 fn round(bf16: Bf16, x: f32x16) -> u16x16 {
     let simd = v4(bf16);
     let is_tiny = simd.less_than_f32s(simd.abs_f32s(x), simd.splat_f32s(TINY));
-    // SAFETY: the token says that the processor has the instruction. Both types are plain numbers of
-    // the size that they become, for which every pattern of bits is a value.
+    // SAFETY: the token says that the processor has the instruction. Both types are plain numbers
+    // of the size that they become, for which every pattern of bits is a value.
     unsafe {
         let x = transmute::<f32x16, __m512>(x);
         transmute::<__m256bh, u16x16>(_mm512_maskz_cvtneps_pbh(!is_tiny.0, x))

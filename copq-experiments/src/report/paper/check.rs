@@ -54,8 +54,8 @@ impl Known<'_> {
 }
 
 impl Paper {
-    /// An error for what none of a report's tasks and methods can have, so that a slip of the pen does
-    /// not hide a number.
+    /// An error for what none of a report's tasks and methods can have, so that a slip of the pen
+    /// does not hide a number.
     pub(in crate::report) fn check(&self, known: &KnownTasks<'_>) -> Result<()> {
         for (task, score) in &self.reference {
             let what = || format!("reference score of {task}");

@@ -57,15 +57,19 @@ impl Measure {
         }
     }
 
-    /// Whether one of these seeds' curves has fewer evaluations than it takes, the first being of a
-    /// policy that has not trained.
+    /// Whether one of these seeds' curves has fewer evaluations than it takes; that of step 0 is of
+    /// a policy that has not trained.
     pub(in crate::report) fn is_early(self, curves: &[Vec<(u64, f64)>]) -> bool {
-        let least = match self {
-            Self::Final | Self::Area | Self::Best | Self::BestOfMean | Self::Exceeded => 2,
-            Self::Swing => 3,
-            Self::LastFive => LAST,
-        };
-        curves.iter().any(|curve| curve.len() < least)
+        curves.iter().any(|curve| {
+            let trained = curve.iter().filter(|&&(step, _)| step > 0).count();
+            match self {
+                Self::Final | Self::Area | Self::Best | Self::BestOfMean | Self::Exceeded => {
+                    trained < 1
+                }
+                Self::Swing => trained < 2,
+                Self::LastFive => curve.len() < LAST,
+            }
+        })
     }
 
     /// Whether it is in the units of its quantity.

@@ -14,8 +14,8 @@ pub use measure::Measure;
 /// What a claim compares with where it is about the limit of a cost.
 pub(super) const LIMIT: &str = "limit";
 
-/// What a paper says of the tasks and methods of a [`Report`](crate::Report), beside which the runs are
-/// put.
+/// What a paper says of the tasks and methods of a [`Report`](crate::Report), beside which the runs
+/// are put.
 ///
 /// A sweep's file holds it, as TOML:
 ///
