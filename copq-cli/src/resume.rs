@@ -24,8 +24,9 @@ pub struct Resume {
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     steps: Option<u64>,
 
-    /// Goes back to the checkpoint before the last one, which stays as
-    /// checkpoint.damaged.safetensors, or as checkpoint.later.safetensors if it is sound.
+    /// Goes back to the checkpoint before the last one, or to the next one before that is sound.
+    /// The last one stays as checkpoint.damaged.safetensors, or as checkpoint.later.safetensors if
+    /// it is sound.
     #[arg(long)]
     previous: bool,
 

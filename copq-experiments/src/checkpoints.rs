@@ -19,6 +19,9 @@ pub(crate) struct Checkpoints {
     back: Option<Back>,
 }
 
+/// What a checkpoint is called that does not read back well, when a run has gone back behind it.
+const DAMAGED: &str = "checkpoint.damaged";
+
 /// An older checkpoint that shall become the newest.
 #[derive(Clone, Copy, Debug)]
 struct Back {
@@ -96,19 +99,23 @@ impl Checkpoints {
         })
     }
 
-    /// The run shall go on from the checkpoint before the last one; whether the last one reads back
-    /// well. Nothing moves before [`Checkpoints::take_up`].
+    /// The run shall go on from the youngest checkpoint before the last one that reads back well;
+    /// whether the last one does. Nothing moves before [`Checkpoints::take_up`].
     pub(crate) fn go_back(&mut self) -> Result<bool> {
-        let Some(age) = self.older() else {
-            let what = format!("run folder '{}'", self.folder.display());
-            return Err(Error::invalid(what, "a checkpoint before the last", "none"));
-        };
-        let is_sound = State::read_file(self.file(0)).is_ok();
-        self.back = Some(Back {
-            age,
-            aside: if is_sound { "checkpoint.later" } else { "checkpoint.damaged" },
-        });
-        Ok(is_sound)
+        let what = format!("run folder '{}'", self.folder.display());
+        let mut error = Error::invalid(what, "a checkpoint before the last", "none");
+        for age in (1..=MAX_KEEP).filter(|&age| self.file(age).exists()) {
+            match State::read_file(self.file(age)) {
+                Ok(_) => {
+                    let is_sound = State::read_file(self.file(0)).is_ok();
+                    let aside = if is_sound { "checkpoint.later" } else { DAMAGED };
+                    self.back = Some(Back { age, aside });
+                    return Ok(is_sound);
+                }
+                Err(damaged) => error = damaged,
+            }
+        }
+        Err(error)
     }
 
     /// Makes the checkpoint that a run goes back to the newest.
@@ -117,6 +124,10 @@ impl Checkpoints {
         let newest = self.file(0);
         if newest.exists() {
             lay_aside(&newest, aside)?;
+        }
+        for damaged in (1..age).map(|age| self.file(age)).filter(|file| file.exists()) {
+            lay_aside(&damaged, DAMAGED)?;
+            remove_if_there(&damaged);
         }
         // At every moment there is a newest one.
         move_if_there(&self.file(age), &newest)?;

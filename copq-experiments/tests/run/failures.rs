@@ -148,6 +148,26 @@ fn a_damaged_checkpoint_has_one_before_it() {
 }
 
 #[test]
+fn going_back_finds_the_next_one_that_is_sound() {
+    let temporary = tempfile::tempdir().unwrap();
+    let whole = temporary.path().join("whole");
+    let path = temporary.path().join("run");
+    train(&whole, 5, 900);
+    let mut plan = plan(5, 900);
+    (plan.run.keep, plan.run.steps) = (3, 700); // checkpoints at 300, 600 and 700
+    point_mass::run(open(&path, &plan), &plan).silent().train().unwrap();
+    for name in ["checkpoint.safetensors", "checkpoint.1.safetensors"] {
+        std::fs::write(path.join(name), "torn").unwrap();
+    }
+    (plan.run.keep, plan.run.steps) = (2, 900);
+    let mut folder = open(&path, &plan);
+    assert!(!folder.go_back().unwrap(), "the last one is damaged");
+    point_mass::run(folder, &plan).silent().train().unwrap();
+    assert_same(&whole, &path);
+    assert!(path.join("checkpoint.damaged.safetensors").exists());
+}
+
+#[test]
 fn going_back_in_vain_moves_nothing_and_what_is_laid_aside_stays() {
     let temporary = tempfile::tempdir().unwrap();
     let path = temporary.path().join("run");
