@@ -7,7 +7,7 @@ use copq::{Error, Result, State, files};
 
 use crate::aside::{lay_aside, link};
 use crate::ending::go_back_command;
-use crate::plan::{MAX_KEEP, RunSettings, SavedReplay};
+use crate::settings::{MAX_KEEP, RunSettings, SavedReplay};
 
 /// A run folder's checkpoints: how many stay, and which of them hold the replay.
 #[derive(Debug)]

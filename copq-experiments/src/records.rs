@@ -11,7 +11,7 @@ use crate::evaluations::{self, Evaluations};
 use crate::folder::RunFolder;
 use crate::metrics::Metrics;
 use crate::numbers::grouped;
-use crate::plan::RunSettings;
+use crate::settings::RunSettings;
 use crate::sheet::Sheet;
 use crate::table::Table;
 use crate::tensorboard::EventFile;

@@ -8,7 +8,7 @@ use super::Run;
 use crate::evaluations;
 use crate::figure;
 use crate::numbers::grouped;
-use crate::plan::OnEnvError;
+use crate::settings::OnEnvError;
 use crate::stop::Stop;
 
 impl Run {

@@ -11,9 +11,9 @@ use crate::checkpoints::remove_replay;
 use crate::ending::{Ending, resume_command};
 use crate::folder::RunFolder;
 use crate::numbers::grouped;
-use crate::plan::{OnEnvError, OnResume, RunSettings, SavedReplay};
 use crate::progress::Progress;
 use crate::records::Records;
+use crate::settings::{OnEnvError, OnResume, RunSettings, SavedReplay};
 use crate::stop::Stop;
 use crate::timings;
 
