@@ -1,5 +1,7 @@
 //! `copq doctor`: which engines this build has, whether they work, and what Python has.
 
+use std::env;
+use std::ffi::OsStr;
 use std::path::PathBuf;
 
 use copq_envs_mujoco::doctor;
@@ -27,7 +29,9 @@ impl Doctor {
         lines.extend(python.unwrap_or_else(|line| vec![line]));
         let built = cfg!(any(feature = "mujoco", feature = "system"));
         let next = report.next.filter(|_| built);
+        let named = self.named_python().filter(|_| !has_python);
         match (&next, built) {
+            (None, _) if named.is_some() => {}
             (None, true) => lines.push("next: nothing, it works".to_owned()),
             (None, false) => lines.push(
                 "next: nothing, rapier works; for MuJoCo run scripts/fetch-mujoco.sh, then build \
@@ -37,13 +41,20 @@ impl Doctor {
             (Some(_), _) => {}
         }
         say(&(lines.join("\n") + "\n"))?;
-        match (next, &self.python) {
+        match (next, named) {
             (Some(next), _) => anyhow::bail!("next: {next}"),
-            (None, Some(python)) if !has_python => {
-                anyhow::bail!("--python {}: wanted an interpreter that starts", python.display())
+            (None, Some(named)) => {
+                anyhow::bail!("next: {named}: wanted an interpreter that starts")
             }
-            _ => Ok(()),
+            (None, None) => Ok(()),
         }
+    }
+
+    /// Who named an interpreter, and which.
+    fn named_python(&self) -> Option<String> {
+        let named = |who: &str, path: &OsStr| format!("{who} {}", path.display());
+        let variable = || env::var_os("COPQ_PYTHON").map(|path| named("COPQ_PYTHON", &path));
+        self.python.as_ref().map(|path| named("--python", path.as_os_str())).or_else(variable)
     }
 
     /// What the interpreter has, and what it could have; what there is to say of one that does not

@@ -10,13 +10,19 @@ use crate::options::{count, say, whole};
 use crate::python::PythonProcess;
 use crate::saved::Learned;
 
-/// Plays episodes of a run's last policy without exploration and says what they returned.
+/// Plays episodes of a run's last policy, or its best, without exploration and says what they
+/// returned.
 ///
 /// The folder is only read: the run may go on meanwhile.
 #[derive(clap::Args)]
 pub struct Evaluate {
     /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
     run: PathBuf,
+
+    /// The policy of the run's best evaluation (costs within their limits first, then the weighted
+    /// total) in place of its last one.
+    #[arg(long)]
+    best: bool,
 
     /// Episodes to play.
     #[arg(
@@ -92,7 +98,7 @@ impl Evaluate {
         self.process.over(&mut learned.plan)?;
         let mut rollout = copq::Rollout::new(learned.env()?)?;
         let spec = rollout.env().spec().clone();
-        let mut policy = learned.policy(&self.run, &spec)?;
+        let mut policy = learned.policy(self.best, &spec)?;
         let plan = learned.plan;
         let seed = self.seed.unwrap_or(plan.run.seed);
         let mut seeds = Rng::new(seed, Stream::Evaluation);

@@ -107,6 +107,6 @@ impl Export {
         if let Some(file) = newest_policy(&self.run).or(of_python.then_some(file)) {
             return Policy::from_state(&read_policy(file)?, &Candle::default());
         }
-        learned.policy(&self.run, learned.env()?.spec())
+        learned.policy(false, learned.env()?.spec())
     }
 }

@@ -16,8 +16,8 @@ use crate::saved::{Learned, note_other_versions};
 use crate::view::{VIEWS, make_view};
 use crate::world::{World, adjusted, make_world};
 
-/// Plays episodes of a run's last policy without exploration; writes a GIF in real time, with the
-/// returns so far.
+/// Plays episodes of a run's last policy, or its best, without exploration; writes a GIF in real
+/// time, with the returns so far.
 ///
 /// Task, engine and policy are those of the run, which may go on meanwhile: nothing in its folder
 /// is written but rollout.gif.
@@ -25,6 +25,11 @@ use crate::world::{World, adjusted, make_world};
 pub struct Rollout {
     /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
     run: PathBuf,
+
+    /// The policy of the run's best evaluation (costs within their limits first, then the weighted
+    /// total) in place of its last one.
+    #[arg(long)]
+    best: bool,
 
     /// Episodes to show, one after the other.
     #[arg(
@@ -72,19 +77,30 @@ pub fn film(folder: &Path) -> anyhow::Result<()> {
     let run = folder.to_owned();
     let view = "side".to_owned();
     let process = PythonProcess::default();
-    Rollout { run, episodes: 1, seed: None, steps: 300, view, out: None, png: None, process }.run()
+    Rollout {
+        run,
+        best: false,
+        episodes: 1,
+        seed: None,
+        steps: 300,
+        view,
+        out: None,
+        png: None,
+        process,
+    }
+    .run()
 }
 
 impl Rollout {
     pub fn run(self) -> anyhow::Result<()> {
+        // The run's task on its engine, and the policy that it has learned.
+        let mut learned = Learned::read(&self.run)?;
         let out = self.out();
         let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
         let is_gif = out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gif"));
         let shown = out.display();
         ensure!(is_gif, "--out {shown}: wanted a name that ends in .gif");
         ensure!(folder.is_none_or(Path::is_dir), "--out {shown}: wanted a folder that is there");
-        // The run's task on its engine, and the policy that it has learned.
-        let mut learned = Learned::read(&self.run)?;
         self.process.over(&mut learned.plan)?;
         if is_task(&learned.plan.task) {
             return self.film_python(&learned);
@@ -150,7 +166,7 @@ impl Rollout {
         mut stage: Stage<'_, E>,
         draw: &mut Draw<'_>,
     ) -> anyhow::Result<()> {
-        let mut policy = learned.policy(&self.run, stage.rollout.env().spec())?;
+        let mut policy = learned.policy(self.best, stage.rollout.env().spec())?;
         let mut seeds = Rng::new(self.seed.unwrap_or(learned.plan.run.seed), Stream::Evaluation);
         let mut film = Animation::default();
         for episode in 1..=self.episodes {

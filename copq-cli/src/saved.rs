@@ -26,6 +26,9 @@ pub fn run(folder: &Path) -> copq::Result<(Plan, Recipe)> {
     Ok((plan, Recipe::OffPolicy(method)))
 }
 
+/// The policy of a run's best evaluation.
+const BEST: &str = "policy-best.safetensors";
+
 /// A run's own copy of the policy that it began with.
 pub const INIT: &str = "policy-init.safetensors";
 
@@ -64,7 +67,7 @@ pub fn policy_file(path: &Path) -> copq::Result<PathBuf> {
     if path.is_file() {
         return Ok(path.to_owned());
     }
-    let names = ["policy-best.safetensors", "policy.safetensors"];
+    let names = [BEST, "policy.safetensors"];
     let files = names.map(|name| path.join(name));
     files.into_iter().find(|file| file.is_file()).ok_or_else(|| {
         let wanted = "a policy's file, or a run's folder with one (copq export writes it for \
@@ -111,9 +114,11 @@ impl Learned {
         self.saute.as_ref()
     }
 
-    /// What has been learned so far, for the run's world.
-    pub fn policy(&self, folder: &Path, spec: &EnvSpec) -> copq::Result<Policy> {
-        if let Some(file) = newest_policy(folder) {
+    /// What has been learned so far, or what was best of it, for the run's world.
+    pub fn policy(&self, best: bool, spec: &EnvSpec) -> copq::Result<Policy> {
+        let folder = &self.folder;
+        let file = if best { Some(best_policy(folder)?) } else { newest_policy(folder) };
+        if let Some(file) = file {
             let policy = Policy::from_state(&read_policy(&file)?, &Candle::default())?;
             check_len("the policy's observation", policy.obs_len(), spec.obs_len)?;
             check_len("the policy's action", policy.action_len(), spec.action_len())?;
@@ -123,6 +128,16 @@ impl Learned {
         let agent = checkpoint.child("trainer")?.child("agent")?;
         Policy::load(agent, spec, &self.networks, self.kind, &Candle::default())
     }
+}
+
+/// The file of the policy that a run's best evaluation saw.
+fn best_policy(folder: &Path) -> copq::Result<PathBuf> {
+    let file = folder.join(BEST);
+    if file.is_file() {
+        return Ok(file);
+    }
+    let what = format!("--best of '{}'", folder.display());
+    Err(Error::invalid(what, format!("{BEST}, which evaluations write"), "a run without one"))
 }
 
 /// The file of a run's last policy, which every evaluation renews, unless its checkpoint is newer

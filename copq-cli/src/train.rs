@@ -10,7 +10,7 @@ use copq_experiments::{Plan, RunSettings};
 use crate::keeping::Keeping;
 use crate::options::{count, number_of, positive, whole};
 use crate::python::PythonWorld;
-use crate::recipe::Recipe;
+use crate::recipe::{Recipe, is_on_policy};
 use crate::saved;
 use crate::training::{leave, train};
 
@@ -24,8 +24,8 @@ pub struct Train {
     #[arg(value_parser = clap::builder::PossibleValuesParser::new(Recipe::names()))]
     method: Option<String>,
 
-    /// Begins like the run in this folder: its method, task, settings and cadence, where no other
-    /// is given here. Its seed, too, unless --seed says another. The new run needs an --out.
+    /// Begins like the run in this folder: with its method, and with its task, settings and cadence
+    /// where no others are given here. Its seed, too, unless --seed says another. The new run needs an --out.
     #[arg(long, value_name = "DIR", conflicts_with = "method", requires = "out")]
     like: Option<PathBuf>,
 
@@ -139,9 +139,11 @@ pub struct Train {
     #[command(flatten)]
     keeping: Keeping,
 
-    /// Another value for one of the settings that config.toml lists, such as batch=512; may be
-    /// given several times.
+    /// Another value for one of the method's settings, such as batch=512; may be given several
+    /// times.
     ///
+    /// config.toml lists them, and a wrong name says which there are, those that are not in use
+    /// among them: networks.precision=backward (products of the backward pass in bf16), famo.lr.
     /// Deeper ones have dots, lists brackets: "networks.hidden=[64, 64]", networks.activation=tanh,
     /// smoothing.std=0.1. none takes away what a run can do without, such as smoothing=none. With
     /// cop-td3-oac, optimism.projection=extremum explores towards another upper bound than
@@ -242,6 +244,12 @@ impl Train {
         };
         self.keeping.over(&mut plan);
         self.python.over(&mut plan)?;
+        let (name, envs) = (&plan.method, plan.envs);
+        ensure!(
+            envs == 1 || is_on_policy(name),
+            "--envs: wanted 1 for {name}, which learns from one world (on-policy methods, such as \
+             ppo, take several), got {envs}"
+        );
         let is_free = self.engine.is_none() && self.preset.is_none();
         let task = &plan.task;
         ensure!(

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use copq::{EnvSpec, Method};
+use copq::{EnvSpec, Method, Objective};
 use copq_experiments::{Ending, Plan, Run, RunFolder, read_policy};
 
 use crate::options::{note, say};
@@ -85,13 +85,17 @@ pub fn try_out(prepared: &Prepared) -> anyhow::Result<()> {
 
 /// A note where a method leaves something of its task unheeded.
 fn note_unheeded(recipe: &Recipe, spec: &EnvSpec) {
-    for objective in spec.objectives.iter().filter(|objective| objective.limit.is_some()) {
+    for objective in spec.objectives.iter().filter(|objective| objective.is_cost()) {
+        let Objective { name: cost, weight, .. } = objective;
         if !recipe.holds_costs() {
-            let cost = &objective.name;
-            let weight = objective.weight;
             let other = recipe.constrained();
             note(&format!(
                 "nothing holds the {cost}'s limit here, its weight is {weight}; {other} holds it"
+            ));
+        } else if *weight != 0.0 {
+            note(&format!(
+                "the {cost}'s weight of {weight} counts in the weighted total alone: the method \
+                 weighs it by its limit"
             ));
         }
     }

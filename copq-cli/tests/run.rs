@@ -124,6 +124,22 @@ fn a_run_is_evaluated_exported_and_compared() {
     for seed in ["0", "1"] {
         run(&[&["train", "--seed", seed, "--out", &path(seed)], &short[..]].concat());
     }
+    let best = run(&["evaluate", &path("0"), "--episodes", "2", "--best"]);
+    let film = path("best.gif");
+    run(&["rollout", &path("0"), "--best", "--steps", "3", "--out", &film]);
+    // The best policy's file lies in its folder under the last one's name, too.
+    std::fs::create_dir(path("as-last")).unwrap();
+    for (name, copy) in
+        [("config.toml", "config.toml"), ("policy-best.safetensors", "policy.safetensors")]
+    {
+        std::fs::copy(format!("{}/{name}", path("0")), format!("{}/{copy}", path("as-last")))
+            .unwrap();
+    }
+    assert_eq!(best, run(&["evaluate", &path("as-last"), "--episodes", "2"]));
+    let error = complaint(&format!("evaluate {} --best", path("as-last")));
+    assert!(error.contains("wanted policy-best.safetensors"), "{error}");
+    let error = complaint(&format!("rollout {}", path("typo")));
+    assert!(error.contains("got nothing of that name"), "{error}");
     let table = run(&["evaluate", &path("0"), "--episodes", "2"]);
     for words in [
         "cop-td3 on a/hopper (rapier), 2 episodes of seed 0",
@@ -308,7 +324,7 @@ fn settings_do_not_make_another_on_policy_method() {
         ("ppo-saute --set saute.discount=0.5", "whose 1000th power is not lost in f32"),
         ("ppo --set anneal_steps=0", "anneal_steps: wanted at least 1"),
         ("ppo-lag --set constraint.adam.lr=-1", "constraint.lr: wanted"),
-        ("td3 --task gym/hopper --envs 100000", "wanted 1, got 100000"),
+        ("td3 --task gym/hopper --envs 100000", "--envs: wanted 1 for td3"),
     ] {
         let out = tempfile::tempdir().unwrap();
         let line = format!("train {line} --out {}", out.path().join("run").display());

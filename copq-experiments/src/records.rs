@@ -8,7 +8,7 @@ use copq::{EnvSpec, Error, Evaluation, Result, State, Timing, Trainer};
 use crate::aside::lay_aside;
 use crate::best::Best;
 use crate::evaluations::{self, Evaluations};
-use crate::folder::RunFolder;
+use crate::folder::{RunFolder, read_done};
 use crate::metrics::Metrics;
 use crate::numbers::grouped;
 use crate::settings::RunSettings;
@@ -64,9 +64,12 @@ impl Records {
         let step = trainer.steps();
         let spec = trainer.spec();
         let pace = Pace { worlds: trainer.worlds() as u64 };
+        let is_done = read_done(folder.path()).is_some();
         let table = |name: &str, every: u64| {
-            // Off its interval, a row was the last one of a shorter run.
-            let keep = |row: u64| row <= step && pace.is_due(row, every);
+            // Off its interval, a row is the last one of a run that is done, or was that of a
+            // shorter run.
+            let is_last = |row: u64| is_done && row == settings.steps;
+            let keep = |row: u64| row <= step && (pace.is_due(row, every) || is_last(row));
             Table::read(&folder.file(name), rows_of(saved, name), keep)
         };
         // All of them before the first is written: a run that cannot go on stays as it was.

@@ -115,7 +115,8 @@ pub trait Agent: Send {
     }
 
     /// Says that an episode has begun, in the world attended to last. One that goes on after
-    /// [`Agent::load`] does not begin.
+    /// [`Agent::load`] does not begin, and evaluation, which may come in the middle of one, does not
+    /// call it: a rule with a memory knows an evaluation's episodes by [`Mode::Exploit`] alone.
     fn begin_episode(&mut self) {}
 
     /// Says which world the next [`Agent::act`] or [`Agent::observe`] is about, counted from 0.

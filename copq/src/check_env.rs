@@ -317,7 +317,10 @@ impl EnvReport {
             .filter(|&(&length, _)| length == spec.horizon)
             .map(|(_, &outcome)| outcome)
             .collect();
-        if at_horizon.len() > 1 && at_horizon.iter().all(|&outcome| outcome == Outcome::Terminated)
+        // One of a single step has no time to limit.
+        if spec.horizon > 1
+            && at_horizon.len() > 1
+            && at_horizon.iter().all(|&outcome| outcome == Outcome::Terminated)
         {
             let what = format!(
                 "{} episodes end exactly at the horizon ({}) as Terminated; a time limit is \

@@ -44,6 +44,7 @@ pub struct Normal {
 impl Normal {
     /// A policy for an environment, with fresh weights drawn from `rng`.
     pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<Self> {
+        networks.check_f32("an on-policy network")?;
         let body = Body::new(spec, networks, Shape::actor, rng)?;
         let zeros = vec![0.0; spec.action_len()];
         Ok(Self {

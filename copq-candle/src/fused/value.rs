@@ -45,6 +45,7 @@ pub struct Value {
 impl Value {
     /// A critic for an environment, with fresh weights drawn from `rng`.
     pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<Self> {
+        networks.check_f32("an on-policy network")?;
         let shape =
             |spec: &EnvSpec, networks: &Networks| Shape::new(spec.obs_len, &networks.hidden, 1);
         let body = Body::new(spec, networks, shape, rng)?;

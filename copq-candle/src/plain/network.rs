@@ -59,6 +59,7 @@ impl Network {
         };
         let (online, online_variables) = build()?;
         let (target, target_variables) = build()?;
+        check_alike(&online_variables, &target_variables)?;
         let mut variables = Vec::new();
         let mut arrays = Vec::new();
         let mut start = 0;
@@ -176,4 +177,16 @@ impl Network {
         }
         Ok(())
     }
+}
+
+/// An error unless a module that was made twice asked for the same variables twice.
+fn check_alike(online: &[(String, Var)], target: &[(String, Var)]) -> Result<()> {
+    let shapes = |variables: &[(String, Var)]| -> Vec<String> {
+        variables.iter().map(|(name, var)| format!("{name} {:?}", var.dims())).collect()
+    };
+    let [online, target] = [shapes(online), shapes(target)];
+    if online == target {
+        return Ok(());
+    }
+    candle_core::bail!("variables of a module made again: wanted {online:?}, got {target:?}")
 }

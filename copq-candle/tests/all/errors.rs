@@ -5,7 +5,7 @@ use crate::common;
 
 use common::{Case, init, saved};
 use copq::on_policy::GaussianPolicy;
-use copq::{Actor, Net, Networks, Result};
+use copq::{Actor, Net, Networks, Precision, Result};
 use copq_candle::fused;
 
 fn case() -> Case {
@@ -85,6 +85,15 @@ fn actors_check_every_slice_and_refuse_noise() {
         assert_says(actor.improve(&obs, &[0.5], nothing), &["noise", "deterministic", "1"]);
         assert_says(actor.update_target(2.0), &["tau", "2"]);
     }
+}
+
+#[test]
+fn networks_of_f32_alone_refuse_other_precisions() {
+    let spec = case().spec();
+    let networks = Networks { precision: Precision::Backward, ..case().networks() };
+    let words = ["networks.precision", "f32", "backward"];
+    assert_says(fused::Normal::new(&spec, &networks, &mut init(1)), &words);
+    assert_says(fused::Value::new(&spec, &networks, &mut init(1)), &words);
 }
 
 #[test]

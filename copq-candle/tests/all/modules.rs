@@ -219,3 +219,22 @@ fn a_module_that_answers_with_columns_is_refused() {
     let error = actor.mode(Net::Online, &obs, &mut [0.0; 6]).unwrap_err().to_string();
     assert!(error.ends_with("wanted dimensions [3, 2], got [2, 3]"), "{error}");
 }
+
+#[test]
+fn a_module_that_is_another_each_time_is_refused() {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    let made = AtomicUsize::new(0);
+    let changing = move |vars: VarBuilder<'_>, input: usize, output: usize| {
+        let name = format!("layer.{}", made.fetch_add(1, Ordering::Relaxed));
+        let layer = linear(input, output, vars.pp(name))?;
+        Ok(Box::new(layer) as Box<dyn Module + Send>)
+    };
+    let critics = Modules::with_critics(changing).critics(
+        &spec(),
+        &Networks::default(),
+        3,
+        &mut Rng::new(1, Stream::Init),
+    );
+    let error = critics.err().unwrap().to_string();
+    assert!(error.contains("variables of a module made again"), "{error}");
+}

@@ -55,6 +55,29 @@ fn ends_off_every_interval_leave_no_trace() {
     assert_same(&whole, &parts);
 }
 
+#[test]
+fn a_run_that_has_ended_is_left_as_it_is() {
+    let temporary = tempfile::tempdir().unwrap();
+    let run = temporary.path().join("run");
+    train(&run, 3, 477);
+    // As if its last evaluation, which is off the interval, had been the best.
+    let best = run.join("policy-best.safetensors");
+    copq::files::replace(&best, b"the best").unwrap();
+    let file = run.join("evaluations.csv");
+    let rows = std::fs::read_to_string(&file).unwrap();
+    let total = rows.lines().next().unwrap().split(',').position(|n| n == "weighted_total/mean");
+    let (before, last) = rows.trim_end().rsplit_once('\n').unwrap();
+    let mut last: Vec<_> = last.split(',').collect();
+    last[total.unwrap()] = "1000";
+    let rows = format!("{before}\n{}\n", last.join(","));
+    std::fs::write(&file, &rows).unwrap();
+    train(&run, 3, 477);
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), rows);
+    assert!(best.exists() && !run.join("policy-best-before.safetensors").exists());
+    let log = std::fs::read_to_string(run.join("log.txt")).unwrap();
+    assert!(log.contains("nothing to do") && !log.contains("no longer among"), "{log}");
+}
+
 /// The step from which on the newest events of a folder void those before.
 fn first_step_of_events(folder: &Path) -> i64 {
     #[derive(Clone, PartialEq, prost::Message)]

@@ -10,8 +10,8 @@ use crate::multiplier::FixedWeights;
 use crate::temperature::Temperature;
 use crate::{
     Actor, ActorKind, Backend, Batch, Config, Critic, Ensemble, EnvSpec, Error, Explore, Famo,
-    GaussianNoise, Method, Multiplier, Normaliser, Optimistic, PolicySamples, Replay, Result, Rng,
-    Stream, UniformActions, WarmUp, memory,
+    GaussianNoise, Method, Multiplier, Normaliser, Objective, Optimistic, PolicySamples, Replay,
+    Result, Rng, Stream, UniformActions, WarmUp, memory,
 };
 
 impl Learner {
@@ -143,8 +143,14 @@ impl Learner {
 fn multiplier(config: &Config, spec: &EnvSpec) -> Result<Box<dyn Multiplier>> {
     match &config.constraint {
         Some(constraint) => constraint.multiplier(spec, config.discount),
-        None => Ok(Box::new(FixedWeights::new(&spec.weights())?)),
+        None => Ok(Box::new(FixedWeights::new(&weights(spec))?)),
     }
+}
+
+/// The task's weights; a cost's that has none is -0, by which bounds know it for a cost.
+fn weights(spec: &EnvSpec) -> Vec<f32> {
+    let at_rest = |o: &Objective| o.is_cost() && o.weight == 0.0;
+    spec.objectives.iter().map(|o| if at_rest(o) { -0.0 } else { o.weight }).collect()
 }
 
 /// Who acts before the first update.

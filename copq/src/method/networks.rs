@@ -50,8 +50,8 @@ fn is_default(precision: &Precision) -> bool {
 }
 
 /// How many bits the products of an off-policy update have: 32, or 16 (bf16: f32's range with eight
-/// significant bits) in its less delicate parts. Parameters, optimiser, sums, what goes into a
-/// network and through its first layer, its last layer, and policies as they act are always f32.
+/// significant bits) in its less delicate parts. Parameters, optimiser, sums, the first layer
+/// forward, the last layer both ways, and policies as they act are always f32.
 /// Every processor computes the same bits, and those without the instruction for bf16 gain no time.
 ///
 /// ```
@@ -72,7 +72,7 @@ pub enum Precision {
     /// gradients differ by less than 0.5 % in a test.
     Backward,
     /// And between critics' hidden layers forward, where no bound's gradient is taken (fits,
-    /// targets, FAMO's second look, a multiplier's cost estimate): values differ by less than 0.2 %
+    /// targets, FAMO's second look, a multiplier's cost estimate, values that are asked for): values differ by less than 0.2 %
     /// in a test. Learning has not been shown to be unharmed yet.
     Careful,
 }

@@ -91,7 +91,8 @@ pub trait Multiplier: Debug + Send {
     /// Reports what there is to know about the multipliers.
     fn log(&self, _step: u64, _log: &mut dyn Observer) {}
 
-    /// Writes what changes.
+    /// Writes what changes; a multiplier that learns and writes nothing begins anew when its run
+    /// goes on.
     fn save(&self, _state: &mut State) {}
 
     /// Restores what [`Multiplier::save`] wrote.

@@ -7,7 +7,8 @@ use crate::error::check_len;
 use crate::loss::{check_finite, check_finite_obs, check_finite_row};
 use crate::made_by::MadeBy;
 use crate::{
-    Agent, EnvSpec, Error, Mode, Net, Normaliser, Observer, Outcome, Result, State, Transition,
+    Agent, EnvSpec, Error, Mode, Net, Normaliser, Objective, Observer, Outcome, Result, State,
+    Transition,
 };
 
 impl Learner {
@@ -120,10 +121,11 @@ impl Agent for Learner {
         check_len("values", q.len(), self.spec.objectives.len())?;
         self.normalise(obs)?;
         let values = self.values()?;
-        // The one critic of all rewards speaks for a reward that is alone, unless a spent budget
-        // made another of it.
-        let rewards = self.spec.objectives.iter().filter(|o| !o.is_cost()).count();
-        let is_reward = rewards == 1 && self.config.saute.is_none();
+        // The one critic of all that is weighed speaks for a reward that is alone in it, unless a
+        // spent budget made another of it.
+        let weighed = |o: &&Objective| !o.is_cost() || self.weighs(o) && o.weight != 0.0;
+        let weighed = self.spec.objectives.iter().filter(weighed).count();
+        let is_reward = weighed == 1 && self.config.saute.is_none();
         let mut costs = values[1..].iter();
         for (q, objective) in q.iter_mut().zip(&self.spec.objectives) {
             *q = match objective.limit {

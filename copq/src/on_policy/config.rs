@@ -180,9 +180,10 @@ impl Default for SecondStep {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SauteConfig {
-    /// The discount of what is spent.
+    /// The discount of what is spent, which the [`Saute`](super::Saute) around the world counts by:
+    /// give it the learner's own settings.
     pub discount: f64,
-    /// The reward of a step after which a budget is spent.
+    /// The reward of a step after which a budget is spent, which the learner gives.
     pub unsafe_reward: f64,
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Learner, SauteConfig, StateValue};
 use crate::loss::check_finite_row;
-use crate::{Outcome, Result};
+use crate::{Objective, Outcome, Result};
 
 /// What to do about a critic that says no number.
 const CRITIC: &str = "a critic's weights have diverged; lower networks.critic_lr, or scale rewards";
@@ -59,6 +59,13 @@ impl Learner {
         self.normaliser.as_ref().map_or(Ok(()), |normaliser| normaliser.normalise(&mut self.obs))
     }
 
+    /// Whether an objective counts by its own weight: a reward, and a cost that neither a multiplier
+    /// nor a budget holds.
+    pub(super) fn weighs(&self, objective: &Objective) -> bool {
+        let holds_costs = !self.multipliers.is_empty() || self.config.saute.is_some();
+        !(objective.is_cost() && holds_costs)
+    }
+
     /// Adds a step to the epoch with its signals: the weighed reward, or what a spent budget makes
     /// of it, then the costs that multipliers weigh.
     pub(super) fn push(&mut self, reward: &[f32], next_obs: &[f32]) {
@@ -67,7 +74,7 @@ impl Learner {
             |_: &SauteConfig| next_obs.iter().rev().take(self.costs.len()).any(|&left| left <= 0.0);
         let spent = self.config.saute.filter(is_spent);
         let objectives = self.spec.objectives.iter().zip(reward);
-        let weighed = objectives.filter(|(objective, _)| !objective.is_cost());
+        let weighed = objectives.filter(|(objective, _)| self.weighs(objective));
         let total: f64 = weighed.map(|(o, &reward)| f64::from(o.weight) * f64::from(reward)).sum();
         let earned = spent.map_or(total, |saute| saute.unsafe_reward);
         self.signals.clear();

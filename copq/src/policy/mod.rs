@@ -134,14 +134,19 @@ impl Policy {
         self.about.method.as_deref()
     }
 
-    /// Writes the policy's best guess for one observation, or for each of a batch, in [-1, 1].
+    /// Writes the policy's best guess for one observation, or for each of a batch, in [-1, 1]. An
+    /// error if it is not a number, as by weights of a run that diverged.
     pub fn act(&mut self, obs: &[f32], action: &mut [f32]) -> Result<()> {
         self.obs.clear();
         self.obs.extend_from_slice(obs);
         if let Some(normaliser) = &self.normaliser {
             normaliser.normalise(&mut self.obs)?;
         }
-        self.actor.mode(Net::Online, &self.obs, action)
+        self.actor.mode(Net::Online, &self.obs, action)?;
+        match action.iter().find(|a| !a.is_finite()) {
+            None => Ok(()),
+            Some(a) => Err(Error::invalid("the policy's action", "finite numbers", a)),
+        }
     }
 
     /// Maps one action from [-1, 1] to the environment's bounds.

@@ -15,7 +15,8 @@ const KINKS: usize = ROWS / 10;
 /// Compares a projection's gradient with central differences, for 64 seeded rows of critics'
 /// values, weights of both signs and both signs of the step; an error says where they differ. Up to
 /// a tenth of the rows may, for a bound that has kinks, as a minimum has. Then a batch of all rows,
-/// with weights of their own, must come to what they come to one by one.
+/// with weights of their own or one set for all, must have the bounds and gradients that they have
+/// one by one. What is written over holds NaN, as a learner's may.
 ///
 /// ```
 /// use copq::projection::{Cholesky, ScalarisedMin, check_projection};
@@ -71,37 +72,62 @@ pub fn check_projection(
     }
 }
 
-/// An error unless a batch's rows come to what each of them comes to alone.
+/// An error unless a batch's rows come to what each of them comes to alone, whether each has
+/// weights of its own or all have the first one's.
 fn check_batch(
     projection: &dyn Projection,
     objectives: usize,
     rows: &[(Vec<f32>, Vec<f32>)],
 ) -> Result<()> {
     let critics = rows[0].0.len() / objectives;
+    let of_critic =
+        |k: usize| rows.iter().flat_map(move |(q, _)| &q[k * objectives..(k + 1) * objectives]);
     // Of a batch, a critic's values lie together.
-    let of_critic = |k: usize| {
-        rows.iter().flat_map(move |(q, _)| &q[k * objectives..(k + 1) * objectives]).copied()
-    };
-    let q: Vec<f32> = (0..critics).flat_map(of_critic).collect();
-    let weights: Vec<f32> = rows.iter().flat_map(|(_, weights)| weights).copied().collect();
-    let bounds = |q: &[f32], weights: &[f32]| {
-        let q = QView::new(q, critics, objectives)?;
-        let mut out = vec![0.0; q.rows() * objectives];
-        let asked = BoundQuery { q, weights, step: -1.0 };
-        projection.project(asked, &mut Scratch::default(), &mut out).map(|()| out)
-    };
-    let together = bounds(&q, &weights)?;
-    for (row, ((q, weights), together)) in
-        rows.iter().zip(together.chunks_exact(objectives)).enumerate()
-    {
-        let alone = bounds(q, weights)?;
-        if alone != together {
-            let what = format!("projection {} of row {row} in a batch", projection.name());
-            let wanted = format!("{alone:?}, as of that row alone");
-            return Err(Error::invalid(what, wanted, format!("{together:?}")));
+    let q: Vec<f32> = (0..critics).flat_map(of_critic).copied().collect();
+    let own: Vec<f32> = rows.iter().flat_map(|(_, weights)| weights).copied().collect();
+    let one = rows[0].1.as_slice();
+    for (whose, weights) in [("their own weights", own.as_slice()), ("one row's weights", one)] {
+        let come_to = |q: &[f32], weights: &[f32]| {
+            let q = QView::new(q, critics, objectives)?;
+            bound_and_gradient(projection, BoundQuery { q, weights, step: -1.0 })
+        };
+        let (bounds, gradients) = come_to(&q, weights)?;
+        for (row, (q, own)) in rows.iter().enumerate() {
+            let alone = come_to(q, if weights.len() == one.len() { one } else { own })?;
+            let at = row * objectives..(row + 1) * objectives;
+            let of_row = |k: usize| &gradients[k * rows.len() * objectives..][at.clone()];
+            let gradient: Vec<f32> = (0..critics).flat_map(of_row).copied().collect();
+            let together = (bounds[at.clone()].to_vec(), gradient);
+            if alone != together {
+                let name = projection.name();
+                let what = format!("projection {name} of row {row} in a batch with {whose}");
+                let wanted = format!("bounds and gradient {alone:?}, as of that row alone");
+                return Err(Error::invalid(what, wanted, format!("{together:?}")));
+            }
         }
     }
     Ok(())
+}
+
+/// The bounds, and the gradient of their sum, written over NaN.
+fn bound_and_gradient(
+    projection: &dyn Projection,
+    asked: BoundQuery<'_>,
+) -> Result<(Vec<f32>, Vec<f32>)> {
+    let (n, rows) = (asked.q.objectives(), asked.q.rows());
+    let mut scratch = Scratch::default();
+    let mut bounds = vec![f32::NAN; rows * n];
+    projection.project(asked, &mut scratch, &mut bounds)?;
+    let mut gradient = vec![f32::NAN; asked.q.critics() * rows * n];
+    projection.vjp(asked, &mut scratch, &vec![1.0; rows * n], &mut gradient)?;
+    for (what, values) in [("bounds", &bounds), ("gradient", &gradient)] {
+        if let Some(bad) = values.iter().find(|value| !value.is_finite()) {
+            let what = format!("{what} of projection {}", projection.name());
+            let wanted = "finite numbers, written over NaN";
+            return Err(Error::invalid(what, wanted, bad));
+        }
+    }
+    Ok((bounds, gradient))
 }
 
 /// A bound of one row.
@@ -126,14 +152,14 @@ impl Point<'_> {
 
     /// The bound's product with `grad_out`.
     fn value(&self, q: &[f32], grad_out: &[f32]) -> Result<f32> {
-        let mut out = vec![0.0; self.objectives];
+        let mut out = vec![f32::NAN; self.objectives];
         self.projection.project(self.asked(q)?, &mut Scratch::default(), &mut out)?;
         Ok(out.iter().zip(grad_out).map(|(bound, grad)| bound * grad).sum())
     }
 
     /// Where the gradient first differs from the slope, if anywhere.
     fn compare(&self, q: &[f32], grad_out: &[f32]) -> Result<Option<Difference>> {
-        let mut grad = vec![0.0; q.len()];
+        let mut grad = vec![f32::NAN; q.len()];
         self.projection.vjp(self.asked(q)?, &mut Scratch::default(), grad_out, &mut grad)?;
         let mut nudged = q.to_vec();
         for (index, &gradient) in grad.iter().enumerate() {
@@ -168,11 +194,15 @@ mod tests {
         }
     }
 
-    /// Diagonal, with so many times its gradient, or with every row told the first one's bound.
-    #[derive(Debug)]
-    struct Wrong {
-        factor: f32,
-        is_first: bool,
+    /// Diagonal, but for a fault.
+    #[derive(Debug, PartialEq)]
+    enum Wrong {
+        TwiceItsGradient,
+        FirstBoundForAll,
+        FirstGradientAlone,
+        WeightsForEachRow,
+        AddsToTheBound,
+        AddsToTheGradient,
     }
 
     impl Projection for Wrong {
@@ -186,10 +216,17 @@ mod tests {
             scratch: &mut Scratch,
             out: &mut [f32],
         ) -> Result<()> {
+            let before = out[0];
             Diagonal.project(asked, scratch, out)?;
-            if self.is_first {
-                let (first, rest) = out.split_at_mut(asked.q.objectives());
-                rest.chunks_exact_mut(first.len()).for_each(|row| row.copy_from_slice(first));
+            let n = asked.q.objectives();
+            match self {
+                Self::FirstBoundForAll => {
+                    let (first, rest) = out.split_at_mut(n);
+                    rest.chunks_exact_mut(n).for_each(|row| row.copy_from_slice(first));
+                }
+                Self::WeightsForEachRow if asked.weights.len() < out.len() => out.fill(0.0),
+                Self::AddsToTheBound => out[0] += before,
+                _ => {}
             }
             Ok(())
         }
@@ -201,27 +238,42 @@ mod tests {
             grad_out: &[f32],
             grad_q: &mut [f32],
         ) -> Result<()> {
+            let before = grad_q[0];
             Diagonal.vjp(asked, scratch, grad_out, grad_q)?;
-            grad_q.iter_mut().for_each(|grad| *grad *= self.factor);
+            match self {
+                Self::TwiceItsGradient => grad_q.iter_mut().for_each(|grad| *grad *= 2.0),
+                Self::FirstGradientAlone => {
+                    let n = asked.q.objectives();
+                    let of_critics = grad_q.chunks_exact_mut(n * asked.q.rows());
+                    of_critics.for_each(|rows| rows[n..].fill(0.0));
+                }
+                Self::AddsToTheGradient => grad_q[0] += before,
+                _ => {}
+            }
             Ok(())
         }
     }
 
     #[test]
-    fn rows_that_do_not_stand_alone_and_nothing_to_look_at_are_errors() {
-        let error =
-            check_projection(&Wrong { factor: 1.0, is_first: true }, 3, 2).unwrap_err().to_string();
-        assert!(error.starts_with("projection wrong of row 1 in a batch: wanted ["), "{error}");
-        for (critics, objectives) in [(0, 2), (3, 0)] {
-            assert!(check_projection(&Diagonal, critics, objectives).is_err());
+    fn every_fault_is_found() {
+        let of_all = "gradient of projection wrong in 6";
+        for (wrong, words) in [
+            (Wrong::TwiceItsGradient, of_all),
+            (Wrong::FirstBoundForAll, "projection wrong of row 1 in a batch with their own"),
+            (Wrong::FirstGradientAlone, "projection wrong of row 1 in a batch with their own"),
+            (Wrong::WeightsForEachRow, "projection wrong of row 0 in a batch with one row's"),
+            (Wrong::AddsToTheBound, "bounds of projection wrong: wanted finite"),
+            (Wrong::AddsToTheGradient, "gradient of projection wrong: wanted finite"),
+        ] {
+            let error = check_projection(&wrong, 3, 2).unwrap_err().to_string();
+            assert!(error.starts_with(words), "{wrong:?}: {error}");
         }
     }
 
     #[test]
-    fn a_wrong_gradient_is_named() {
-        let error = check_projection(&Wrong { factor: 2.0, is_first: false }, 3, 2)
-            .unwrap_err()
-            .to_string();
-        assert!(error.starts_with("gradient of projection wrong in 6"), "{error}");
+    fn nothing_to_look_at_is_an_error() {
+        for (critics, objectives) in [(0, 2), (3, 0)] {
+            assert!(check_projection(&Diagonal, critics, objectives).is_err());
+        }
     }
 }

@@ -75,8 +75,8 @@ pub(super) fn pair(
 /// The cosine and sine that make two columns orthogonal, or nothing if they are so already.
 fn rotation(a: &[f64], b: &[f64]) -> Option<(f64, f64)> {
     let zeta = cotangent(dot(a, a), dot(b, b), dot(a, b), a.len())?;
-    let tangent = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
-    let cosine = 1.0 / tangent.hypot(1.0);
+    let tangent = zeta.signum() / (zeta.abs() + libm::hypot(zeta, 1.0));
+    let cosine = 1.0 / libm::hypot(tangent, 1.0);
     Some((cosine, cosine * tangent))
 }
 

@@ -61,6 +61,9 @@ use crate::{Ensemble, Result};
 /// The same input gives the same output, bit for bit. A NaN among the critics' values makes the
 /// bound of its objective NaN: finding it is left to the caller, who knows the objective's name.
 ///
+/// Its `Debug` names it and its settings in a checkpoint, which goes on with one of the same text
+/// alone: so it shows nothing that changes.
+///
 /// A method of your own is either an [`Ellipsoid`], which only has to say how far from the mean to
 /// go, or a `Projection` written out. The latter starts with [`BoundQuery::check`] or
 /// [`BoundQuery::check_vjp`].

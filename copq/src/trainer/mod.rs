@@ -154,7 +154,7 @@ impl<A: Agent> Trainer<A> {
     /// So many environment steps, each with its learning; of several worlds the next whole number
     /// of steps of each.
     pub fn run(&mut self, steps: u64, log: &mut dyn Observer) -> Result<()> {
-        let end = self.steps + steps;
+        let end = self.steps.saturating_add(steps);
         while self.steps < end {
             self.step(log)?;
         }

@@ -18,6 +18,7 @@ impl<A: Agent> Trainer<A> {
     /// Writes the same but for the episodes that run, for worlds that cannot be saved: whoever goes
     /// on from it begins new ones, and all else is exact.
     pub fn save_without_episodes(&self, state: &mut State) -> Result<()> {
+        *state = State::default();
         state.put("steps", [self.steps]);
         self.episode_seeds.save("episode_seeds", state);
         for i in 1..self.worlds.len() {

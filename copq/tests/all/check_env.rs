@@ -100,6 +100,43 @@ fn a_sound_environment_passes() {
     assert!(report.reward_range.iter().all(|&(low, high)| low < high && high <= 0.0), "{report:?}");
 }
 
+/// A choice and its reward, and nothing after.
+struct Bandit(EnvSpec, f32);
+
+impl Env for Bandit {
+    fn spec(&self) -> &EnvSpec {
+        &self.0
+    }
+
+    fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
+        self.1 = Rng::with_stream(seed, 0).normal() as f32;
+        obs[0] = self.1;
+        Ok(())
+    }
+
+    fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
+        reward[0] = -(action[0] - self.1).abs();
+        obs[0] = self.1 + 1.0;
+        Ok(Outcome::Terminated)
+    }
+
+    fn save(&self, state: &mut State) -> Result<()> {
+        state.put("wanted", [self.1]);
+        Ok(())
+    }
+
+    fn load(&mut self, state: &State) -> Result<()> {
+        self.1 = state.get_one("wanted")?;
+        Ok(())
+    }
+}
+
+#[test]
+fn a_world_of_one_step_may_end_there() {
+    let spec = EnvSpec::new("bandit", 1, 1).reward("gain", 1.0).horizon(1);
+    assert_eq!(check_env(&mut Bandit(spec, 0.0)).unwrap().outcomes, [Outcome::Terminated; 5]);
+}
+
 #[test]
 fn each_fault_is_named() {
     let cases = [

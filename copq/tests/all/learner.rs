@@ -48,6 +48,23 @@ fn the_same_seed_gives_the_same_bits_and_another_does_not() {
 }
 
 #[test]
+fn what_a_state_held_before_is_not_saved_again() {
+    let mut trainer = toy::trainer(toy::learner(toy::method(toy::config()), 3, 3));
+    trainer.run(413, &mut Silent).unwrap();
+    let mut state = State::default();
+    trainer.save(&mut state).unwrap();
+    assert!(state.child("env").is_ok(), "in mid-episode");
+    // An episode has 20 steps.
+    trainer.run(7, &mut Silent).unwrap();
+    trainer.save(&mut state).unwrap();
+    assert!(state == run(3, 420) && state.child("env").is_err());
+    trainer.run(3, &mut Silent).unwrap();
+    trainer.save(&mut state).unwrap();
+    trainer.save_without_episodes(&mut state).unwrap();
+    assert!(state.child("env").is_err());
+}
+
+#[test]
 fn a_resumed_run_is_the_same_bit_for_bit() {
     // 413 is in mid-episode, and after the warm-up; the ring of 5,000 is not full, 5,200 steps
     // later it is.

@@ -1,7 +1,7 @@
 //! On-policy learners on a real robot: exact resume, several worlds, and what does not fit.
 
 use copq::on_policy::{Learner, Method, Saute};
-use copq::{Agent, Backend, Env, Mode, Policy, Result, Silent, State, Trainer};
+use copq::{AdjustedEnv, Agent, Backend, Env, Mode, Policy, Result, Silent, State, Trainer};
 use copq_candle::{Candle, fused};
 
 /// Small networks and short epochs, so that a test can train for real.
@@ -306,4 +306,27 @@ fn a_critic_that_has_diverged_is_told_at_once() {
     trainer.load(&state).unwrap();
     let said = trainer.run(102, &mut Silent).unwrap_err().to_string();
     assert!(said.contains("value, component 1"), "{said}");
+}
+
+#[test]
+fn a_cost_that_nothing_holds_counts_by_its_weight() {
+    let learned = |name: &str, weights: &str| {
+        let method = method(name);
+        let world = copq_envs_rapier::make("b/hopper").unwrap();
+        let world = AdjustedEnv::new(world).weights(weights).unwrap();
+        let learner = Learner::new(method, world.spec(), &Candle::default(), 3).unwrap();
+        let mut trainer = Trainer::new(world, learner).unwrap();
+        trainer.run(150, &mut Silent).unwrap();
+        let obs = vec![0.1; trainer.spec().obs_len];
+        let mut action = vec![0.0; trainer.spec().action_len()];
+        let agent = trainer.agent_mut();
+        agent.act(&obs, Mode::Exploit, &mut action).unwrap();
+        let mut values = [0.0; 2];
+        agent.value(&obs, &action, &mut values).unwrap();
+        (action, values.map(f32::is_nan))
+    };
+    let [free, priced] = ["cost=0", "cost=-100"].map(|weights| learned("ppo", weights));
+    assert_ne!(free.0, priced.0);
+    assert_eq!((free.1, priced.1), ([true, false], [true; 2]), "whose value the critic knows");
+    assert_eq!(learned("ppo-lag", "cost=0"), learned("ppo-lag", "cost=-100"));
 }
