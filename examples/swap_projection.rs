@@ -1,4 +1,5 @@
-//! Every projection on the same robot and seed: what a bound is worth, in one table.
+//! Every projection on the same robot and seed, briefly: each learns, in one table. Which is better
+//! takes several seeds and some 150,000 steps (`examples/compare.rs`, `copq sweep`).
 //!
 //! `cargo run --release -p copq-examples --example swap_projection`
 

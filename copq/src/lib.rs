@@ -4,7 +4,7 @@
 //! copq turns their disagreement into one confidence bound for the whole vector: it factors the
 //! critics' covariance in priority order, so that each objective's bound is conditioned only on
 //! those above it (but where a clip keeps the total from rising). The lower bound goes into TD
-//! targets and the actor, the upper one explores. That is COP-Q; the other ways to be pessimistic
+//! targets and the actor, the upper one can explore. That is COP-Q; the other ways to be pessimistic
 //! (eigenvectors, extreme points, standard deviations, double-Q minima) are here too, behind one
 //! trait, [`Projection`].
 //!
@@ -47,7 +47,7 @@
 //! let method = Method::cop_td3().bound(Extremum); // the swap: critics follow
 //! let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;
 //! let mut trainer = Trainer::new(env, learner)?;
-//! trainer.run(20_000, &mut Silent)?;
+//! trainer.run(20_000, &mut Silent)?; // a beginning: a hopper stands after some 150,000
 //! println!("{}", trainer.evaluate(10)?);
 //! ```
 //!
