@@ -211,6 +211,25 @@ fn a_longer_run_is_cut() {
     assert_eq!((table.columns[0].as_str(), table.rows[0].1[0].mean), ("b/hopper at 20", Some(2.0)));
 }
 
+/// A run that is done with fewer steps than a sweep wants is not done for the sweep.
+#[test]
+fn a_shorter_run_is_not_done() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut all = runs(folder.path(), &[("good", &[&[0.0, 1.0, 2.0, 3.0]])]);
+    std::fs::write(all[0].folder.join("DONE"), "a fingerprint\n").unwrap();
+    assert!(Report::read("x", &all).summary().starts_with("1 runs: 1 done;"));
+    let config = crate::folder::read_config::<toml::Table>(&all[0].folder).unwrap();
+    for (steps, state) in [(20, "done"), (30, "done"), (31, "stopped")] {
+        let mut plan = config.plan.clone();
+        plan.run.steps = steps;
+        all[0].planned = Some((plan, config.settings.clone()));
+        let report = Report::read("x", &all);
+        assert!(report.summary().starts_with(&format!("1 runs: 1 {state};")), "{steps}");
+        let cells = format!("<td>{state}</td><td>0</td><td>{steps}</td>");
+        assert!(report.page(None).unwrap().contains(&cells), "{steps}");
+    }
+}
+
 /// With as many seeds as it says, two methods that are alike are seen to be near as often as it
 /// says.
 #[test]
