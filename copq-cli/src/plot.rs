@@ -43,7 +43,7 @@ fn labelled(text: &str) -> Result<Labelled, String> {
             "wanted the folder of a run, got '{folder}', which has no evaluations.csv"
         ));
     }
-    Ok(Labelled { label: label.to_owned(), folder: folder.into() })
+    Ok(Labelled::new(label, folder))
 }
 
 fn limit(text: &str) -> Result<Limit, String> {

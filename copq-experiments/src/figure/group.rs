@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use copq::{Error, Result, files};
 
-use super::curves::Evaluated;
+use super::curves::{Evaluated, common_end};
 use crate::config::{RunConfig, complete, difference};
 use crate::folder::read_config;
 use crate::plan::Plan;
@@ -16,9 +16,7 @@ use crate::plan::Plan;
 /// use copq_experiments::{Labelled, comparison_table};
 ///
 /// // Two seeds of one method; compare() draws what comparison_table() tells.
-/// let runs = ["s0", "s1"].map(|seed| {
-///     Labelled { label: "cholesky".to_owned(), folder: folder.path().join(seed) }
-/// });
+/// let runs = ["s0", "s1"].map(|seed| Labelled::new("cholesky", folder.path().join(seed)));
 /// # for (run, total) in runs.iter().zip(["10", "30"]) {
 /// #     std::fs::create_dir(&run.folder).expect("a new folder");
 /// #     let text = format!("step,weighted_total/mean\n5000,{total}\n");
@@ -34,6 +32,13 @@ pub struct Labelled {
     pub label: String,
     /// The run's folder.
     pub folder: PathBuf,
+}
+
+impl Labelled {
+    /// A run in a folder.
+    pub fn new(label: impl Into<String>, folder: impl Into<PathBuf>) -> Self {
+        Self { label: label.into(), folder: folder.into() }
+    }
 }
 
 /// A run's plan, and its settings whatever they are.
@@ -80,6 +85,27 @@ pub(super) fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
         Err(Error::invalid("runs to compare", "at least one", 0))
     } else {
         Ok(groups)
+    }
+}
+
+impl Group {
+    /// The step to which all seeds are looked at.
+    pub fn end(&self) -> u64 {
+        common_end(self.seeds.iter())
+    }
+
+    /// Seeds whose evaluations are others than the first one's, in words.
+    pub fn unlike(&self) -> Vec<String> {
+        let name = |folder: &PathBuf| {
+            folder.file_name().unwrap_or_default().to_string_lossy().into_owned()
+        };
+        let seeds = self.seeds.iter().zip(&self.folders).skip(1);
+        let words = |(seed, folder): (&Evaluated, &PathBuf)| {
+            let words = seed.unlike(&self.seeds[0])?;
+            let (label, first) = (&self.label, name(&self.folders[0]));
+            Some(format!("{label}: {} is not evaluated as {first}: {words}.", name(folder)))
+        };
+        seeds.filter_map(words).collect()
     }
 }
 
@@ -140,7 +166,7 @@ mod tests {
             let settings: toml::Table = settings.parse().unwrap();
             let config = RunConfig { plan, settings, made_with: crate::config::MadeWith::here() };
             crate::config::write(&path.join("config.toml"), &config).unwrap();
-            Labelled { label: "td3".to_owned(), folder: path }
+            Labelled::new("td3", path)
         };
         let plan = |bound: &str, seed| {
             let mut plan =

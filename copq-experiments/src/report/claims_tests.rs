@@ -197,6 +197,69 @@ fn a_papers_numbers_are_judged_too() {
     assert!(csv.contains(",seen,undecided,,false,10,30,101.0,1.0,3,3,91.0,1.0,3,3,"), "{csv}");
 }
 
+/// Runs of a method, with these rows in place of their own.
+fn evaluated(runs: &[ReportRun], method: &str, rows: &[(u64, f64)]) {
+    for run in runs.iter().filter(|run| run.label.as_deref() == Some(method)) {
+        let rows = rows.iter().map(|(step, x)| format!("{step},{x},{x}\n"));
+        let text = "step,weighted_total/mean,return/cost/mean\n".to_owned();
+        let file = run.folder.join("evaluations.csv");
+        std::fs::write(file, text + &rows.collect::<String>()).unwrap();
+    }
+}
+
+/// Methods that are evaluated at other steps are compared up to one of them.
+#[test]
+fn methods_are_compared_up_to_one_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let none: &[f64] = &[0.0];
+    let all = runs(folder.path(), &[("good", &[none; 3]), ("bad", &[none; 3])]);
+    let often: Vec<(u64, f64)> = (0..=20).map(|i| (5 * i, i as f64)).collect();
+    let rare: Vec<(u64, f64)> = (0..=9).map(|i| (16 * i, 3.0 * i as f64)).collect();
+    evaluated(&all, "good", &often);
+    evaluated(&all, "bad", &rare);
+    let claims = vec![claim(Relation::Below, "bad", None)];
+    let report = Report::read("x", &all).paper(Paper { claims, ..Paper::default() }).unwrap();
+    let [judged] = &report.judged()[..] else { panic!("one row") };
+    let runs = judged.runs.unwrap();
+    // At 95 and 96 of the 100 steps that both have reached; not at 100 and 96.
+    assert_eq!((judged.steps[0], runs.ours.mean, runs.theirs.mean), (96, 19.0, 18.0));
+    // Both have come as far as they go.
+    assert!(judged.is_over());
+    let tables = report.tables();
+    assert_eq!(tables[0].columns, ["b/hopper at 100 to 144"]);
+    let shown = |table: &str, row: usize| {
+        let table = tables.iter().find(|one| one.name == table).unwrap();
+        table.rows[row].1[0].plain()
+    };
+    assert_eq!(shown("final", 0), "20.0 ± 0.0 [20.0, 20.0] (3, to 100)");
+    assert_eq!(shown("final", 1), "27.0 ± 0.0 [27.0, 27.0] (3, to 144)");
+    assert_eq!(shown("improvement", 0), "0.000 (3, to 96)");
+    let costs = tables.iter().find(|table| table.name == "reward-and-cost").unwrap();
+    assert!(costs.note.contains(" They span 25 to 80 steps."), "{}", costs.note);
+    assert!(costs.csv().unwrap().contains(",0,144\n"));
+}
+
+/// A seed that is evaluated otherwise than the others of its method counts, and says so.
+#[test]
+fn seeds_that_are_evaluated_otherwise_say_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let usual: &[f64] = &[0.0, 1.0, 2.0, 3.0];
+    let mut all = runs(folder.path(), &[("good", &[usual; 2]), ("rare", &[usual])]);
+    assert!(!Report::read("x", &all).page(None).unwrap().contains("not evaluated as"));
+    evaluated(&all, "rare", &[(0, 0.0), (30, 3.0)]);
+    let rare = &mut all[2];
+    rare.label = Some("good".to_owned());
+    let config = crate::folder::read_config::<toml::Table>(&rare.folder).unwrap();
+    let plan =
+        crate::Plan { run: crate::RunSettings { seed: 2, ..config.plan.run }, ..config.plan };
+    let config = crate::config::RunConfig { plan, ..config };
+    crate::config::write(&rare.folder.join("config.toml"), &config).unwrap();
+    let page = Report::read("x", &all).page(None).unwrap();
+    assert!(
+        page.contains("good-s0, the same method: 1 evaluations before step 30, not 3 evaluations")
+    );
+}
+
 /// A run that has come further than a sweep wants counts as far as it is wanted.
 #[test]
 fn a_longer_run_is_cut() {

@@ -3,7 +3,6 @@
 use copq_render::Plane;
 
 use super::groups::World;
-use super::paper::Measure;
 use super::{Report, file_name};
 use crate::figure::Quantity;
 
@@ -36,12 +35,5 @@ impl Report {
             let [costs, totals] = quantities.map(|quantity| self.ends(world, i, &quantity));
             plane.points(label, costs.into_iter().zip(totals).map(|(x, y)| [x, y]).collect())
         })
-    }
-
-    /// Each seed's mean of the last few evaluations, or of all where it has no more.
-    pub(super) fn ends(&self, world: &World, label: usize, quantity: &Quantity) -> Vec<f64> {
-        let seeds = self.seeds(world, label);
-        let curves = seeds.values(quantity, seeds.end());
-        curves.iter().map(|curve| Measure::LastFive.of(curve, None)).collect()
     }
 }
