@@ -41,7 +41,7 @@ fn a_page_its_tables_and_its_figures() {
         ("b-s0", "--bound extremum --seed 0"),
         ("c-s0", "cop-cal --seed 0"),
     ] {
-        run(folder, &format!("train {line} {TINY} --steps 100 --out runs/{name}"));
+        run(folder, &format!("train {line} {TINY} --steps 250 --out runs/{name}"));
     }
     // A run whose evaluations are gone, one whose table is damaged, one that failed.
     for (name, file, text) in [

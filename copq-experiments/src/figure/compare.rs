@@ -180,7 +180,7 @@ impl Group {
     fn last(&self, quantity: &Quantity) -> String {
         let end = self.end();
         let ends: Vec<f64> =
-            self.seeds.iter().map(|seed| last_three(&seed.means(quantity), end)).collect();
+            self.seeds.iter().map(|seed| last_three(seed, quantity, end)).collect();
         let middle = median(&ends);
         match (middle.is_nan(), ends.len()) {
             (true, _) => "".to_owned(),
@@ -190,11 +190,10 @@ impl Group {
     }
 }
 
-/// The mean of the last three values up to a step.
-fn last_three(means: &[(u64, f64)], end: u64) -> f64 {
-    let until: Vec<f64> =
-        means.iter().filter(|&&(step, _)| step <= end).map(|&(_, value)| value).collect();
-    mean(&until[until.len().saturating_sub(3)..])
+/// The mean of the last three evaluations up to a step.
+fn last_three(seed: &Evaluated, quantity: &Quantity, end: u64) -> f64 {
+    let (_, values) = seed.trained(quantity, end);
+    mean(&values[values.len().saturating_sub(3)..])
 }
 
 fn over_seeds(seeds: &[Evaluated], quantity: &Quantity) -> Vec<Point> {
@@ -245,8 +244,8 @@ mod tests {
         let wanted = "\
             | label | seeds | steps | weighted total | speed | mean of the whole run | beats cholesky |\n\
             |---|--:|--:|--:|--:|--:|--:|\n\
-            | cholesky | 3 | 2,000 | 3.0 (2.0 to 5.0) | 6.0 (4.0 to 10.0) | 3.3 [2.0, 5.0] |  |\n\
-            | minimum | 1 | 2,000 | 0.5 | 1.0 | 0.5 |  |\n";
+            | cholesky | 3 | 2,000 | 3.5 (2.5 to 5.5) | 7.0 (5.0 to 11.0) | 3.3 [2.0, 5.0] |  |\n\
+            | minimum | 1 | 2,000 | 0.8 | 1.5 | 0.5 |  |\n";
         assert_eq!(comparison_table(&runs).unwrap(), wanted);
         // A seed that stopped earlier ends the comparison there.
         let short = runs[0].folder.join("evaluations.csv");
@@ -259,7 +258,7 @@ mod tests {
         assert!(
             comparison_table(&runs)
                 .unwrap()
-                .contains("| cholesky | 3 | 1,000 | 2.5 (1.5 to 4.5) |")
+                .contains("| cholesky | 3 | 1,000 | 3.0 (2.0 to 5.0) |")
         );
         // Who went on longer is compared as far as both went.
         let seeds = ["m1", "m2"].map(|name| labelled("minimum", name, [9.0, 9.0, -900.0]));

@@ -139,6 +139,14 @@ impl Evaluated {
         self.steps.iter().copied().zip(self.statistic(quantity, "mean")).collect()
     }
 
+    /// Steps and means of the evaluations up to a step, without that of step 0: its policy has not
+    /// trained.
+    pub(crate) fn trained(&self, quantity: &Quantity, end: u64) -> (Vec<f64>, Vec<f64>) {
+        let means = self.means(quantity).into_iter();
+        let trained = means.filter(|&(step, _)| step > 0 && step <= end);
+        trained.map(|(step, value)| (step as f64, value)).unzip()
+    }
+
     /// How this run is evaluated otherwise than another, before the end of either: how often, and
     /// by how many episodes.
     pub(crate) fn unlike(&self, other: &Self) -> Option<String> {

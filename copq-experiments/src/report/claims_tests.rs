@@ -6,6 +6,7 @@ use super::claims::{Judged, Verdict};
 use super::paper::{Claim, Measure, OneOrMore, Paper, Relation, Score};
 use super::tests::stored;
 use super::{Report, ReportRun, claims_table};
+use crate::figure::Quantity;
 
 fn one(name: &str) -> OneOrMore {
     OneOrMore::One(name.to_owned())
@@ -115,10 +116,10 @@ fn a_limit_and_every_measure() {
         quantity: Some("cost".to_owned()),
         ..claim(is, than, None)
     };
-    let [good, bad] = [[9.0, 80.0, 90.0, 91.0, 91.0], [9.0, 99.0, 10.0, 99.0, 99.0]];
+    let [good, bad] = [[9.0, 80.0, 80.0, 90.0, 91.0, 91.0], [9.0, 99.0, 99.0, 10.0, 99.0, 99.0]];
     let methods: [(&str, &[&[f64]]); 2] = [
-        ("good", &[&good, &good, &[9.0, 80.0, 90.0, 91.0, 91.5]]),
-        ("bad", &[&bad, &bad, &[9.0, 94.0, 20.0, 98.0, 98.0]]),
+        ("good", &[&good, &good, &[9.0, 80.0, 80.0, 90.0, 91.0, 91.5]]),
+        ("bad", &[&bad, &bad, &[9.0, 94.0, 94.0, 20.0, 98.0, 98.0]]),
     ];
     use Relation::{Above, Below};
     for claim in [
@@ -152,6 +153,15 @@ fn what_is_no_answer_says_so() {
         ("bad", &[&[0.0, 1.0], &[0.0, 2.0], &[0.0, 3.0]]),
     ];
     assert_eq!(verdict(&full, of(Measure::LastFive)).0, Verdict::TooEarly);
+    // The policy of step 0 has not trained, and is none of five.
+    let five: &[f64] = &[0.0, 9.0, 8.0, 9.0, 8.0];
+    let seeds: &[&[f64]] = &[five; 3];
+    let five = [("good", seeds), ("bad", seeds)];
+    assert_eq!(verdict(&five, of(Measure::LastFive)).0, Verdict::TooEarly);
+    let costs = report(&five, Paper::default()).unwrap();
+    let world = &costs.groups.worlds[0];
+    assert!(costs.ends(world, 0, &Quantity::WeightedTotal).is_empty());
+    assert!(costs.planes().is_empty());
     assert_eq!(verdict(&full, of(Measure::Final)).0, Verdict::Seen);
     let both = [full[0], ("bad", full[0].1)];
     assert_eq!(verdict(&both, of(Measure::Final)).0, Verdict::NoScatter);

@@ -14,7 +14,7 @@ impl Report {
             world.limits.iter().map(move |(cost, &limit)| (world, cost.as_str(), limit))
         });
         limited
-            .filter(|(world, ..)| world.runs.iter().flatten().any(|&n| self.has_evaluations(n)))
+            .filter(|(world, ..)| self.has_ends(world))
             .map(|(world, cost, limit)| {
                 let name = file_name(&format!("{} {cost}", world.name));
                 (name, self.plane(world, cost, limit))
@@ -22,8 +22,10 @@ impl Report {
             .collect()
     }
 
-    fn has_evaluations(&self, number: usize) -> bool {
-        self.runs[number].evaluated.is_some()
+    /// Whether a method has come so far that there is a dot.
+    fn has_ends(&self, world: &World) -> bool {
+        let labels = 0..self.groups.labels.len();
+        labels.into_iter().any(|i| !self.ends(world, i, &Quantity::WeightedTotal).is_empty())
     }
 
     fn plane(&self, world: &World, cost: &str, limit: f64) -> Plane {

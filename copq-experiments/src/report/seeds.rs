@@ -98,10 +98,9 @@ impl Report {
         ends
     }
 
-    /// Each seed's mean of the last few evaluations, or of all where it has no more.
+    /// Each seed's mean of the last few evaluations; none where one has fewer.
     pub(super) fn ends(&self, world: &World, label: usize, quantity: &Quantity) -> Vec<f64> {
         let seeds = self.seeds(world, label);
-        let curves = seeds.values(quantity, seeds.end);
-        curves.iter().map(|curve| Measure::LastFive.of(curve, None)).collect()
+        seeds.measured(Measure::LastFive, quantity, seeds.end)
     }
 }

@@ -67,7 +67,7 @@ impl Measure {
                     trained < 1
                 }
                 Self::Swing => trained < 2,
-                Self::LastFive => curve.len() < LAST,
+                Self::LastFive => trained < LAST,
             }
         })
     }
