@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use copq_experiments::{Labelled, Limit, compare, comparison_table};
+use copq_experiments::{Labelled, Limit, ReportRun, compare, comparison_table, read_plan};
 
 use crate::options::{note, say};
+use crate::report::of_task;
 
 /// Draws and compares runs: one colour a label, runs of one label are its seeds.
 ///
@@ -43,7 +44,15 @@ fn labelled(text: &str) -> Result<Labelled, String> {
             "wanted the folder of a run, got '{folder}', which has no evaluations.csv"
         ));
     }
-    Ok(Labelled::new(label, folder))
+    let run = Labelled::new(label, folder);
+    Ok(match read_plan(&run.folder) {
+        Ok(plan) => {
+            let limits = of_task(ReportRun::new(&run.folder), &plan).limits;
+            Labelled { limits, ..run }
+        }
+        // A folder need not say what it is of.
+        Err(_) => run,
+    })
 }
 
 fn limit(text: &str) -> Result<Limit, String> {

@@ -113,6 +113,23 @@ fn a_page_its_tables_and_its_figures() {
     assert!(words.contains("'parts': wanted runs in it, got none"), "{words}");
 }
 
+/// A method over a task's limit is marked.
+#[test]
+fn a_table_with_limits() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let line = format!("train cop-cal --task b/hopper {TINY} --steps 250");
+    run(folder, &format!("{line} --limit cost=0 --out a"));
+    run(folder, &format!("{line} --limit cost=1000000 --out b"));
+    let table = run(folder, "plot over=a under=b");
+    for wanted in ["| over* | 1 |", "| under | 1 |"] {
+        assert!(table.contains(wanted), "no {wanted}: {table}");
+    }
+    assert!(
+        table.ends_with("\n`*`: the mean cost of the last five evaluations exceeds its limit.\n")
+    );
+}
+
 /// However deep it lies, and behind links too, which may lead round in circles.
 #[cfg(unix)]
 #[test]

@@ -14,6 +14,9 @@ use crate::plan::Plan;
 use crate::report::table::markdown_row;
 use crate::statistics::{Bootstrap, FEWEST, max, mean, median, min, probability_of_improvement};
 
+/// What `*` means.
+const EXCEEDED: &str = "`*`: the mean cost of the last five evaluations exceeds its limit.";
+
 /// A line across one objective's returns, such as a cost's limit.
 ///
 /// ```
@@ -70,8 +73,8 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[Limit], out: &Path) -> 
 /// seed has more of it than one of the first label's, up to the last step that all of both reached,
 /// where both have three and are of one task, engine and preset.
 ///
-/// Beneath stands which seeds of a label are evaluated at other steps, or by other episodes, than
-/// its first.
+/// Beneath stands what `*` at a label means, and which seeds of a label are evaluated at other
+/// steps, or by other episodes, than its first.
 pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
@@ -87,8 +90,9 @@ pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
     text += &format!("|---|--:|--:|{}\n", "--:|".repeat(head.len() - 3));
     for (i, group) in groups.iter().enumerate() {
         let beats = if i == 0 { String::new() } else { group.chance_to_beat(&groups[0]) };
+        let mark = if group.exceeds_a_limit() { "*" } else { "" };
         let end = group.end();
-        let first = [group.label.clone(), group.seeds.len().to_string(), grouped(end)];
+        let first = [format!("{}{mark}", group.label), group.seeds.len().to_string(), grouped(end)];
         let cells: Vec<String> = first
             .into_iter()
             .chain(quantities.iter().map(|quantity| group.last(quantity)))
@@ -102,7 +106,10 @@ pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
 
 /// What stands beneath the table.
 fn remarks(groups: &[Group]) -> String {
-    groups.iter().flat_map(Group::unlike).map(|remark| format!("\n{remark}\n")).collect()
+    let is_marked = groups.iter().any(Group::exceeds_a_limit);
+    let mark = is_marked.then(|| EXCEEDED.to_owned());
+    let all = mark.into_iter().chain(groups.iter().flat_map(Group::unlike));
+    all.map(|remark| format!("\n{remark}\n")).collect()
 }
 
 /// A mean over seeds, with its interval if there are enough of them. One seed that is not a number
@@ -287,6 +294,25 @@ mod tests {
         let text = "step,episodes,weighted_total/mean,return/cost/mean\n".to_owned();
         std::fs::write(path.join("evaluations.csv"), text + &rows.collect::<String>()).unwrap();
         Labelled::new(name.split_once('-').unwrap().0, path)
+    }
+
+    /// What is over its limit is marked.
+    #[test]
+    fn a_limit_leaves_a_mark() {
+        let folder = tempfile::tempdir().unwrap();
+        let rising: Vec<(u64, f64)> = (0..8).map(|i| (1_000 * i, i as f64)).collect();
+        let mut runs = [("a-s0", &rising[..]), ("a-s1", &rising[..]), ("b-s0", &rising[..5])]
+            .map(|(name, rows)| at(folder.path(), name, rows));
+        let table = |runs: &[Labelled]| comparison_table(runs).unwrap();
+        assert!(!table(&runs).contains("limit"));
+        for (limit, mark) in [(1.9, "*"), (5.1, "")] {
+            runs.iter_mut().for_each(|run| run.limits = [("cost".to_owned(), limit)].into());
+            let table = table(&runs);
+            // The last five are 3 to 7; b has four, and the untrained policy's is not its fifth.
+            let rows = [format!("| a{mark} | 2 |"), "| b | 1 |".to_owned()];
+            assert!(rows.iter().all(|row| table.contains(row)), "{table}");
+            assert_eq!(table.contains(EXCEEDED), limit < 5.0);
+        }
     }
 
     /// Whoever is evaluated less often is not measured to another step than the others.

@@ -1,13 +1,16 @@
 //! Runs of one label: the seeds of one method.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use copq::{Error, Result, files};
 
-use super::curves::{Evaluated, common_end};
+use super::curves::{Evaluated, Quantity, common_end};
 use crate::config::{RunConfig, complete, difference};
 use crate::folder::read_config;
 use crate::plan::Plan;
+use crate::report::paper::LAST;
+use crate::statistics::mean;
 
 /// A run and what it is called in the legend; runs of one label are seeds of one method.
 ///
@@ -32,12 +35,14 @@ pub struct Labelled {
     pub label: String,
     /// The run's folder.
     pub folder: PathBuf,
+    /// The limits of its task's costs.
+    pub limits: BTreeMap<String, f64>,
 }
 
 impl Labelled {
-    /// A run in a folder.
+    /// A run whose costs have no limits that are known.
     pub fn new(label: impl Into<String>, folder: impl Into<PathBuf>) -> Self {
-        Self { label: label.into(), folder: folder.into() }
+        Self { label: label.into(), folder: folder.into(), limits: BTreeMap::new() }
     }
 }
 
@@ -50,6 +55,7 @@ pub(super) struct Group {
     /// What made the first of them, if its folder says so.
     pub config: Option<Config>,
     pub seeds: Vec<Evaluated>,
+    limits: BTreeMap<String, f64>,
     /// The seeds' numbers, of runs whose folders say so.
     numbers: Vec<u64>,
     folders: Vec<PathBuf>,
@@ -58,7 +64,7 @@ pub(super) struct Group {
 /// The runs, label by label.
 pub(super) fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
     let mut groups: Vec<Group> = Vec::new();
-    for Labelled { label, folder } in runs {
+    for Labelled { label, folder, limits } in runs {
         let seed = Evaluated::read(folder)?;
         let place = folder.canonicalize().map_err(files::failed("reading", folder))?;
         let config =
@@ -76,6 +82,7 @@ pub(super) fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
                 label: label.clone(),
                 config,
                 seeds: vec![seed],
+                limits: limits.clone(),
                 numbers: number.into_iter().collect(),
                 folders: vec![place],
             }),
@@ -92,6 +99,18 @@ impl Group {
     /// The step to which all seeds are looked at.
     pub fn end(&self) -> u64 {
         common_end(self.seeds.iter())
+    }
+
+    /// Whether the mean of a cost's last evaluations is above its limit.
+    pub fn exceeds_a_limit(&self) -> bool {
+        self.limits.iter().any(|(cost, &limit)| {
+            let quantity = Quantity::Return(cost.clone());
+            let last = |seed: &Evaluated| {
+                let values = seed.trained(&quantity, self.end()).1;
+                values.len().checked_sub(LAST).map_or(f64::NAN, |first| mean(&values[first..]))
+            };
+            mean(&self.seeds.iter().map(last).collect::<Vec<_>>()) > limit
+        })
     }
 
     /// Seeds whose evaluations are others than the first one's, in words.

@@ -249,6 +249,29 @@ fn methods_are_compared_up_to_one_step() {
     assert!(costs.csv().unwrap().contains(",0,144\n"));
 }
 
+/// Who is over a limit does not win by it unmarked.
+#[test]
+fn totals_over_a_limit_are_marked() {
+    let over: &[f64] = &[0.0, 96.0, 96.0, 96.0, 96.0, 96.0];
+    let under: &[f64] = &[0.0, 99.0, 94.0, 94.0, 94.0, 94.0];
+    let report = report(&[("over", &[over; 3]), ("under", &[under; 3])], Paper::default()).unwrap();
+    for table in report.tables().iter().filter(|table| table.name != "reward-and-cost") {
+        let marks = table.rows.iter().map(|(label, cells)| (label.as_str(), cells[0].is_violated));
+        match table.name {
+            "improvement" => {
+                assert_eq!(marks.collect::<Vec<_>>(), [("under", false)]);
+                assert_eq!(table.columns, ["b/hopper at 50, over*"]);
+            }
+            _ => assert_eq!(marks.collect::<Vec<_>>(), [("over", true), ("under", false)]),
+        }
+        assert!(
+            table.note.contains(" * means that the mean cost of the last 5 "),
+            "{}",
+            table.note
+        );
+    }
+}
+
 /// A seed that is evaluated otherwise than the others of its method counts, and says so.
 #[test]
 fn seeds_that_are_evaluated_otherwise_say_so() {

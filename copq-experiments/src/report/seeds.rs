@@ -6,6 +6,7 @@ use super::paper::{LAST, Measure};
 use super::table::Cell;
 use crate::figure::{Evaluated, Quantity, common_end};
 use crate::standing::Standing;
+use crate::statistics::mean;
 
 /// The seeds of a method on a task.
 pub(super) struct Seeds<'a> {
@@ -102,5 +103,12 @@ impl Report {
     pub(super) fn ends(&self, world: &World, label: usize, quantity: &Quantity) -> Vec<f64> {
         let seeds = self.seeds(world, label);
         seeds.measured(Measure::LastFive, quantity, seeds.end)
+    }
+
+    /// Whether a method's mean cost exceeds its limit on a task, by those evaluations.
+    pub(super) fn exceeds(&self, world: &World, label: usize) -> bool {
+        world.limits.iter().any(|(cost, &limit)| {
+            mean(&self.ends(world, label, &Quantity::Return(cost.clone()))) > limit
+        })
     }
 }

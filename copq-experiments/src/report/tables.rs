@@ -23,14 +23,14 @@ impl Report {
         let cell = |world: &World, label: usize| {
             let seeds = self.seeds(world, label);
             let to = self.apart(world, seeds.end()).filter(|_| !seeds.is_empty());
-            Cell { to, ..cell(&seeds) }
+            Cell { to, is_violated: self.exceeds(world, label), ..cell(&seeds) }
         };
         let cells = |label| worlds.iter().map(|world| cell(world, label)).collect();
         let labels = self.groups.labels.iter().enumerate();
         Table {
             name,
             title: title.to_owned(),
-            note: note.to_owned(),
+            note: format!("{note}{}", self.mark()),
             is_of_seeds: true,
             columns: worlds.iter().map(|world| self.headed(world)).collect(),
             rows: labels.map(|(i, label)| (label.clone(), cells(i))).collect(),
@@ -75,6 +75,14 @@ impl Report {
             table.columns.insert(at + 1, format!("{}{what}: {}", world.short, column.source));
         }
         table
+    }
+
+    /// What `*` means at a total, where a cost has a limit.
+    fn mark(&self) -> String {
+        if self.groups.worlds.iter().all(|world| world.limits.is_empty()) {
+            return String::new();
+        }
+        format!(" * means that the mean cost of the last {LAST} evaluations exceeds its limit.")
     }
 
     /// A step to which a number on a task is, if not all methods are looked at up to it.
@@ -189,9 +197,15 @@ fn improvement(report: &Report) -> Option<Table> {
     table.title = format!("Probability of improvement over {first}");
     table.note = format!(
         "How likely a seed's mean of the whole run is larger than one of {first}'s, as far as both \
-         have come (to that step); from three seeds of each on. 0.5 is no difference."
+         have come (to that step); from three seeds of each on. 0.5 is no difference.{}",
+        report.mark()
     );
     table.is_of_seeds = false;
+    for (column, world) in table.columns.iter_mut().zip(&report.groups.worlds) {
+        if report.exceeds(world, 0) {
+            *column += &format!(", {first}*");
+        }
+    }
     for (label, (_, cells)) in table.rows.iter_mut().enumerate().skip(1) {
         for (cell, world) in cells.iter_mut().zip(&report.groups.worlds) {
             let [ours, theirs] = [label, 0].map(|label| report.seeds(world, label));
@@ -202,7 +216,7 @@ fn improvement(report: &Report) -> Option<Table> {
                 let chance = probability_of_improvement(&ours, &theirs);
                 let mean = Some(chance).filter(|chance| chance.is_finite());
                 let to = report.apart(world, end);
-                *cell = Cell { mean, seeds: ours.len(), to, ..Cell::default() };
+                *cell = Cell { mean, seeds: ours.len(), to, ..*cell };
             }
         }
     }
@@ -282,6 +296,7 @@ fn over_tasks(report: &Report) -> Option<Table> {
             mean: Some(statistic(&all)).filter(|value| value.is_finite() && is_complete),
             interval: Bootstrap::default().interval(&scores, statistic).filter(|_| is_complete),
             seeds: if is_complete { all.len() } else { 0 },
+            is_violated: worlds.iter().any(|(world, _)| report.exceeds(world, label)),
             ..Cell::default()
         };
         (name.clone(), vec![of(iqm), of(mean)])
@@ -292,8 +307,9 @@ fn over_tasks(report: &Report) -> Option<Table> {
         note: format!(
             "Final totals over the tasks' reference scores: interquartile mean and mean [stratified \
              bootstrap interval at 95 %] (runs); of methods that have run on all. A task weighs as \
-             much as it has runs: {}.",
-            worlds.iter().map(|(world, _)| report.headed(world)).collect::<Vec<_>>().join(", ")
+             much as it has runs: {}.{}",
+            worlds.iter().map(|(world, _)| report.headed(world)).collect::<Vec<_>>().join(", "),
+            report.mark()
         ),
         is_of_seeds: false,
         columns: ["interquartile mean", "mean"].map(str::to_owned).to_vec(),
