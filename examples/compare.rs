@@ -61,7 +61,7 @@ fn main() -> Result<()> {
             runs.push(Labelled::new(label, folder));
         }
     }
-    print!("{}", comparison_table(&runs)?);
+    print!("{}", comparison_table(&runs, None)?);
     compare("Two bounds", &runs, &[], Path::new("runs/compare/compare.svg"))?;
     let [ours, theirs] = totals.map(|totals| Sample::of(&totals));
     if let Some([low, high]) = ours.difference(&theirs) {

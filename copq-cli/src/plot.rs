@@ -27,6 +27,11 @@ pub struct Plot {
     #[arg(long, value_name = "OBJECTIVE=RETURN", value_parser = limit, requires = "out")]
     limit: Vec<Limit>,
 
+    /// Also say, seed by seed, at which step the mean of five evaluations' weighted totals first
+    /// passes this.
+    #[arg(long, value_name = "TOTAL", allow_negative_numbers = true)]
+    passes: Option<f64>,
+
     /// Also write the markdown table that is printed to this file.
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
@@ -72,7 +77,7 @@ impl Plot {
             }
             compare(&self.title, &self.runs, &self.limit, out)?;
         }
-        let table = comparison_table(&self.runs)?;
+        let table = comparison_table(&self.runs, self.passes)?;
         say(&table)?;
         if let Some(path) = &self.table {
             let failed = |e| copq::Error::other(format!("writing '{}'", path.display()), e);

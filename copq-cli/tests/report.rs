@@ -113,16 +113,16 @@ fn a_page_its_tables_and_its_figures() {
     assert!(words.contains("'parts': wanted runs in it, got none"), "{words}");
 }
 
-/// A method over a task's limit is marked.
+/// A method over a task's limit is marked, and the step at which a total is passed told.
 #[test]
-fn a_table_with_limits() {
+fn a_table_with_limits_and_thresholds() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
     let line = format!("train cop-cal --task b/hopper {TINY} --steps 250");
     run(folder, &format!("{line} --limit cost=0 --out a"));
     run(folder, &format!("{line} --limit cost=1000000 --out b"));
-    let table = run(folder, "plot over=a under=b");
-    for wanted in ["| over* | 1 |", "| under | 1 |"] {
+    let table = run(folder, "plot over=a under=b --passes -1000000");
+    for wanted in ["| over* | 1 |", "| under | 1 |", "| passes -1000000 at |", "| 250 |\n"] {
         assert!(table.contains(wanted), "no {wanted}: {table}");
     }
     assert!(

@@ -11,8 +11,11 @@ use super::curves::{Evaluated, Quantity, common_end};
 use super::group::{Group, Labelled, group};
 use crate::numbers::grouped;
 use crate::plan::Plan;
+use crate::report::paper::LAST;
 use crate::report::table::markdown_row;
-use crate::statistics::{Bootstrap, FEWEST, max, mean, median, min, probability_of_improvement};
+use crate::statistics::{
+    Bootstrap, FEWEST, max, mean, median, min, probability_of_improvement, steps_to,
+};
 
 /// What `*` means.
 const EXCEEDED: &str = "`*`: the mean cost of the last five evaluations exceeds its limit.";
@@ -73,9 +76,10 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[Limit], out: &Path) -> 
 /// seed has more of it than one of the first label's, up to the last step that all of both reached,
 /// where both have three and are of one task, engine and preset.
 ///
-/// Beneath stands what `*` at a label means, and which seeds of a label are evaluated at other
-/// steps, or by other episodes, than its first.
-pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
+/// With a threshold a column says at which step the mean of five evaluations' weighted totals first
+/// passes it, seed by seed. Beneath stands what `*` at a label means, and which seeds of a label
+/// are evaluated at other steps, or by other episodes, than its first.
+pub fn comparison_table(runs: &[Labelled], passes: Option<f64>) -> Result<String> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
     let others = groups.len() > 1;
@@ -84,7 +88,8 @@ pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
         .into_iter()
         .chain(quantities.iter().map(Quantity::title))
         .chain(["mean of the whole run".to_owned()])
-        .chain(others.then(|| format!("beats {}", groups[0].label)));
+        .chain(others.then(|| format!("beats {}", groups[0].label)))
+        .chain(passes.map(|threshold| format!("passes {threshold} at")));
     let head: Vec<String> = head.collect();
     let mut text = markdown_row(&head);
     text += &format!("|---|--:|--:|{}\n", "--:|".repeat(head.len() - 3));
@@ -98,6 +103,7 @@ pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
             .chain(quantities.iter().map(|quantity| group.last(quantity)))
             .chain([with_interval(&group.areas(end))])
             .chain(others.then_some(beats))
+            .chain(passes.map(|threshold| group.passes(threshold)))
             .collect();
         text += &markdown_row(&cells);
     }
@@ -178,6 +184,16 @@ impl Group {
         }
     }
 
+    /// The steps at which the mean of five evaluations first passes a threshold, seed by seed.
+    fn passes(&self, threshold: f64) -> String {
+        let step = |seed: &Evaluated| {
+            let (steps, totals) = seed.trained(&Quantity::WeightedTotal, self.end());
+            let step = steps_to(threshold, LAST, &steps, &totals);
+            step.map_or("never".to_owned(), |step| grouped(step as u64))
+        };
+        self.seeds.iter().map(step).collect::<Vec<_>>().join("; ")
+    }
+
     /// The area under each seed's weighted total up to a step.
     fn areas(&self, end: u64) -> Vec<f64> {
         self.seeds.iter().map(|seed| seed.area(end)).collect()
@@ -253,7 +269,7 @@ mod tests {
             |---|--:|--:|--:|--:|--:|--:|\n\
             | cholesky | 3 | 2,000 | 3.5 (2.5 to 5.5) | 7.0 (5.0 to 11.0) | 3.3 [2.0, 5.0] |  |\n\
             | minimum | 1 | 2,000 | 0.8 | 1.5 | 0.5 |  |\n";
-        assert_eq!(comparison_table(&runs).unwrap(), wanted);
+        assert_eq!(comparison_table(&runs, None).unwrap(), wanted);
         // A seed that stopped earlier ends the comparison there.
         let short = runs[0].folder.join("evaluations.csv");
         let text = std::fs::read_to_string(&short).unwrap();
@@ -263,13 +279,13 @@ mod tests {
         )
         .unwrap();
         assert!(
-            comparison_table(&runs)
+            comparison_table(&runs, None)
                 .unwrap()
                 .contains("| cholesky | 3 | 1,000 | 3.0 (2.0 to 5.0) |")
         );
         // Who went on longer is compared as far as both went.
         let seeds = ["m1", "m2"].map(|name| labelled("minimum", name, [9.0, 9.0, -900.0]));
-        let table = comparison_table(&[&runs[..], &seeds].concat()).unwrap();
+        let table = comparison_table(&[&runs[..], &seeds].concat(), None).unwrap();
         assert!(table.contains("| -145.3 [-218.2, 0.5] | 0.67 (to 1,000) |"), "{table}");
         let limit = |objective: &str, value| Limit { objective: objective.to_owned(), value };
         for name in ["x.svg", "x.png"] {
@@ -296,18 +312,24 @@ mod tests {
         Labelled::new(name.split_once('-').unwrap().0, path)
     }
 
-    /// What is over its limit is marked.
+    /// What is over its limit is marked, and where a total is passed is said seed by seed.
     #[test]
-    fn a_limit_leaves_a_mark() {
+    fn a_limit_and_a_threshold() {
         let folder = tempfile::tempdir().unwrap();
         let rising: Vec<(u64, f64)> = (0..8).map(|i| (1_000 * i, i as f64)).collect();
         let mut runs = [("a-s0", &rising[..]), ("a-s1", &rising[..]), ("b-s0", &rising[..5])]
             .map(|(name, rows)| at(folder.path(), name, rows));
-        let table = |runs: &[Labelled]| comparison_table(runs).unwrap();
-        assert!(!table(&runs).contains("limit"));
+        let table = |runs: &[Labelled], passes| comparison_table(runs, passes).unwrap();
+        // Of steps 1,000 to 5,000 the mean is 3, of 2,000 to 6,000 it is 4.
+        let passed = table(&runs, Some(3.5));
+        let ends: Vec<&str> =
+            passed.lines().map(|line| line.rsplit(" | ").next().unwrap()).collect();
+        assert_eq!(ends[0], "passes 3.5 at |");
+        assert_eq!(ends[2..], ["6,000; 6,000 |", "never |"]);
+        assert!(!table(&runs, None).contains("limit"));
         for (limit, mark) in [(1.9, "*"), (5.1, "")] {
             runs.iter_mut().for_each(|run| run.limits = [("cost".to_owned(), limit)].into());
-            let table = table(&runs);
+            let table = table(&runs, None);
             // The last five are 3 to 7; b has four, and the untrained policy's is not its fifth.
             let rows = [format!("| a{mark} | 2 |"), "| b | 1 |".to_owned()];
             assert!(rows.iter().all(|row| table.contains(row)), "{table}");
@@ -327,12 +349,12 @@ mod tests {
             .flat_map(|(label, rows)| [0, 1, 2].map(|seed| (format!("{label}-s{seed}"), rows)))
             .map(|(name, rows)| at(folder.path(), &name, rows))
             .collect();
-        let table = comparison_table(&runs).unwrap();
+        let table = comparison_table(&runs, None).unwrap();
         assert!(table.contains(" | 1.00 (to 30) |\n"), "{table}");
         assert_eq!(table.lines().count(), 4);
         // Seeds of one method that are evaluated otherwise are told.
         let other = Labelled { label: "a".to_owned(), ..runs[3].clone() };
-        let table = comparison_table(&[runs[0].clone(), other]).unwrap();
+        let table = comparison_table(&[runs[0].clone(), other], None).unwrap();
         let wanted = "\na: b-s0 is not evaluated as a-s0: 2 evaluations of 10 episodes before \
                       step 40, not 4 evaluations of 10 episodes.\n";
         assert!(table.contains("| a | 2 | 30 |") && table.ends_with(wanted), "{table}");

@@ -25,7 +25,7 @@ use crate::statistics::mean;
 /// #     let text = format!("step,weighted_total/mean\n5000,{total}\n");
 /// #     copq::files::replace(&run.folder.join("evaluations.csv"), text.as_bytes())?;
 /// # }
-/// let table = comparison_table(&runs)?;
+/// let table = comparison_table(&runs, None)?;
 /// assert!(table.ends_with("| cholesky | 2 | 5,000 | 20.0 (10.0 to 30.0) | 20.0 |\n"));
 /// # Ok::<(), copq::Error>(())
 /// ```

@@ -207,7 +207,7 @@ fn a_finished_run_has_a_row_in_a_comparison() {
     let folder = temporary.path().join("run");
     finished(&folder);
     let runs = [copq_experiments::Labelled::new("pusher", folder)];
-    let table = comparison_table(&runs).unwrap();
+    let table = comparison_table(&runs, None).unwrap();
     let head =
         "| label | seeds | steps | weighted total | speed | effort | mean of the whole run |\n";
     assert!(table.starts_with(head), "{table}");
