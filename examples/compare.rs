@@ -55,13 +55,13 @@ fn main() -> Result<()> {
         let cholesky = Method::cop_td3().warm_up(warm_up);
         let minimum = Method::cop_td3().bound(ScalarisedMin).warm_up(warm_up);
         for (method, totals) in [cholesky, minimum].into_iter().zip(&mut totals) {
-            let label = method.bound.name().to_owned();
+            let label = method.bound.name();
             let folder = train(method, seed, steps)?;
             totals.push(mean_total(&folder)?);
-            runs.push(Labelled { label, folder });
+            runs.push(Labelled::new(label, folder));
         }
     }
-    print!("{}", comparison_table(&runs)?);
+    print!("{}", comparison_table(&runs, None)?);
     compare("Two bounds", &runs, &[], Path::new("runs/compare/compare.svg"))?;
     let [ours, theirs] = totals.map(|totals| Sample::of(&totals));
     if let Some([low, high]) = ours.difference(&theirs) {

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use copq_experiments::{Labelled, Limit, compare, comparison_table};
+use copq_experiments::{Labelled, Limit, ReportRun, compare, comparison_table, read_plan};
 
 use crate::options::{note, say};
+use crate::report::of_task;
 
 /// Draws and compares runs: one colour a label, runs of one label are its seeds.
 ///
@@ -26,6 +27,11 @@ pub struct Plot {
     #[arg(long, value_name = "OBJECTIVE=RETURN", value_parser = limit, requires = "out")]
     limit: Vec<Limit>,
 
+    /// Also say, seed by seed, at which step the mean of five evaluations' weighted totals first
+    /// passes this.
+    #[arg(long, value_name = "TOTAL", allow_negative_numbers = true)]
+    passes: Option<f64>,
+
     /// Also write the markdown table that is printed to this file.
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
@@ -43,7 +49,15 @@ fn labelled(text: &str) -> Result<Labelled, String> {
             "wanted the folder of a run, got '{folder}', which has no evaluations.csv"
         ));
     }
-    Ok(Labelled { label: label.to_owned(), folder: folder.into() })
+    let run = Labelled::new(label, folder);
+    Ok(match read_plan(&run.folder) {
+        Ok(plan) => {
+            let limits = of_task(ReportRun::new(&run.folder), &plan).limits;
+            Labelled { limits, ..run }
+        }
+        // A folder need not say what it is of.
+        Err(_) => run,
+    })
 }
 
 fn limit(text: &str) -> Result<Limit, String> {
@@ -63,7 +77,7 @@ impl Plot {
             }
             compare(&self.title, &self.runs, &self.limit, out)?;
         }
-        let table = comparison_table(&self.runs)?;
+        let table = comparison_table(&self.runs, self.passes)?;
         say(&table)?;
         if let Some(path) = &self.table {
             let failed = |e| copq::Error::other(format!("writing '{}'", path.display()), e);

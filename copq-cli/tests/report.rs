@@ -41,7 +41,7 @@ fn a_page_its_tables_and_its_figures() {
         ("b-s0", "--bound extremum --seed 0"),
         ("c-s0", "cop-cal --seed 0"),
     ] {
-        run(folder, &format!("train {line} {TINY} --steps 100 --out runs/{name}"));
+        run(folder, &format!("train {line} {TINY} --steps 250 --out runs/{name}"));
     }
     // A run whose evaluations are gone, one whose table is damaged, one that failed.
     for (name, file, text) in [
@@ -111,6 +111,23 @@ fn a_page_its_tables_and_its_figures() {
     let none = copq(folder, "report parts").output().unwrap();
     let words = String::from_utf8(none.stderr).unwrap();
     assert!(words.contains("'parts': wanted runs in it, got none"), "{words}");
+}
+
+/// A method over a task's limit is marked, and the step at which a total is passed told.
+#[test]
+fn a_table_with_limits_and_thresholds() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let line = format!("train cop-cal --task b/hopper {TINY} --steps 250");
+    run(folder, &format!("{line} --limit cost=0 --out a"));
+    run(folder, &format!("{line} --limit cost=1000000 --out b"));
+    let table = run(folder, "plot over=a under=b --passes -1000000");
+    for wanted in ["| over* | 1 |", "| under | 1 |", "| passes -1000000 at |", "| 250 |\n"] {
+        assert!(table.contains(wanted), "no {wanted}: {table}");
+    }
+    assert!(
+        table.ends_with("\n`*`: the mean cost of the last five evaluations exceeds its limit.\n")
+    );
 }
 
 /// However deep it lies, and behind links too, which may lead round in circles.

@@ -68,6 +68,26 @@ fn methods_on_td3() {
 }
 
 #[test]
+fn doctor_says_what_to_do_about_an_interpreter_that_was_named() {
+    let doctor = |arguments: &[&str], variable: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_copq"));
+        let output = command.arg("doctor").args(arguments).env("COPQ_PYTHON", variable).output();
+        let output = output.unwrap();
+        assert!(!output.status.success());
+        let says = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+        (says(output.stdout), says(output.stderr))
+    };
+    for (arguments, variable, named) in [
+        (&["--python", "/no/python"][..], "python3", "--python /no/python"),
+        (&[], "/no/other", "COPQ_PYTHON /no/other"),
+    ] {
+        let (out, error) = doctor(arguments, variable);
+        assert!(!out.contains("it works") && !out.contains("next: nothing"), "{out}");
+        assert!(error.contains(&format!("next: {named}: wanted an interpreter")), "{error}");
+    }
+}
+
+#[test]
 fn redq() {
     assert!(train("redq", 280, [283, 285]).contains("q_std/safety"));
     train("redq-oac", 280, [281, 282]);

@@ -7,12 +7,18 @@ use copq::{Error, Result};
 use copq_render::{Figure, Panel, Point, Series};
 
 use super::LIMIT_NOTE;
-use super::curves::{Evaluated, Quantity};
+use super::curves::{Evaluated, Quantity, common_end};
 use super::group::{Group, Labelled, group};
 use crate::numbers::grouped;
 use crate::plan::Plan;
+use crate::report::paper::LAST;
 use crate::report::table::markdown_row;
-use crate::statistics::{Bootstrap, FEWEST, max, mean, median, min, probability_of_improvement};
+use crate::statistics::{
+    Bootstrap, FEWEST, max, mean, median, min, probability_of_improvement, steps_to,
+};
+
+/// What `*` means.
+const EXCEEDED: &str = "`*`: the mean cost of the last five evaluations exceeds its limit.";
 
 /// A line across one objective's returns, such as a cost's limit.
 ///
@@ -25,7 +31,7 @@ use crate::statistics::{Bootstrap, FEWEST, max, mean, median, min, probability_o
 /// # copq::files::replace(&run.join("evaluations.csv"), text.as_bytes())?;
 /// use copq_experiments::{Labelled, Limit, compare};
 ///
-/// let runs = [Labelled { label: "cholesky".to_owned(), folder: run }];
+/// let runs = [Labelled::new("cholesky", run)];
 /// let limit = Limit { objective: "speed".to_owned(), value: 20.5 };
 /// compare("COP-Q", &runs, &[limit], &folder.path().join("curve.svg"))?;
 /// # Ok::<(), copq::Error>(())
@@ -69,32 +75,47 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[Limit], out: &Path) -> 
 /// the mean over the seeds and, from three on, its bootstrap interval at 95 %; and how likely a
 /// seed has more of it than one of the first label's, up to the last step that all of both reached,
 /// where both have three and are of one task, engine and preset.
-pub fn comparison_table(runs: &[Labelled]) -> Result<String> {
+///
+/// With a threshold a column says at which step the mean of five evaluations' weighted totals first
+/// passes it, seed by seed. Beneath stands what `*` at a label means, and which seeds of a label
+/// are evaluated at other steps, or by other episodes, than its first.
+pub fn comparison_table(runs: &[Labelled], passes: Option<f64>) -> Result<String> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
+    let others = groups.len() > 1;
     let head = ["label", "seeds", "steps"]
         .map(str::to_owned)
         .into_iter()
         .chain(quantities.iter().map(Quantity::title))
         .chain(["mean of the whole run".to_owned()])
-        .chain((groups.len() > 1).then(|| format!("beats {}", groups[0].label)));
-    let mut text = markdown_row(&head.collect::<Vec<_>>());
-    let columns = quantities.len() + 1 + usize::from(groups.len() > 1);
-    text += &format!("|---|--:|--:|{}\n", "--:|".repeat(columns));
+        .chain(others.then(|| format!("beats {}", groups[0].label)))
+        .chain(passes.map(|threshold| format!("passes {threshold} at")));
+    let head: Vec<String> = head.collect();
+    let mut text = markdown_row(&head);
+    text += &format!("|---|--:|--:|{}\n", "--:|".repeat(head.len() - 3));
     for (i, group) in groups.iter().enumerate() {
-        let areas = group.areas(group.last_step());
         let beats = if i == 0 { String::new() } else { group.chance_to_beat(&groups[0]) };
-        let first =
-            [group.label.clone(), group.seeds.len().to_string(), grouped(group.last_step())];
+        let mark = if group.exceeds_a_limit() { "*" } else { "" };
+        let end = group.end();
+        let first = [format!("{}{mark}", group.label), group.seeds.len().to_string(), grouped(end)];
         let cells: Vec<String> = first
             .into_iter()
             .chain(quantities.iter().map(|quantity| group.last(quantity)))
-            .chain([with_interval(&areas)])
-            .chain((groups.len() > 1).then_some(beats))
+            .chain([with_interval(&group.areas(end))])
+            .chain(others.then_some(beats))
+            .chain(passes.map(|threshold| group.passes(threshold)))
             .collect();
         text += &markdown_row(&cells);
     }
-    Ok(text)
+    Ok(text + &remarks(&groups))
+}
+
+/// What stands beneath the table.
+fn remarks(groups: &[Group]) -> String {
+    let is_marked = groups.iter().any(Group::exceeds_a_limit);
+    let mark = is_marked.then(|| EXCEEDED.to_owned());
+    let all = mark.into_iter().chain(groups.iter().flat_map(Group::unlike));
+    all.map(|remark| format!("\n{remark}\n")).collect()
 }
 
 /// A mean over seeds, with its interval if there are enough of them. One seed that is not a number
@@ -139,12 +160,8 @@ impl Group {
         Series::new(self.label.clone(), points)
     }
 
-    /// The last step that all seeds reached.
-    fn last_step(&self) -> u64 {
-        self.seeds.iter().map(Evaluated::last_step).min().unwrap_or(0)
-    }
-
-    /// How likely a seed's area is larger than one of the other's, if there are enough of both.
+    /// How likely a seed's area is larger than one of the other's, if there are enough of both; and
+    /// up to which step, where not all of both go to it.
     fn chance_to_beat(&self, other: &Self) -> String {
         let world = |group: &Self| {
             let plan = group.config.as_ref().map(|config| &config.plan)?;
@@ -154,13 +171,27 @@ impl Group {
         if world(self) != world(other) {
             return "another world".to_owned();
         }
-        let end = self.last_step().min(other.last_step());
+        let end = common_end(self.seeds.iter().chain(&other.seeds));
         let both = [self.areas(end), other.areas(end)];
         if both.iter().any(|areas| areas.len() < FEWEST) {
             return String::new();
         }
         let chance = probability_of_improvement(&both[0], &both[1]);
-        if chance.is_nan() { String::new() } else { format!("{chance:.2}") }
+        match [self.end(), other.end()] {
+            _ if chance.is_nan() => String::new(),
+            ends if ends == [end; 2] => format!("{chance:.2}"),
+            _ => format!("{chance:.2} (to {})", grouped(end)),
+        }
+    }
+
+    /// The steps at which the mean of five evaluations first passes a threshold, seed by seed.
+    fn passes(&self, threshold: f64) -> String {
+        let step = |seed: &Evaluated| {
+            let (steps, totals) = seed.trained(&Quantity::WeightedTotal, self.end());
+            let step = steps_to(threshold, LAST, &steps, &totals);
+            step.map_or("never".to_owned(), |step| grouped(step as u64))
+        };
+        self.seeds.iter().map(step).collect::<Vec<_>>().join("; ")
     }
 
     /// The area under each seed's weighted total up to a step.
@@ -170,9 +201,9 @@ impl Group {
 
     /// The end of the runs as a cell of the table.
     fn last(&self, quantity: &Quantity) -> String {
-        let end = self.last_step();
+        let end = self.end();
         let ends: Vec<f64> =
-            self.seeds.iter().map(|seed| last_three(&seed.means(quantity), end)).collect();
+            self.seeds.iter().map(|seed| last_three(seed, quantity, end)).collect();
         let middle = median(&ends);
         match (middle.is_nan(), ends.len()) {
             (true, _) => "".to_owned(),
@@ -182,11 +213,10 @@ impl Group {
     }
 }
 
-/// The mean of the last three values up to a step.
-fn last_three(means: &[(u64, f64)], end: u64) -> f64 {
-    let until: Vec<f64> =
-        means.iter().filter(|&&(step, _)| step <= end).map(|&(_, value)| value).collect();
-    mean(&until[until.len().saturating_sub(3)..])
+/// The mean of the last three evaluations up to a step.
+fn last_three(seed: &Evaluated, quantity: &Quantity, end: u64) -> f64 {
+    let (_, values) = seed.trained(quantity, end);
+    mean(&values[values.len().saturating_sub(3)..])
 }
 
 fn over_seeds(seeds: &[Evaluated], quantity: &Quantity) -> Vec<Point> {
@@ -226,10 +256,8 @@ mod tests {
     #[test]
     fn the_table_gives_the_median_of_the_seeds() {
         let folder = tempfile::tempdir().unwrap();
-        let labelled = |label: &str, name, ends| Labelled {
-            label: label.to_owned(),
-            folder: run(folder.path(), name, ends),
-        };
+        let labelled =
+            |label: &str, name, ends| Labelled::new(label, run(folder.path(), name, ends));
         let runs = [
             labelled("cholesky", "c0", [1.0, 2.0, 3.0]),
             labelled("minimum", "m0", [0.0, 0.5, 1.0]),
@@ -239,9 +267,9 @@ mod tests {
         let wanted = "\
             | label | seeds | steps | weighted total | speed | mean of the whole run | beats cholesky |\n\
             |---|--:|--:|--:|--:|--:|--:|\n\
-            | cholesky | 3 | 2,000 | 3.0 (2.0 to 5.0) | 6.0 (4.0 to 10.0) | 3.3 [2.0, 5.0] |  |\n\
-            | minimum | 1 | 2,000 | 0.5 | 1.0 | 0.5 |  |\n";
-        assert_eq!(comparison_table(&runs).unwrap(), wanted);
+            | cholesky | 3 | 2,000 | 3.5 (2.5 to 5.5) | 7.0 (5.0 to 11.0) | 3.3 [2.0, 5.0] |  |\n\
+            | minimum | 1 | 2,000 | 0.8 | 1.5 | 0.5 |  |\n";
+        assert_eq!(comparison_table(&runs, None).unwrap(), wanted);
         // A seed that stopped earlier ends the comparison there.
         let short = runs[0].folder.join("evaluations.csv");
         let text = std::fs::read_to_string(&short).unwrap();
@@ -251,14 +279,14 @@ mod tests {
         )
         .unwrap();
         assert!(
-            comparison_table(&runs)
+            comparison_table(&runs, None)
                 .unwrap()
-                .contains("| cholesky | 3 | 1,000 | 2.5 (1.5 to 4.5) |")
+                .contains("| cholesky | 3 | 1,000 | 3.0 (2.0 to 5.0) |")
         );
         // Who went on longer is compared as far as both went.
         let seeds = ["m1", "m2"].map(|name| labelled("minimum", name, [9.0, 9.0, -900.0]));
-        let table = comparison_table(&[&runs[..], &seeds].concat()).unwrap();
-        assert!(table.contains("| -145.3 [-218.2, 0.5] | 0.67 |"), "{table}");
+        let table = comparison_table(&[&runs[..], &seeds].concat(), None).unwrap();
+        assert!(table.contains("| -145.3 [-218.2, 0.5] | 0.67 (to 1,000) |"), "{table}");
         let limit = |objective: &str, value| Limit { objective: objective.to_owned(), value };
         for name in ["x.svg", "x.png"] {
             compare("COP-Q", &runs, &[limit("speed", 20.5)], &folder.path().join(name)).unwrap();
@@ -272,5 +300,63 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(["limit", "speed", "sped"].iter().all(|text| error.contains(text)), "{error}");
+    }
+
+    /// A run whose returns at these steps are these.
+    fn at(folder: &Path, name: &str, rows: &[(u64, f64)]) -> Labelled {
+        let path = folder.join(name);
+        std::fs::create_dir(&path).unwrap();
+        let rows = rows.iter().map(|(step, x)| format!("{step},10,{x},{x}\n"));
+        let text = "step,episodes,weighted_total/mean,return/cost/mean\n".to_owned();
+        std::fs::write(path.join("evaluations.csv"), text + &rows.collect::<String>()).unwrap();
+        Labelled::new(name.split_once('-').unwrap().0, path)
+    }
+
+    /// What is over its limit is marked, and where a total is passed is said seed by seed.
+    #[test]
+    fn a_limit_and_a_threshold() {
+        let folder = tempfile::tempdir().unwrap();
+        let rising: Vec<(u64, f64)> = (0..8).map(|i| (1_000 * i, i as f64)).collect();
+        let mut runs = [("a-s0", &rising[..]), ("a-s1", &rising[..]), ("b-s0", &rising[..5])]
+            .map(|(name, rows)| at(folder.path(), name, rows));
+        let table = |runs: &[Labelled], passes| comparison_table(runs, passes).unwrap();
+        // Of steps 1,000 to 5,000 the mean is 3, of 2,000 to 6,000 it is 4.
+        let passed = table(&runs, Some(3.5));
+        let ends: Vec<&str> =
+            passed.lines().map(|line| line.rsplit(" | ").next().unwrap()).collect();
+        assert_eq!(ends[0], "passes 3.5 at |");
+        assert_eq!(ends[2..], ["6,000; 6,000 |", "never |"]);
+        assert!(!table(&runs, None).contains("limit"));
+        for (limit, mark) in [(1.9, "*"), (5.1, "")] {
+            runs.iter_mut().for_each(|run| run.limits = [("cost".to_owned(), limit)].into());
+            let table = table(&runs, None);
+            // The last five are 3 to 7; b has four, and the untrained policy's is not its fifth.
+            let rows = [format!("| a{mark} | 2 |"), "| b | 1 |".to_owned()];
+            assert!(rows.iter().all(|row| table.contains(row)), "{table}");
+            assert_eq!(table.contains(EXCEEDED), limit < 5.0);
+        }
+    }
+
+    /// Whoever is evaluated less often is not measured to another step than the others.
+    #[test]
+    fn methods_are_compared_up_to_one_step() {
+        let folder = tempfile::tempdir().unwrap();
+        // 1,000 where the others are not evaluated any more.
+        let often = [(0, 0.0), (10, 1.0), (20, 2.0), (30, 3.0), (40, 1_000.0)];
+        let rare = [(0, 0.0), (30, 4.0), (60, 4.0)];
+        let runs: Vec<Labelled> = [("a", &often[..]), ("b", &rare[..])]
+            .into_iter()
+            .flat_map(|(label, rows)| [0, 1, 2].map(|seed| (format!("{label}-s{seed}"), rows)))
+            .map(|(name, rows)| at(folder.path(), &name, rows))
+            .collect();
+        let table = comparison_table(&runs, None).unwrap();
+        assert!(table.contains(" | 1.00 (to 30) |\n"), "{table}");
+        assert_eq!(table.lines().count(), 4);
+        // Seeds of one method that are evaluated otherwise are told.
+        let other = Labelled { label: "a".to_owned(), ..runs[3].clone() };
+        let table = comparison_table(&[runs[0].clone(), other], None).unwrap();
+        let wanted = "\na: b-s0 is not evaluated as a-s0: 2 evaluations of 10 episodes before \
+                      step 40, not 4 evaluations of 10 episodes.\n";
+        assert!(table.contains("| a | 2 | 30 |") && table.ends_with(wanted), "{table}");
     }
 }

@@ -1,11 +1,13 @@
 //! The curves in a run's `evaluations.csv`.
 
+use std::cmp::Reverse;
 use std::path::Path;
 
 use copq::{Error, Result};
 
 use copq_render::Point;
 
+use crate::numbers::grouped;
 use crate::sheet::Sheet;
 use crate::statistics::area_under;
 
@@ -127,9 +129,53 @@ impl Evaluated {
         self.steps.last().copied().unwrap_or(0)
     }
 
+    /// The step of the last evaluation up to a step.
+    fn last_until(&self, end: u64) -> u64 {
+        self.steps.iter().rev().copied().find(|&step| step <= end).unwrap_or(0)
+    }
+
     /// Step and mean return of each evaluation.
     pub(crate) fn means(&self, quantity: &Quantity) -> Vec<(u64, f64)> {
         self.steps.iter().copied().zip(self.statistic(quantity, "mean")).collect()
+    }
+
+    /// Steps and means of the evaluations up to a step, without that of step 0: its policy has not
+    /// trained.
+    pub(crate) fn trained(&self, quantity: &Quantity, end: u64) -> (Vec<f64>, Vec<f64>) {
+        let means = self.means(quantity).into_iter();
+        let trained = means.filter(|&(step, _)| step > 0 && step <= end);
+        trained.map(|(step, value)| (step as f64, value)).unzip()
+    }
+
+    /// How this run is evaluated otherwise than another, before the end of either: how often, and
+    /// by how many episodes.
+    pub(crate) fn unlike(&self, other: &Self) -> Option<String> {
+        let end = self.last_step().min(other.last_step());
+        let [ours, theirs] = [self, other].map(|run| run.evaluations_before(end));
+        if ours == theirs {
+            return None;
+        }
+        let words = [ours, theirs].map(|(steps, mut episodes)| {
+            episodes.sort_unstable();
+            episodes.dedup();
+            let counts: Vec<String> = episodes.iter().map(u64::to_string).collect();
+            let known =
+                (!counts.is_empty()).then(|| format!(" of {} episodes", counts.join(" or ")));
+            format!("{} evaluations{}", steps.len(), known.unwrap_or_default())
+        });
+        let end = grouped(end);
+        Some(match words {
+            [ours, theirs] if ours == theirs => format!("{ours} before step {end}, but at others"),
+            [ours, theirs] => format!("{ours} before step {end}, not {theirs}"),
+        })
+    }
+
+    /// Steps and episodes of the evaluations before a step.
+    fn evaluations_before(&self, end: u64) -> (&[u64], Vec<u64>) {
+        let count = self.steps.partition_point(|&step| step < end);
+        let episodes = self.columns.iter().find(|(name, _)| name == "episodes");
+        let episodes = episodes.map_or(&[][..], |(_, episodes)| &episodes[..count]);
+        (&self.steps[..count], episodes.iter().map(|&episodes| episodes as u64).collect())
     }
 
     /// The area under the weighted total's curve up to a step, over its length.
@@ -146,5 +192,63 @@ impl Evaluated {
         let name = format!("{}/{statistic}", quantity.column());
         let column = self.columns.iter().find(|(column, _)| *column == name);
         column.map_or_else(|| vec![f64::NAN; self.steps.len()], |(_, values)| values.clone())
+    }
+}
+
+/// The step to which runs are compared, each by its evaluations until then: of the last ones up to
+/// a step that all have reached, the one that leaves the other runs' least behind.
+pub(crate) fn common_end<'a>(runs: impl Iterator<Item = &'a Evaluated> + Clone) -> u64 {
+    let reached = runs.clone().map(Evaluated::last_step).min().unwrap_or(0);
+    let last = |end| runs.clone().map(move |run| run.last_until(end));
+    let behind = |end: u64| end - last(end).min().unwrap_or(end);
+    last(reached).min_by_key(|&end| (behind(end), Reverse(end))).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Evaluated so often, up to a step.
+    fn every(interval: usize, last: u64) -> Evaluated {
+        let steps: Vec<u64> = (0..=last).step_by(interval).collect();
+        let episodes = vec![10.0; steps.len()];
+        Evaluated { steps, columns: vec![("episodes".to_owned(), episodes)], damage: None }
+    }
+
+    #[test]
+    fn runs_are_compared_where_all_are_evaluated() {
+        let end = |runs: &[(usize, u64)]| {
+            let runs: Vec<_> = runs.iter().map(|&(interval, last)| every(interval, last)).collect();
+            common_end(runs.iter())
+        };
+        assert_eq!(end(&[]), 0);
+        assert_eq!(end(&[(5_000, 300_000), (5_000, 150_000)]), 150_000);
+        assert_eq!(end(&[(5_000, 150_000), (20_000, 300_000)]), 140_000);
+        // Where they share no step, the one that leaves the others least behind.
+        assert_eq!(end(&[(5_000, 200_000), (20_480, 300_000)]), 184_320);
+        assert_eq!(end(&[(5_000, 200_000), (20_480, 184_320)]), 184_320);
+    }
+
+    #[test]
+    fn seeds_that_are_evaluated_otherwise_say_so() {
+        let usual = every(10, 100);
+        assert_eq!(usual.unlike(&every(10, 60)), None);
+        // A last evaluation at a run's end is nothing else.
+        let mut ended = every(10, 60);
+        ended.steps.push(65);
+        ended.columns[0].1.push(10.0);
+        assert_eq!(usual.unlike(&ended), None);
+        let rare = every(20, 100).unlike(&usual).unwrap();
+        let wanted =
+            "5 evaluations of 10 episodes before step 100, not 10 evaluations of 10 episodes";
+        assert_eq!(rare, wanted);
+        let mut short = every(10, 100);
+        short.columns[0].1[3] = 5.0;
+        let short = short.unlike(&usual).unwrap();
+        assert!(short.starts_with("10 evaluations of 5 or 10 episodes before step 100"), "{short}");
+        let mut late = every(10, 100);
+        late.steps[3] = 31;
+        let late = late.unlike(&usual).unwrap();
+        assert_eq!(late, "10 evaluations of 10 episodes before step 100, but at others");
     }
 }

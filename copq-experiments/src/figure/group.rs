@@ -1,13 +1,16 @@
 //! Runs of one label: the seeds of one method.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use copq::{Error, Result, files};
 
-use super::curves::Evaluated;
+use super::curves::{Evaluated, Quantity, common_end};
 use crate::config::{RunConfig, complete, difference};
 use crate::folder::read_config;
 use crate::plan::Plan;
+use crate::report::paper::LAST;
+use crate::statistics::mean;
 
 /// A run and what it is called in the legend; runs of one label are seeds of one method.
 ///
@@ -16,15 +19,13 @@ use crate::plan::Plan;
 /// use copq_experiments::{Labelled, comparison_table};
 ///
 /// // Two seeds of one method; compare() draws what comparison_table() tells.
-/// let runs = ["s0", "s1"].map(|seed| {
-///     Labelled { label: "cholesky".to_owned(), folder: folder.path().join(seed) }
-/// });
+/// let runs = ["s0", "s1"].map(|seed| Labelled::new("cholesky", folder.path().join(seed)));
 /// # for (run, total) in runs.iter().zip(["10", "30"]) {
 /// #     std::fs::create_dir(&run.folder).expect("a new folder");
 /// #     let text = format!("step,weighted_total/mean\n5000,{total}\n");
 /// #     copq::files::replace(&run.folder.join("evaluations.csv"), text.as_bytes())?;
 /// # }
-/// let table = comparison_table(&runs)?;
+/// let table = comparison_table(&runs, None)?;
 /// assert!(table.ends_with("| cholesky | 2 | 5,000 | 20.0 (10.0 to 30.0) | 20.0 |\n"));
 /// # Ok::<(), copq::Error>(())
 /// ```
@@ -34,6 +35,15 @@ pub struct Labelled {
     pub label: String,
     /// The run's folder.
     pub folder: PathBuf,
+    /// The limits of its task's costs.
+    pub limits: BTreeMap<String, f64>,
+}
+
+impl Labelled {
+    /// A run whose costs have no limits that are known.
+    pub fn new(label: impl Into<String>, folder: impl Into<PathBuf>) -> Self {
+        Self { label: label.into(), folder: folder.into(), limits: BTreeMap::new() }
+    }
 }
 
 /// A run's plan, and its settings whatever they are.
@@ -45,6 +55,7 @@ pub(super) struct Group {
     /// What made the first of them, if its folder says so.
     pub config: Option<Config>,
     pub seeds: Vec<Evaluated>,
+    limits: BTreeMap<String, f64>,
     /// The seeds' numbers, of runs whose folders say so.
     numbers: Vec<u64>,
     folders: Vec<PathBuf>,
@@ -53,7 +64,7 @@ pub(super) struct Group {
 /// The runs, label by label.
 pub(super) fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
     let mut groups: Vec<Group> = Vec::new();
-    for Labelled { label, folder } in runs {
+    for Labelled { label, folder, limits } in runs {
         let seed = Evaluated::read(folder)?;
         let place = folder.canonicalize().map_err(files::failed("reading", folder))?;
         let config =
@@ -71,6 +82,7 @@ pub(super) fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
                 label: label.clone(),
                 config,
                 seeds: vec![seed],
+                limits: limits.clone(),
                 numbers: number.into_iter().collect(),
                 folders: vec![place],
             }),
@@ -80,6 +92,39 @@ pub(super) fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
         Err(Error::invalid("runs to compare", "at least one", 0))
     } else {
         Ok(groups)
+    }
+}
+
+impl Group {
+    /// The step to which all seeds are looked at.
+    pub fn end(&self) -> u64 {
+        common_end(self.seeds.iter())
+    }
+
+    /// Whether the mean of a cost's last evaluations is above its limit.
+    pub fn exceeds_a_limit(&self) -> bool {
+        self.limits.iter().any(|(cost, &limit)| {
+            let quantity = Quantity::Return(cost.clone());
+            let last = |seed: &Evaluated| {
+                let values = seed.trained(&quantity, self.end()).1;
+                values.len().checked_sub(LAST).map_or(f64::NAN, |first| mean(&values[first..]))
+            };
+            mean(&self.seeds.iter().map(last).collect::<Vec<_>>()) > limit
+        })
+    }
+
+    /// Seeds whose evaluations are others than the first one's, in words.
+    pub fn unlike(&self) -> Vec<String> {
+        let name = |folder: &PathBuf| {
+            folder.file_name().unwrap_or_default().to_string_lossy().into_owned()
+        };
+        let seeds = self.seeds.iter().zip(&self.folders).skip(1);
+        let words = |(seed, folder): (&Evaluated, &PathBuf)| {
+            let words = seed.unlike(&self.seeds[0])?;
+            let (label, first) = (&self.label, name(&self.folders[0]));
+            Some(format!("{label}: {} is not evaluated as {first}: {words}.", name(folder)))
+        };
+        seeds.filter_map(words).collect()
     }
 }
 
@@ -140,7 +185,7 @@ mod tests {
             let settings: toml::Table = settings.parse().unwrap();
             let config = RunConfig { plan, settings, made_with: crate::config::MadeWith::here() };
             crate::config::write(&path.join("config.toml"), &config).unwrap();
-            Labelled { label: "td3".to_owned(), folder: path }
+            Labelled::new("td3", path)
         };
         let plan = |bound: &str, seed| {
             let mut plan =

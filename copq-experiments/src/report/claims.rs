@@ -3,7 +3,7 @@
 use super::Report;
 use super::groups::World;
 use super::paper::{Claim, LIMIT, Relation};
-use super::tables::Seeds;
+use super::seeds::Seeds;
 use crate::figure::Quantity;
 use crate::statistics::{FEWEST, Sample};
 
@@ -18,8 +18,10 @@ pub(super) struct Judged<'a> {
     pub runs: Option<Comparison>,
     /// How many seeds there shall be of both; more than there are where some wait, or failed early.
     pub planned: [usize; 2],
-    /// The step to which both methods have come, and the one to which they go.
+    /// The step to which both methods are compared, and the one to which they go.
     pub steps: [u64; 2],
+    /// Whether both have come as far as they go.
+    pub has_ended: bool,
     /// Whether a seed has fewer evaluations than the number takes.
     is_early: bool,
     /// As the paper has it.
@@ -128,7 +130,7 @@ impl Judged<'_> {
     pub fn is_over(&self) -> bool {
         let seeds = self.runs.map_or([0; 2], |runs| [runs.ours.seeds, runs.theirs.seeds]);
         let is_whole = seeds.iter().zip(self.planned).all(|(&seeds, planned)| seeds >= planned);
-        is_whole && self.steps[0] >= self.steps[1]
+        is_whole && self.has_ended
     }
 
     pub fn verdict_of_paper(&self) -> Option<Verdict> {
@@ -176,11 +178,14 @@ impl Report {
             seeds.filter(|seeds| !seeds.is_empty())
         };
         let (ours, theirs) = (seeds(method), seeds(than));
-        let ends = ours.iter().chain(&theirs).map(Seeds::end);
-        let end = ends.min().unwrap_or(0);
+        let reached = ours.iter().chain(&theirs).map(Seeds::reached).min().unwrap_or(0);
+        let end = match (&ours, &theirs) {
+            (Some(ours), Some(theirs)) => ours.common_end(theirs),
+            (ours, theirs) => ours.as_ref().or(theirs.as_ref()).map_or(0, Seeds::end),
+        };
         let numbers =
             [method, than].into_iter().filter_map(label).flat_map(|label| &world.runs[label]);
-        let wanted = numbers.filter_map(|&number| self.runs[number].steps_wanted());
+        let wanted = numbers.filter_map(|&number| self.runs[number].steps_wanted()).min();
         let limit = claim.quantity.as_ref().and_then(|name| world.limits.get(name)).copied();
         let quantity = claim.quantity.clone().map_or(Quantity::WeightedTotal, Quantity::Return);
         let curves =
@@ -200,7 +205,8 @@ impl Report {
             than,
             planned: [method, than]
                 .map(|name| label(name).map_or(0, |label| world.runs[label].len())),
-            steps: [end, wanted.min().unwrap_or(end)],
+            steps: [end, wanted.unwrap_or(end)],
+            has_ended: wanted.is_none_or(|wanted| reached >= wanted),
             is_early,
             runs: comparison.map(|(ours, theirs)| Comparison { ours, theirs }),
             paper: self.by_paper(claim, world, [method, than]),

@@ -11,12 +11,16 @@ use crate::numbers::grouped;
 use crate::statistics::Sample;
 
 /// How the table is read.
-const NOTE: &str = "A claim is seen, or contradicted, where the interval of the difference over seeds says so (Welch's at \
-     95 %, from three seeds of each on; Student's, where the other is a limit). A row is of one task: it cannot refute a \
-     sentence about some of them. Intervals take seeds for normal: where one in ten is stuck, a difference that is not there \
-     is seen several times as often as one time in forty. The paper's own numbers are judged likewise, their deviations \
-     taken as divided by n. Seeds that would decide: with so many of each, four times in five, if means and scatter are \
-     truly those of the runs or, where these have too few seeds, of the paper (p): of few seeds a guess.";
+const NOTE: &str = "\
+     A claim is seen, or contradicted, where the interval of the difference over seeds says so \
+     (Welch's at 95 %, from three seeds of each on; Student's, where the other is a limit). Both \
+     are taken up to one step, each to its last evaluation by then; the last five are five, \
+     however many steps they span. A row is of one task: it cannot refute a sentence about some \
+     of them. Intervals take seeds for normal: where one in ten is stuck, a difference that is \
+     not there is seen several times as often as one time in forty. The paper's own numbers are \
+     judged likewise, their deviations taken as divided by n. Seeds that would decide: with so \
+     many of each, four times in five, if means and scatter are truly those of the runs or, where \
+     these have too few seeds, of the paper (p): of few seeds a guess.";
 const HEAD: [&str; 8] =
     ["claim", "task", "of what", "verdict", "the paper's", "would decide", "difference", "runs"];
 
@@ -43,7 +47,7 @@ impl Judged<'_> {
             let seeds = by.seeds_to_decide(claim);
             seeds.map_or("over 10,000".to_owned(), |seeds| grouped(seeds as u64)) + whose
         });
-        let steps = match end >= wanted {
+        let steps = match self.has_ended {
             true => grouped(end),
             false => format!("{} of {}", grouped(end), grouped(wanted)),
         };

@@ -6,6 +6,7 @@ use super::claims::{Judged, Verdict};
 use super::paper::{Claim, Measure, OneOrMore, Paper, Relation, Score};
 use super::tests::stored;
 use super::{Report, ReportRun, claims_table};
+use crate::figure::Quantity;
 
 fn one(name: &str) -> OneOrMore {
     OneOrMore::One(name.to_owned())
@@ -115,10 +116,10 @@ fn a_limit_and_every_measure() {
         quantity: Some("cost".to_owned()),
         ..claim(is, than, None)
     };
-    let [good, bad] = [[9.0, 80.0, 90.0, 91.0, 91.0], [9.0, 99.0, 10.0, 99.0, 99.0]];
+    let [good, bad] = [[9.0, 80.0, 80.0, 90.0, 91.0, 91.0], [9.0, 99.0, 99.0, 10.0, 99.0, 99.0]];
     let methods: [(&str, &[&[f64]]); 2] = [
-        ("good", &[&good, &good, &[9.0, 80.0, 90.0, 91.0, 91.5]]),
-        ("bad", &[&bad, &bad, &[9.0, 94.0, 20.0, 98.0, 98.0]]),
+        ("good", &[&good, &good, &[9.0, 80.0, 80.0, 90.0, 91.0, 91.5]]),
+        ("bad", &[&bad, &bad, &[9.0, 94.0, 94.0, 20.0, 98.0, 98.0]]),
     ];
     use Relation::{Above, Below};
     for claim in [
@@ -152,6 +153,15 @@ fn what_is_no_answer_says_so() {
         ("bad", &[&[0.0, 1.0], &[0.0, 2.0], &[0.0, 3.0]]),
     ];
     assert_eq!(verdict(&full, of(Measure::LastFive)).0, Verdict::TooEarly);
+    // The policy of step 0 has not trained, and is none of five.
+    let five: &[f64] = &[0.0, 9.0, 8.0, 9.0, 8.0];
+    let seeds: &[&[f64]] = &[five; 3];
+    let five = [("good", seeds), ("bad", seeds)];
+    assert_eq!(verdict(&five, of(Measure::LastFive)).0, Verdict::TooEarly);
+    let costs = report(&five, Paper::default()).unwrap();
+    let world = &costs.groups.worlds[0];
+    assert!(costs.ends(world, 0, &Quantity::WeightedTotal).is_empty());
+    assert!(costs.planes().is_empty());
     assert_eq!(verdict(&full, of(Measure::Final)).0, Verdict::Seen);
     let both = [full[0], ("bad", full[0].1)];
     assert_eq!(verdict(&both, of(Measure::Final)).0, Verdict::NoScatter);
@@ -197,6 +207,92 @@ fn a_papers_numbers_are_judged_too() {
     assert!(csv.contains(",seen,undecided,,false,10,30,101.0,1.0,3,3,91.0,1.0,3,3,"), "{csv}");
 }
 
+/// Runs of a method, with these rows in place of their own.
+fn evaluated(runs: &[ReportRun], method: &str, rows: &[(u64, f64)]) {
+    for run in runs.iter().filter(|run| run.label.as_deref() == Some(method)) {
+        let rows = rows.iter().map(|(step, x)| format!("{step},{x},{x}\n"));
+        let text = "step,weighted_total/mean,return/cost/mean\n".to_owned();
+        let file = run.folder.join("evaluations.csv");
+        std::fs::write(file, text + &rows.collect::<String>()).unwrap();
+    }
+}
+
+/// Methods that are evaluated at other steps are compared up to one of them.
+#[test]
+fn methods_are_compared_up_to_one_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let none: &[f64] = &[0.0];
+    let all = runs(folder.path(), &[("good", &[none; 3]), ("bad", &[none; 3])]);
+    let often: Vec<(u64, f64)> = (0..=20).map(|i| (5 * i, i as f64)).collect();
+    let rare: Vec<(u64, f64)> = (0..=9).map(|i| (16 * i, 3.0 * i as f64)).collect();
+    evaluated(&all, "good", &often);
+    evaluated(&all, "bad", &rare);
+    let claims = vec![claim(Relation::Below, "bad", None)];
+    let report = Report::read("x", &all).paper(Paper { claims, ..Paper::default() }).unwrap();
+    let [judged] = &report.judged()[..] else { panic!("one row") };
+    let runs = judged.runs.unwrap();
+    // At 95 and 96 of the 100 steps that both have reached; not at 100 and 96.
+    assert_eq!((judged.steps[0], runs.ours.mean, runs.theirs.mean), (96, 19.0, 18.0));
+    // Both have come as far as they go.
+    assert!(judged.is_over());
+    let tables = report.tables();
+    assert_eq!(tables[0].columns, ["b/hopper at 100 to 144"]);
+    let shown = |table: &str, row: usize| {
+        let table = tables.iter().find(|one| one.name == table).unwrap();
+        table.rows[row].1[0].plain()
+    };
+    assert_eq!(shown("final", 0), "20.0 ± 0.0 [20.0, 20.0] (3, to 100)");
+    assert_eq!(shown("final", 1), "27.0 ± 0.0 [27.0, 27.0] (3, to 144)");
+    assert_eq!(shown("improvement", 0), "0.000 (3, to 96)");
+    let costs = tables.iter().find(|table| table.name == "reward-and-cost").unwrap();
+    assert!(costs.note.contains(" They span 25 to 80 steps."), "{}", costs.note);
+    assert!(costs.csv().unwrap().contains(",0,144\n"));
+}
+
+/// Who is over a limit does not win by it unmarked.
+#[test]
+fn totals_over_a_limit_are_marked() {
+    let over: &[f64] = &[0.0, 96.0, 96.0, 96.0, 96.0, 96.0];
+    let under: &[f64] = &[0.0, 99.0, 94.0, 94.0, 94.0, 94.0];
+    let report = report(&[("over", &[over; 3]), ("under", &[under; 3])], Paper::default()).unwrap();
+    for table in report.tables().iter().filter(|table| table.name != "reward-and-cost") {
+        let marks = table.rows.iter().map(|(label, cells)| (label.as_str(), cells[0].is_violated));
+        match table.name {
+            "improvement" => {
+                assert_eq!(marks.collect::<Vec<_>>(), [("under", false)]);
+                assert_eq!(table.columns, ["b/hopper at 50, over*"]);
+            }
+            _ => assert_eq!(marks.collect::<Vec<_>>(), [("over", true), ("under", false)]),
+        }
+        assert!(
+            table.note.contains(" * means that the mean cost of the last 5 "),
+            "{}",
+            table.note
+        );
+    }
+}
+
+/// A seed that is evaluated otherwise than the others of its method counts, and says so.
+#[test]
+fn seeds_that_are_evaluated_otherwise_say_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let usual: &[f64] = &[0.0, 1.0, 2.0, 3.0];
+    let mut all = runs(folder.path(), &[("good", &[usual; 2]), ("rare", &[usual])]);
+    assert!(!Report::read("x", &all).page(None).unwrap().contains("not evaluated as"));
+    evaluated(&all, "rare", &[(0, 0.0), (30, 3.0)]);
+    let rare = &mut all[2];
+    rare.label = Some("good".to_owned());
+    let config = crate::folder::read_config::<toml::Table>(&rare.folder).unwrap();
+    let plan =
+        crate::Plan { run: crate::RunSettings { seed: 2, ..config.plan.run }, ..config.plan };
+    let config = crate::config::RunConfig { plan, ..config };
+    crate::config::write(&rare.folder.join("config.toml"), &config).unwrap();
+    let page = Report::read("x", &all).page(None).unwrap();
+    assert!(
+        page.contains("good-s0, the same method: 1 evaluations before step 30, not 3 evaluations")
+    );
+}
+
 /// A run that has come further than a sweep wants counts as far as it is wanted.
 #[test]
 fn a_longer_run_is_cut() {
@@ -209,6 +305,25 @@ fn a_longer_run_is_cut() {
     let report = Report::read("x", &all);
     let table = &report.tables()[0];
     assert_eq!((table.columns[0].as_str(), table.rows[0].1[0].mean), ("b/hopper at 20", Some(2.0)));
+}
+
+/// A run that is done with fewer steps than a sweep wants is not done for the sweep.
+#[test]
+fn a_shorter_run_is_not_done() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut all = runs(folder.path(), &[("good", &[&[0.0, 1.0, 2.0, 3.0]])]);
+    std::fs::write(all[0].folder.join("DONE"), "a fingerprint\n").unwrap();
+    assert!(Report::read("x", &all).summary().starts_with("1 runs: 1 done;"));
+    let config = crate::folder::read_config::<toml::Table>(&all[0].folder).unwrap();
+    for (steps, state) in [(20, "done"), (30, "done"), (31, "stopped")] {
+        let mut plan = config.plan.clone();
+        plan.run.steps = steps;
+        all[0].planned = Some((plan, config.settings.clone()));
+        let report = Report::read("x", &all);
+        assert!(report.summary().starts_with(&format!("1 runs: 1 {state};")), "{steps}");
+        let cells = format!("<td>{state}</td><td>0</td><td>{steps}</td>");
+        assert!(report.page(None).unwrap().contains(&cells), "{steps}");
+    }
 }
 
 /// With as many seeds as it says, two methods that are alike are seen to be near as often as it

@@ -67,7 +67,10 @@ impl Groups {
         }
         for world in &mut groups.worlds {
             world.runs.resize_with(groups.labels.len(), Vec::new);
-            world.runs.iter_mut().for_each(|numbers| keep_one_a_seed(numbers, runs));
+            for numbers in &mut world.runs {
+                keep_one_a_seed(numbers, runs);
+                tell_apart(numbers, runs);
+            }
         }
         groups.name_worlds();
         groups
@@ -126,6 +129,22 @@ fn keep_one_a_seed(numbers: &mut Vec<usize>, runs: &mut [Stored]) {
         }
         kept == number
     });
+}
+
+/// Seeds whose evaluations are others than the first one's count, and say so.
+fn tell_apart(numbers: &[usize], runs: &mut [Stored]) {
+    let evaluated = |number: &usize| runs[*number].evaluated.as_ref();
+    let Some(first) = numbers.iter().copied().find(|number| evaluated(number).is_some()) else {
+        return;
+    };
+    let unlike = |number: &usize| evaluated(number)?.unlike(evaluated(&first)?);
+    let apart = numbers.iter().filter_map(|number| Some((*number, unlike(number)?)));
+    let apart: Vec<(usize, String)> = apart.collect();
+    let name = runs[first].run.folder.display().to_string();
+    for (number, words) in apart {
+        let problem = format!("not evaluated as {name}, the same method: {words}");
+        runs[number].problems.push(problem);
+    }
 }
 
 fn position_or_push<T>(

@@ -9,6 +9,7 @@ mod page;
 pub mod paper;
 mod plane;
 mod provenance;
+mod seeds;
 mod stored;
 pub(crate) mod table;
 mod tables;

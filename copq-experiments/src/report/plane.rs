@@ -3,7 +3,6 @@
 use copq_render::Plane;
 
 use super::groups::World;
-use super::paper::Measure;
 use super::{Report, file_name};
 use crate::figure::Quantity;
 
@@ -15,7 +14,7 @@ impl Report {
             world.limits.iter().map(move |(cost, &limit)| (world, cost.as_str(), limit))
         });
         limited
-            .filter(|(world, ..)| world.runs.iter().flatten().any(|&n| self.has_evaluations(n)))
+            .filter(|(world, ..)| self.has_ends(world))
             .map(|(world, cost, limit)| {
                 let name = file_name(&format!("{} {cost}", world.name));
                 (name, self.plane(world, cost, limit))
@@ -23,8 +22,10 @@ impl Report {
             .collect()
     }
 
-    fn has_evaluations(&self, number: usize) -> bool {
-        self.runs[number].evaluated.is_some()
+    /// Whether a method has come so far that there is a dot.
+    fn has_ends(&self, world: &World) -> bool {
+        let labels = 0..self.groups.labels.len();
+        labels.into_iter().any(|i| !self.ends(world, i, &Quantity::WeightedTotal).is_empty())
     }
 
     fn plane(&self, world: &World, cost: &str, limit: f64) -> Plane {
@@ -36,12 +37,5 @@ impl Report {
             let [costs, totals] = quantities.map(|quantity| self.ends(world, i, &quantity));
             plane.points(label, costs.into_iter().zip(totals).map(|(x, y)| [x, y]).collect())
         })
-    }
-
-    /// Each seed's mean of the last few evaluations, or of all where it has no more.
-    pub(super) fn ends(&self, world: &World, label: usize, quantity: &Quantity) -> Vec<f64> {
-        let seeds = self.seeds(world, label);
-        let curves = seeds.values(quantity, seeds.end());
-        curves.iter().map(|curve| Measure::LastFive.of(curve, None)).collect()
     }
 }

@@ -156,7 +156,7 @@ pub(super) fn runs(report: &Report) -> Markup {
                         tr {
                             td { (run.name()) } td { (run.standing.word()) }
                             td { (grouped(run.steps)) }
-                            td { (run.plan().map_or(String::new(), |plan| grouped(plan.run.steps))) }
+                            td { (run.steps_wanted().map_or(String::new(), grouped)) }
                             td { (duration(run.seconds)) } td { (rate(&[run.rate])) }
                         }
                     }

@@ -9,7 +9,6 @@ use crate::config::RunConfig;
 use crate::figure::Evaluated;
 use crate::folder::{read_config, read_done};
 use crate::plan::Plan;
-use crate::settings::RunSettings;
 use crate::sheet::Sheet;
 use crate::standing::Standing;
 use crate::statistics::median;
@@ -120,13 +119,16 @@ impl Stored {
             problems.push("done by other settings than the sweep's file has now".to_owned());
         }
         let has_all = config.as_ref().is_some_and(|config| {
-            let RunSettings { steps: wanted, eval_every, .. } = config.plan.run;
+            let wanted = planned.unwrap_or(config.plan.run.steps);
             let evaluated_to = evaluated.as_ref().map_or(0, Evaluated::last_step);
-            steps >= wanted as f64 && (eval_every == 0 || evaluated_to >= wanted.min(end))
+            steps >= wanted as f64 && (config.plan.run.eval_every == 0 || evaluated_to >= wanted)
         });
+        let is_short = wanted.zip(planned).is_some_and(|(wanted, planned)| wanted < planned);
         let standing = match Standing::of(folder) {
             // A run from before there was a file that says so.
             Standing::Stopped if has_all => Standing::Done,
+            // Done, but not with all that is wanted now.
+            Standing::Done if is_short => Standing::Stopped,
             standing => standing,
         };
         Self {

@@ -3,14 +3,17 @@
 use copq::{Error, Result};
 
 use super::paper::Score;
+use crate::numbers::grouped;
 use crate::sheet::encode;
 use crate::statistics::{Bootstrap, mean, std};
 
 /// What stands in a cell.
-pub(super) const READING: &str = "Mean ± standard deviation over seeds [bootstrap interval at 95 %, \
-     from three seeds on] (seeds), up to the last step that all of a method's seeds have reached. (4 \
-     of 5): one has not come half as far as the others, and is left out. An interval of three seeds \
-     goes from the lowest to the highest, and holds the true mean only three times in four.";
+pub(super) const READING: &str = "\
+     Mean ± standard deviation over seeds [bootstrap interval at 95 %, from three seeds on] \
+     (seeds), up to the last step that all of a method's seeds have reached; (5, to 10,000) names \
+     it where methods differ. (4 of 5): one has not come half as far as the others, and is left \
+     out. An interval of three seeds goes from the lowest to the highest, and holds the true mean \
+     only three times in four.";
 
 /// A table of methods by tasks.
 ///
@@ -65,6 +68,8 @@ pub struct Cell {
     pub seeds: usize,
     /// Runs that have begun; more than the seeds if some have not come far enough to be counted.
     pub begun: usize,
+    /// The step to which it is, where others of its column are to another.
+    pub to: Option<u64>,
     /// Whether a limit is exceeded.
     pub is_violated: bool,
     /// Whether it is a paper's own, and stands as it is printed there.
@@ -98,11 +103,10 @@ impl Cell {
 
     /// With signs of a form: between mean and deviation, around an interval.
     fn text(&self, plus_minus: &str, [open, close]: [&str; 2]) -> String {
-        let count = if self.begun > self.seeds {
-            format!(" ({} of {})", self.seeds, self.begun)
-        } else {
-            format!(" ({})", self.seeds)
-        };
+        let begun = self.begun > self.seeds;
+        let of = if begun { format!(" of {}", self.begun) } else { String::new() };
+        let to = self.to.map_or(String::new(), |step| format!(", to {}", grouped(step)));
+        let count = format!(" ({}{of}{to})", self.seeds);
         let Some(mean) = self.mean else {
             return if self.seeds > 0 { format!("NaN{count}") } else { String::new() };
         };
@@ -177,10 +181,10 @@ impl Table {
         text + "\\bottomrule\n\\end{tabular}\n"
     }
 
-    /// As CSV, every number in a column of its own and with all its digits; the last says 1 where a
-    /// limit is exceeded.
+    /// As CSV, every number in a column of its own and with all its digits; the last ones say 1
+    /// where a limit is exceeded, and the step where methods differ in it.
     pub fn csv(&self) -> Result<String> {
-        let parts = ["", " std", " low", " high", " seeds", " exceeded"];
+        let parts = ["", " std", " low", " high", " seeds", " exceeded", " to"];
         let columns = self.columns.iter();
         let head = columns.flat_map(|column| parts.map(|part| format!("{column}{part}")));
         let mut lines = vec![std::iter::once("method".to_owned()).chain(head).collect::<Vec<_>>()];
@@ -189,7 +193,8 @@ impl Table {
                 let shown = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
                 let [low, high] = [0, 1].map(|i| shown(cell.interval.map(|ends| ends[i])));
                 let [seeds, exceeded] = [cell.seeds, usize::from(cell.is_violated)];
-                let counts = [seeds.to_string(), exceeded.to_string()];
+                let to = cell.to.map_or(String::new(), |step| step.to_string());
+                let counts = [seeds.to_string(), exceeded.to_string(), to];
                 [shown(cell.mean), shown(cell.std), low, high].into_iter().chain(counts)
             });
             lines.push(std::iter::once(label.clone()).chain(numbers).collect());

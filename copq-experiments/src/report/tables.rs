@@ -4,69 +4,13 @@ use super::Report;
 use super::curves::over_seeds;
 use super::groups::World;
 use super::paper::{LAST, Measure};
+use super::seeds::Seeds;
 use super::table::{Cell, Table};
-use crate::figure::{Evaluated, Quantity};
+use crate::figure::Quantity;
 use crate::numbers::grouped;
-use crate::standing::Standing;
 use crate::statistics::{Bootstrap, FEWEST, iqm, max, mean, probability_of_improvement};
 
-/// The seeds of a method on a task.
-pub(super) struct Seeds<'a> {
-    seeds: Vec<&'a Evaluated>,
-    /// The last step that all have reached.
-    end: u64,
-    /// Runs that have begun, and all.
-    begun: usize,
-}
-
-impl Seeds<'_> {
-    /// The values of a quantity up to a step, a list a seed.
-    pub(super) fn values(&self, quantity: &Quantity, end: u64) -> Vec<Vec<(u64, f64)>> {
-        let until = |seed: &&Evaluated| {
-            let means = seed.means(quantity).into_iter();
-            means.filter(|(step, _)| *step <= end).collect()
-        };
-        self.seeds.iter().map(until).collect()
-    }
-
-    /// Of each seed's number.
-    fn cell(&self, values: &[f64]) -> Cell {
-        Cell::of(values, self.begun)
-    }
-
-    /// A number a seed, of its weighted totals up to a step; none where a seed has fewer
-    /// evaluations than it takes.
-    fn measured(&self, measure: Measure, end: u64) -> Vec<f64> {
-        let curves = self.values(&Quantity::WeightedTotal, end);
-        if measure.is_early(&curves) {
-            return Vec::new();
-        }
-        curves.iter().map(|curve| measure.of(curve, None)).collect()
-    }
-
-    /// The same up to the end.
-    fn totals(&self, measure: Measure) -> Vec<f64> {
-        self.measured(measure, self.end)
-    }
-
-    pub(super) fn end(&self) -> u64 {
-        self.end
-    }
-
-    pub(super) fn is_empty(&self) -> bool {
-        self.seeds.is_empty()
-    }
-}
-
 impl Report {
-    pub(super) fn seeds(&self, world: &World, label: usize) -> Seeds<'_> {
-        let numbers = &world.runs[label];
-        let begun = numbers.iter().filter(|&&n| self.runs[n].standing != Standing::Waiting);
-        let seeds = self.far_enough(numbers);
-        let end = seeds.iter().map(|seed| seed.last_step()).min().unwrap_or(0);
-        Seeds { seeds, end, begun: begun.count() }
-    }
-
     /// A column a task, each headed by its name and how far the seeds have come.
     fn by_task(
         &self,
@@ -76,12 +20,17 @@ impl Report {
         cell: impl Fn(&Seeds<'_>) -> Cell,
     ) -> Table {
         let worlds = &self.groups.worlds;
-        let cells = |label| worlds.iter().map(|world| cell(&self.seeds(world, label))).collect();
+        let cell = |world: &World, label: usize| {
+            let seeds = self.seeds(world, label);
+            let to = self.apart(world, seeds.end()).filter(|_| !seeds.is_empty());
+            Cell { to, is_violated: self.exceeds(world, label), ..cell(&seeds) }
+        };
+        let cells = |label| worlds.iter().map(|world| cell(world, label)).collect();
         let labels = self.groups.labels.iter().enumerate();
         Table {
             name,
             title: title.to_owned(),
-            note: note.to_owned(),
+            note: format!("{note}{}", self.mark()),
             is_of_seeds: true,
             columns: worlds.iter().map(|world| self.headed(world)).collect(),
             rows: labels.map(|(i, label)| (label.clone(), cells(i))).collect(),
@@ -128,11 +77,35 @@ impl Report {
         table
     }
 
+    /// What `*` means at a total, where a cost has a limit.
+    fn mark(&self) -> String {
+        if self.groups.worlds.iter().all(|world| world.limits.is_empty()) {
+            return String::new();
+        }
+        format!(" * means that the mean cost of the last {LAST} evaluations exceeds its limit.")
+    }
+
+    /// A step to which a number on a task is, if not all methods are looked at up to it.
+    fn apart(&self, world: &World, end: u64) -> Option<u64> {
+        self.all_ends(world).iter().any(|&other| other != end).then_some(end)
+    }
+
+    /// How many steps the last few evaluations are of, where they are not of equally many.
+    fn spans(&self, worlds: &[&World]) -> String {
+        let labels = 0..self.groups.labels.len();
+        let all = worlds.iter().flat_map(|world| labels.clone().map(|i| self.seeds(world, i)));
+        let spans: Vec<u64> = all.flat_map(|seeds| seeds.spans()).collect();
+        match (spans.iter().min(), spans.iter().max()) {
+            (Some(least), Some(most)) if least < most => {
+                format!(" They span {} to {} steps.", grouped(*least), grouped(*most))
+            }
+            _ => String::new(),
+        }
+    }
+
     /// A task's name and its steps.
     fn headed(&self, world: &World) -> String {
-        let ends = (0..self.groups.labels.len()).map(|label| self.seeds(world, label));
-        let mut ends: Vec<u64> = ends.filter(|s| !s.seeds.is_empty()).map(|s| s.end).collect();
-        ends.sort_unstable();
+        let ends = self.all_ends(world);
         let steps = match (ends.first(), ends.last()) {
             (Some(first), Some(last)) if first == last => format!(" at {}", grouped(*last)),
             (Some(first), Some(last)) => format!(" at {} to {}", grouped(*first), grouped(*last)),
@@ -180,7 +153,7 @@ pub(super) fn all(report: &Report) -> Vec<Table> {
 
 /// The maximum of the mean curve, which is no seed's own number.
 fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
-    let curves = seeds.values(&Quantity::WeightedTotal, seeds.end);
+    let curves = seeds.values(&Quantity::WeightedTotal, seeds.end());
     if Measure::BestOfMean.is_early(&curves) {
         return Cell::default();
     }
@@ -209,7 +182,7 @@ fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
         mean: Some(best(&numbers)).filter(|best| best.is_finite()),
         interval: bootstrap.interval(&[&numbers[..]], best),
         seeds: lines.len(),
-        begun: seeds.begun,
+        begun: seeds.begun(),
         ..Cell::default()
     }
 }
@@ -224,18 +197,26 @@ fn improvement(report: &Report) -> Option<Table> {
     table.title = format!("Probability of improvement over {first}");
     table.note = format!(
         "How likely a seed's mean of the whole run is larger than one of {first}'s, as far as both \
-         have come; from three seeds of each on. 0.5 is no difference."
+         have come (to that step); from three seeds of each on. 0.5 is no difference.{}",
+        report.mark()
     );
     table.is_of_seeds = false;
+    for (column, world) in table.columns.iter_mut().zip(&report.groups.worlds) {
+        if report.exceeds(world, 0) {
+            *column += &format!(", {first}*");
+        }
+    }
     for (label, (_, cells)) in table.rows.iter_mut().enumerate().skip(1) {
         for (cell, world) in cells.iter_mut().zip(&report.groups.worlds) {
             let [ours, theirs] = [label, 0].map(|label| report.seeds(world, label));
-            let end = ours.end.min(theirs.end);
-            if ours.seeds.len().min(theirs.seeds.len()) >= FEWEST {
-                let [ours, theirs] = [ours, theirs].map(|s| s.measured(Measure::Area, end));
+            if ours.len().min(theirs.len()) >= FEWEST {
+                let end = ours.common_end(&theirs);
+                let total = Quantity::WeightedTotal;
+                let [ours, theirs] = [ours, theirs].map(|s| s.measured(Measure::Area, &total, end));
                 let chance = probability_of_improvement(&ours, &theirs);
                 let mean = Some(chance).filter(|chance| chance.is_finite());
-                *cell = Cell { mean, seeds: ours.len(), ..Cell::default() };
+                let to = report.apart(world, end);
+                *cell = Cell { mean, seeds: ours.len(), to, ..*cell };
             }
         }
     }
@@ -266,7 +247,9 @@ fn reward_and_cost(report: &Report) -> Option<Table> {
         let ends = report.ends(world, label, quantity);
         let limit = world.limits.get(&quantity.title());
         let is_violated = limit.is_some_and(|&limit| mean(&ends) > limit);
-        Cell { is_violated, ..report.seeds(world, label).cell(&ends) }
+        let seeds = report.seeds(world, label);
+        let to = report.apart(world, seeds.end()).filter(|_| !seeds.is_empty());
+        Cell { is_violated, to, ..seeds.cell(&ends) }
     };
     let row = |(label, name): (usize, &String)| {
         let cells = columns.iter().map(|(world, quantity, _)| cell(label, world, quantity));
@@ -276,8 +259,9 @@ fn reward_and_cost(report: &Report) -> Option<Table> {
         name: "reward-and-cost",
         title: "Rewards and costs".to_owned(),
         note: format!(
-            "Returns of the last {LAST} evaluations (Table E.3); * means that the mean cost exceeds \
-             its limit."
+            "Returns of the last {LAST} evaluations (Table E.3).{} * means that the mean cost \
+             exceeds its limit.",
+            report.spans(&worlds)
         ),
         is_of_seeds: true,
         columns: columns
@@ -312,6 +296,7 @@ fn over_tasks(report: &Report) -> Option<Table> {
             mean: Some(statistic(&all)).filter(|value| value.is_finite() && is_complete),
             interval: Bootstrap::default().interval(&scores, statistic).filter(|_| is_complete),
             seeds: if is_complete { all.len() } else { 0 },
+            is_violated: worlds.iter().any(|(world, _)| report.exceeds(world, label)),
             ..Cell::default()
         };
         (name.clone(), vec![of(iqm), of(mean)])
@@ -322,8 +307,9 @@ fn over_tasks(report: &Report) -> Option<Table> {
         note: format!(
             "Final totals over the tasks' reference scores: interquartile mean and mean [stratified \
              bootstrap interval at 95 %] (runs); of methods that have run on all. A task weighs as \
-             much as it has runs: {}.",
-            worlds.iter().map(|(world, _)| report.headed(world)).collect::<Vec<_>>().join(", ")
+             much as it has runs: {}.{}",
+            worlds.iter().map(|(world, _)| report.headed(world)).collect::<Vec<_>>().join(", "),
+            report.mark()
         ),
         is_of_seeds: false,
         columns: ["interquartile mean", "mean"].map(str::to_owned).to_vec(),

@@ -90,12 +90,6 @@ pub fn probability_of_improvement(first: &[f64], second: &[f64]) -> f64 {
     wins / (first.len() * second.len()) as f64
 }
 
-/// A performance profile: the share of the values above each threshold; a NaN is above none.
-pub fn profile(values: &[f64], thresholds: &[f64]) -> Vec<f64> {
-    let above = |threshold: &f64| values.iter().filter(|value| *value > threshold).count();
-    thresholds.iter().map(|threshold| above(threshold) as f64 / values.len() as f64).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -128,11 +122,6 @@ mod tests {
             close(probability_of_improvement(&first, &second), "improvement");
             close(area_under(&numbers(&case["steps"]), &first), "area");
         }
-    }
-
-    #[test]
-    fn profiles_fall_from_one_to_nothing() {
-        assert_eq!(profile(&[1.0, 2.0, 3.0, 4.0], &[0.0, 1.0, 2.5, 4.0]), [1.0, 0.75, 0.5, 0.0]);
     }
 
     #[test]

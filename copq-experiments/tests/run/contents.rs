@@ -206,8 +206,8 @@ fn a_finished_run_has_a_row_in_a_comparison() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path().join("run");
     finished(&folder);
-    let runs = [copq_experiments::Labelled { label: "pusher".to_owned(), folder }];
-    let table = comparison_table(&runs).unwrap();
+    let runs = [copq_experiments::Labelled::new("pusher", folder)];
+    let table = comparison_table(&runs, None).unwrap();
     let head =
         "| label | seeds | steps | weighted total | speed | effort | mean of the whole run |\n";
     assert!(table.starts_with(head), "{table}");

@@ -273,6 +273,17 @@ fn an_observation_that_is_not_finite_is_not_blamed_on_the_actor() {
 }
 
 #[test]
+fn a_cost_at_rest_is_known_for_a_cost() {
+    let mut spec = Toy::constrained().spec;
+    spec.objectives[0].weight = 0.0;
+    let critic = Box::new(toy::LinearCritics::new(3, 2, 0.02, 0));
+    let actor = Box::new(toy::LinearActor::new(0.005));
+    let learner =
+        Learner::with_networks(toy::method(toy::config()), &spec, critic, actor, 0).unwrap();
+    assert!(learner.weights()[0].is_sign_negative() && learner.weights()[0] == 0.0);
+}
+
+#[test]
 fn an_episode_that_outlives_its_horizon_is_an_error_and_no_endless_loop() {
     let mut endless = Toy::new();
     endless.spec.horizon = 12;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::statistics::{area_under, max, mean};
 
 /// Evaluations that [`Measure::LastFive`] is the mean of.
-pub(in crate::report) const LAST: usize = 5;
+pub(crate) const LAST: usize = 5;
 
 /// A number that a seed's evaluations come to. It is too early for it before there are two (three
 /// for the swing, five for the last five): the first is of a policy that has not trained.
@@ -67,7 +67,7 @@ impl Measure {
                     trained < 1
                 }
                 Self::Swing => trained < 2,
-                Self::LastFive => curve.len() < LAST,
+                Self::LastFive => trained < LAST,
             }
         })
     }
