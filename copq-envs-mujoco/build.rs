@@ -30,6 +30,7 @@ mod system {
     /// A folder with `include/mujoco/mujoco.h` and the library somewhere below; without it, what
     /// the compiler finds.
     const DIR: &str = "COPQ_MUJOCO_DIR";
+    const HEADER: &str = "include/mujoco/mujoco.h";
 
     pub fn find(build: &mut cc::Build) {
         println!("cargo::rerun-if-env-changed={DIR}");
@@ -38,8 +39,17 @@ mod system {
             println!("cargo::rerun-if-changed=/usr/include/mujoco/mujoco.h");
             return;
         };
+        println!("cargo::rerun-if-changed={}", dir.join(HEADER).display());
+        let dir = match dir.canonicalize() {
+            Ok(found) if found.join(HEADER).exists() => found,
+            _ => {
+                let wanted = format!("a folder with {HEADER} (an absolute path, or one from");
+                let got = dir.display();
+                println!("cargo::error={DIR}: wanted {wanted} copq-envs-mujoco), got {got}");
+                return;
+            }
+        };
         build.include(dir.join("include"));
-        println!("cargo::rerun-if-changed={}", dir.join("include/mujoco/mujoco.h").display());
         if let Some(library) = library_below(&dir, 3) {
             println!("cargo::rustc-env=COPQ_MUJOCO_FOUND={}", library.display());
         }

@@ -1,6 +1,6 @@
 //! Which MuJoCo this build has, whether it fits, and the one thing to do next.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What [`doctor`] found.
 #[derive(Clone, Debug)]
@@ -100,12 +100,9 @@ fn off(feature: &str, next: &str) -> Finding {
     Finding { on: false, line: format!("feature {feature}: off"), next: Some(next.into()) }
 }
 
-/// The MuJoCo libraries in this process (Linux), or else those that lie where they usually do.
+/// The MuJoCo libraries in this process (Linux), and those that lie where they usually do.
 fn files() -> Vec<String> {
-    let maps = std::fs::read_to_string("/proc/self/maps").unwrap_or_default();
-    let mut files: Vec<_> =
-        maps.lines().filter_map(|line| line.split_whitespace().nth(5)).map(String::from).collect();
-    files.retain(|file| file.contains("libmujoco"));
+    let open = opened(&std::fs::read_to_string("/proc/self/maps").unwrap_or_default());
     let usual = [
         "third_party/mujoco-3.17.0/lib",
         "/usr/lib/x86_64-linux-gnu",
@@ -113,12 +110,57 @@ fn files() -> Vec<String> {
         "/usr/local/lib",
     ];
     let usual = usual.map(|folder| Path::new(folder).join("libmujoco.so"));
-    files.extend(
-        usual
-            .iter()
-            .filter(|file| file.exists())
-            .map(|file| format!("{} (not open)", file.display())),
-    );
+    let closed = usual.iter().filter(|file| lies_idle(file, &open));
+    let closed = closed.map(|file| format!("{} (not open)", file.display()));
+    open.iter().map(|file| file.display().to_string()).chain(closed).collect()
+}
+
+/// The MuJoCo libraries of a process, from its table of mapped files: five columns without spaces,
+/// then the path.
+fn opened(maps: &str) -> Vec<PathBuf> {
+    let paths = maps.lines().filter_map(|line| line.splitn(6, ' ').nth(5));
+    let mut files: Vec<_> = paths.map(|path| PathBuf::from(path.trim_start())).collect();
+    files.retain(|file| {
+        file.file_name().is_some_and(|name| name.to_string_lossy().starts_with("libmujoco"))
+    });
     files.dedup();
     files
+}
+
+/// Whether there is such a file that is neither open nor a link to one that is.
+fn lies_idle(file: &Path, open: &[PathBuf]) -> bool {
+    file.canonicalize().is_ok_and(|file| !open.contains(&file))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_of_open_libraries_may_have_spaces() {
+        let maps = "\
+7f00-7f10 r--p 00000000 08:01 17                 /opt/my robots/libmujoco.so.3.17.0
+7f10-7f20 r-xp 00010000 08:01 17                 /opt/my robots/libmujoco.so.3.17.0
+7f20-7f30 r--p 00000000 08:01 18                 /opt/libmujoco/other.so
+7f30-7f40 rw-p 00000000 00:00 0
+7f40-7f50 rw-p 00000000 00:00 0                  [stack]
+";
+        assert_eq!(opened(maps), [Path::new("/opt/my robots/libmujoco.so.3.17.0")]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_an_open_library_does_not_lie_idle() {
+        let folder = std::env::temp_dir().join(format!("copq-doctor-{}", std::process::id()));
+        std::fs::create_dir(&folder).unwrap();
+        let library = folder.join("libmujoco.so.3.17.0");
+        let link = folder.join("libmujoco.so");
+        std::fs::write(&library, "").unwrap();
+        std::os::unix::fs::symlink("libmujoco.so.3.17.0", &link).unwrap();
+        let open = [library.canonicalize().unwrap()];
+        let said = [&library, &link].map(|file| (lies_idle(file, &[]), lies_idle(file, &open)));
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(said, [(true, false); 2]);
+        assert!(!lies_idle(&link, &[]), "it is gone");
+    }
 }

@@ -153,17 +153,14 @@ fn settle(index: MultibodyIndex, world: &mut World) {
     multibody.update_rigid_bodies(bodies, true);
 }
 
-/// A free joint moves a body of the world, and is its only joint; the others have an axis.
+/// A free joint moves a body of the world, and is its only joint.
 fn check_joints(robot: &RobotSpec) -> Result<()> {
     for joint in &robot.joints {
         let body = &robot.bodies[joint.body];
         let alone = robot.joints_of(joint.body).count() == 1 && body.parent.is_none();
-        let got = format!("{} on {}", joint.name, body.name);
         if joint.kind == JointKind::Free && !alone {
+            let got = format!("{} on {}", joint.name, body.name);
             return Err(refused(robot, "a free joint alone on a body without a parent", got));
-        }
-        if joint.axis.iter().all(|&length| length == 0.0) {
-            return Err(refused(robot, "an axis", got));
         }
     }
     Ok(())

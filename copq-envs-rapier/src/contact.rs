@@ -85,12 +85,14 @@ fn split(velocity: Vector, normal: Vector) -> [f64; 2] {
     [apart, (velocity - normal * apart).length()]
 }
 
-/// The share of the robot's roughest geom on the floor, a foot as a rule, when it is pressed in.
+/// The share of the roughest geom that may touch the floor, a foot as a rule, when it is pressed
+/// in.
 fn common_share(robot: &RobotSpec) -> f64 {
-    let floors = robot.geoms.iter().filter(|geom| geom.body.is_none());
-    let pairs = floors.flat_map(|floor| {
-        let limbs = robot.geoms.iter().filter(|geom| geom.body.is_some());
-        limbs.map(|limb| (floor.softness.mean(&limb.softness), friction(floor, limb)))
+    let geoms = || robot.geoms.iter().enumerate();
+    let floors = geoms().filter(|(_, geom)| geom.body.is_none());
+    let pairs = floors.flat_map(|(floor, below)| {
+        let limbs = geoms().filter(move |&(limb, _)| robot.collide(floor, limb));
+        limbs.map(|(_, limb)| (below.softness.mean(&limb.softness), friction(below, limb)))
     });
     let (softness, friction) =
         pairs.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Softness::MUJOCO, 1.0));

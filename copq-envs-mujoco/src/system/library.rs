@@ -16,7 +16,7 @@ const FILE: &str = "COPQ_MUJOCO_LIBRARY";
 const INSTALL: &str =
     "install MuJoCo's library and headers (Debian: apt-get install libmujoco-dev)";
 
-/// The opened library and where it was found.
+/// The opened library.
 #[derive(Clone, Copy)]
 pub(super) struct Library {
     pub shim: &'static Shim,

@@ -41,7 +41,7 @@ fn motors_act_fully_add_up_and_are_clamped() {
 #[test]
 fn motors_may_come_in_another_order_than_joints() {
     let bodies = vec![block("wheel", None), block("other", None)];
-    let mut spec = contraption(bodies, vec![hinge(), Joint { body: 1, ..hinge() }]);
+    let mut spec = contraption(bodies, vec![hinge(), Joint::hinge("other", 1, hinge().axis)]);
     spec.actuators = vec![motor(1, 2.0), motor(0, 1.0)];
     let mut physics = Rapier::new(&spec).unwrap();
     physics.reset_to(&[0.0; 2], &[0.0; 2]).unwrap();

@@ -50,11 +50,10 @@ fn a_free_joint_in_the_wrong_place_is_named() {
 }
 
 #[test]
-fn an_axis_of_no_length_is_named() {
-    let mut spec = robot::hopper(Preset::GymV5);
-    spec.joints[4].axis = [0.0; 3];
-    let error = Rapier::new(&spec).unwrap_err().to_string();
-    assert!(error.contains("leg_joint"), "{error}");
+fn a_free_joint_needs_no_axis() {
+    let mut spec = robot::ant(Preset::GymV5);
+    spec.joints[0].axis = [0.0; 3];
+    Rapier::new(&spec).unwrap();
 }
 
 #[test]
@@ -70,7 +69,7 @@ fn a_robot_without_joints_is_refused() {
 #[test]
 fn more_kinds_of_geom_than_collision_groups_are_refused() {
     let mut spec = robot::hopper(Preset::GymV5);
-    let floor: Geom = spec.geoms[0].clone();
+    let floor = Geom { name: String::new(), ..spec.geoms[0].clone() };
     spec.geoms.resize(100, floor);
     Rapier::new(&spec).unwrap();
     for (index, geom) in spec.geoms.iter_mut().enumerate() {

@@ -23,11 +23,7 @@ fn touches(spec: &RobotSpec, qpos: &[f64]) -> bool {
 /// lie between them.
 fn nested(middle: Vec<Joint>) -> RobotSpec {
     let bodies = vec![block("first", None), block("second", Some(0)), block("third", Some(1))];
-    let hinges = |body| {
-        let [x, y] =
-            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|axis| Joint::hinge("hinge", body, axis));
-        [x, y]
-    };
+    let hinges = |body| [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|axis| Joint::hinge("", body, axis));
     let joints = hinges(0).into_iter().chain(middle).chain(hinges(2)).collect();
     let mut spec = contraption(bodies, joints);
     // Off the hinges, so that a contact can turn them.

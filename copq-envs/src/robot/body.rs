@@ -12,7 +12,7 @@
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// A name for messages.
+    /// A name of its own among the bodies, not `world`; or nothing.
     pub name: String,
     /// Index of the parent body; `None` is the world.
     pub parent: Option<usize>,

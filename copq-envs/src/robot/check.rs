@@ -1,13 +1,17 @@
 //! Catches descriptions that contradict themselves, before an engine trips over them.
 
+use std::collections::HashSet;
+use std::iter;
+
 use copq::{Error, Result};
 
-use super::{Health, Part, RobotSpec, VelocityPoint};
+use super::{Health, JointKind, Part, RobotSpec, Softness, VelocityPoint};
 
 impl RobotSpec {
     /// An error that names the first contradiction in the description.
     pub fn check(&self) -> Result<()> {
         self.check_steps()?;
+        self.check_names()?;
         self.check_bodies()?;
         self.check_joints()?;
         self.check_geoms()?;
@@ -31,6 +35,22 @@ impl RobotSpec {
             ));
         }
         Ok(())
+    }
+
+    /// MuJoCo finds parts by their names, and calls the world `world`.
+    fn check_names(&self) -> Result<()> {
+        let bodies = self.bodies.iter().map(|body| body.name.as_str());
+        self.check_own("bodies", iter::once("world").chain(bodies))?;
+        self.check_own("joints", self.joints.iter().map(|joint| joint.name.as_str()))?;
+        self.check_own("geoms", self.geoms.iter().map(|geom| geom.name.as_str()))
+    }
+
+    fn check_own<'a>(&self, parts: &str, names: impl Iterator<Item = &'a str>) -> Result<()> {
+        let mut known = HashSet::new();
+        let again = names.filter(|name| !name.is_empty()).find(|name| !known.insert(*name));
+        again.map_or(Ok(()), |name| {
+            Err(self.wrong(parts, "a name of its own for each", format!("'{name}' again")))
+        })
     }
 
     fn check_bodies(&self) -> Result<()> {
@@ -77,36 +97,46 @@ impl RobotSpec {
                     format!("{:?}", joint.range),
                 ));
             }
+            let length = joint.axis.iter().map(|x| x * x).sum::<f64>().sqrt();
+            // MuJoCo refuses the shortest, too.
+            if joint.kind != JointKind::Free && !(length > 1e-9 && length.is_finite()) {
+                let wanted = "an axis that has a length";
+                return Err(self.wrong(&joint.name, wanted, format!("{:?}", joint.axis)));
+            }
+            self.check_softness(&joint.name, &joint.softness)?;
             last = joint.body;
         }
         Ok(())
     }
 
     fn check_geoms(&self) -> Result<()> {
-        let lost =
-            self.geoms.iter().find(|geom| geom.body.is_some_and(|body| body >= self.bodies.len()));
-        lost.map_or(Ok(()), |geom| {
-            Err(self.wrong(&geom.name, "a body of the robot", format!("{:?}", geom.body)))
-        })
+        for geom in &self.geoms {
+            if geom.body.is_some_and(|body| body >= self.bodies.len()) {
+                let got = format!("{:?}", geom.body);
+                return Err(self.wrong(&geom.name, "a body of the robot", got));
+            }
+            self.check_softness(&geom.name, &geom.softness)?;
+        }
+        Ok(())
+    }
+
+    fn check_softness(&self, part: &str, softness: &Softness) -> Result<()> {
+        let flaw = softness.flaw();
+        flaw.map_or(Ok(()), |wanted| Err(self.wrong(part, wanted, format!("{softness:?}"))))
     }
 
     fn check_actuators(&self) -> Result<()> {
         for (index, actuator) in self.actuators.iter().enumerate() {
+            let what = format!("actuator {index}");
             let [low, high] = actuator.range;
-            if low.is_nan() || high.is_nan() || low >= high {
-                let what = format!("actuator {index}");
-                return Err(self.wrong(
-                    &what,
-                    "lower limit < upper limit",
-                    format!("{low} to {high}"),
-                ));
+            if !(low < high && low.is_finite() && high.is_finite()) {
+                let wanted = "lower limit < upper limit, both finite";
+                return Err(self.wrong(&what, wanted, format!("{low} to {high}")));
             }
-            if self.joints.get(actuator.joint).is_none_or(|joint| joint.kind.nv() != 1) {
-                return Err(self.wrong(
-                    &format!("actuator {index}"),
-                    "a slide or hinge joint",
-                    actuator.joint,
-                ));
+            let joint = self.joints.get(actuator.joint).filter(|joint| joint.kind.nv() == 1);
+            if joint.is_none_or(|joint| joint.name.is_empty()) {
+                let wanted = "a slide or hinge joint that has a name";
+                return Err(self.wrong(&what, wanted, actuator.joint));
             }
         }
         Ok(())

@@ -39,13 +39,13 @@ impl JointKind {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// A name for messages.
+    /// A name of its own among the joints; one without a motor may be called nothing.
     pub name: String,
     /// Index of the body that it moves.
     pub body: usize,
     /// The freedom it gives.
     pub kind: JointKind,
-    /// Unit axis in the body frame (of no meaning to a free joint).
+    /// Axis in the body frame, of any length but 0 (of no meaning to a free joint).
     pub axis: [f64; 3],
     /// Point on the axis in the body frame (m).
     pub anchor: [f64; 3],
@@ -70,12 +70,12 @@ impl Joint {
         Self::new(name, body, JointKind::Free, [0.0, 0.0, 1.0])
     }
 
-    /// A translation along a unit axis.
+    /// A translation along an axis.
     pub fn slide(name: &str, body: usize, axis: [f64; 3]) -> Self {
         Self::new(name, body, JointKind::Slide, axis)
     }
 
-    /// A rotation about a unit axis through the body's origin.
+    /// A rotation about an axis through the body's origin.
     pub fn hinge(name: &str, body: usize, axis: [f64; 3]) -> Self {
         Self::new(name, body, JointKind::Hinge, axis)
     }

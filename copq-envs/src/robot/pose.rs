@@ -42,14 +42,15 @@ impl Pose {
         (self.isometry() * Self { pos, quat }.isometry()).into()
     }
 
-    /// This frame moved along one of its own unit axes (m).
+    /// This frame moved along one of its own axes (m).
     pub(super) fn slid(&self, axis: [f64; 3], by: f64) -> Self {
-        Self { pos: self.point(axis.map(|x| x * by)), ..*self }
+        let step = Vector3::from(axis).normalize() * by;
+        Self { pos: self.point(step.into()), ..*self }
     }
 
-    /// This frame rotated about one of its own unit axes (rad); the point `anchor` of it stays.
+    /// This frame rotated about one of its own axes (rad); the point `anchor` of it stays.
     pub(super) fn rotated(&self, axis: [f64; 3], by: f64, anchor: [f64; 3]) -> Self {
-        let rotation = UnitQuaternion::from_scaled_axis(Vector3::from(axis) * by);
+        let rotation = UnitQuaternion::from_scaled_axis(Vector3::from(axis).normalize() * by);
         let about = Isometry3::rotation_wrt_point(rotation, anchor.into());
         (self.isometry() * about).into()
     }

@@ -13,10 +13,11 @@
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Softness {
-    /// solref: time constant (s) and damping ratio.
+    /// solref: time constant (s) and damping ratio, both above 0 (MuJoCo's other form, of
+    /// negative numbers, is refused).
     pub solref: [f64; 2],
-    /// solimp: impedance at zero depth and at full depth, the depth (m or rad) where it is full,
-    /// midpoint, power.
+    /// solimp: impedance at zero depth and at full depth, 0 to 1; the depth (m or rad) where it is
+    /// full, above 0; midpoint, between 0 and 1; power, at least 1.
     pub solimp: [f64; 5],
 }
 
@@ -34,7 +35,7 @@ impl Softness {
         } else {
             1.0 - (1.0 - x).powf(power) / (1.0 - midpoint).powf(power - 1.0)
         };
-        (shallow + y * (deep - shallow)).clamp(1e-4, 0.9999)
+        clipped(shallow + y * (deep - shallow))
     }
 
     /// Damping b (1/s) and stiffness k (1/s^2) of the acceleration that the constraint strives for,
@@ -42,8 +43,25 @@ impl Softness {
     /// depth, and d the impedance there.
     pub fn reference(&self) -> [f64; 2] {
         let [time_constant, damping_ratio] = self.solref;
-        let full = self.solimp[1];
+        let full = clipped(self.solimp[1]);
         [2.0 / (full * time_constant), (full * time_constant * damping_ratio).powi(-2)]
+    }
+
+    /// What is wanted of solref or solimp where engines would not agree on what they mean.
+    pub(super) fn flaw(&self) -> Option<&'static str> {
+        let positive = |number: &f64| *number > 0.0 && number.is_finite();
+        if !self.solref.iter().all(positive) {
+            return Some("a solref of a time constant and a damping ratio above 0");
+        }
+        let [shallow, deep, width, midpoint, power] = self.solimp;
+        let fits = [shallow, deep].iter().all(|impedance| (0.0..=1.0).contains(impedance))
+            && positive(&width)
+            && positive(&midpoint)
+            && midpoint < 1.0
+            && (1.0..f64::INFINITY).contains(&power);
+        (!fits).then_some(
+            "a solimp of two impedances from 0 to 1, a depth above 0, a midpoint between 0 and 1              and a power of at least 1",
+        )
     }
 
     /// The softness of a pair of geoms of equal priority: the mean.
@@ -52,6 +70,11 @@ impl Softness {
         let solimp = std::array::from_fn(|i| 0.5 * (self.solimp[i] + other.solimp[i]));
         Self { solref, solimp }
     }
+}
+
+/// MuJoCo takes no impedance nearer to 0 or 1.
+fn clipped(impedance: f64) -> f64 {
+    impedance.clamp(1e-4, 0.9999)
 }
 
 #[cfg(test)]
@@ -74,6 +97,13 @@ mod tests {
         for (depth, impedance) in wanted {
             assert_abs_diff_eq!(softness.impedance(-depth), impedance, epsilon = 1e-12);
         }
+    }
+
+    #[test]
+    fn an_impedance_of_0_is_mujocos_smallest() {
+        let softness = Softness { solimp: [0.0, 0.0, 0.001, 0.5, 2.0], ..Softness::MUJOCO };
+        assert_eq!(softness.impedance(1.0), 1e-4);
+        assert_eq!(softness.reference(), [2.0 / (1e-4 * 0.02), (1e-4_f64 * 0.02).powi(-2)]);
     }
 
     #[test]

@@ -21,11 +21,21 @@ fn bodies_come_depth_first() {
     );
 }
 
+/// Only what is driven needs a name.
+#[test]
+fn parts_may_be_called_nothing() {
+    let mut robot = robot::walker2d(Preset::GymV5);
+    robot.bodies.iter_mut().for_each(|body| body.name.clear());
+    robot.geoms.iter_mut().for_each(|geom| geom.name.clear());
+    robot.joints[..3].iter_mut().for_each(|joint| joint.name.clear());
+    robot.check().unwrap();
+}
+
 type Spoil = fn(&mut RobotSpec);
 
 #[test]
 fn contradictions_are_named() {
-    let spoiled: [(&str, Spoil); 12] = [
+    let spoiled: [(&str, Spoil); 27] = [
         ("timestep", |robot| robot.timestep = 0.0),
         ("frame_skip", |robot| robot.frame_skip = 0),
         ("initial_qpos", |robot| robot.initial_qpos.truncate(3)),
@@ -33,7 +43,28 @@ fn contradictions_are_named() {
         ("foot_joint: wanted lower limit < upper limit", |robot| {
             robot.joints[5].range = Some([1.0, 1.0])
         }),
-        ("actuator 2", |robot| robot.actuators[2].joint = 9),
+        ("foot_joint: wanted an axis", |robot| robot.joints[5].axis = [0.0; 3]),
+        ("foot_joint: wanted an axis", |robot| robot.joints[5].axis[2] = f64::NAN),
+        ("bodies: wanted a name of its own for each, got 'leg' again", |robot| {
+            robot.bodies[3].name = "leg".into()
+        }),
+        ("bodies: wanted a name", |robot| robot.bodies[0].name = "world".into()),
+        ("joints: wanted a name", |robot| robot.joints[1].name = robot.joints[0].name.clone()),
+        ("geoms: wanted a name", |robot| robot.geoms[1].name = robot.geoms[0].name.clone()),
+        ("actuator 2: wanted a slide or hinge", |robot| robot.actuators[2].joint = 9),
+        ("actuator 2: wanted a slide or hinge joint that has a name", |robot| {
+            robot.joints[5].name.clear()
+        }),
+        ("actuator 1: wanted lower limit < upper limit, both finite", |robot| {
+            robot.actuators[1].range[1] = f64::INFINITY
+        }),
+        ("foot_joint: wanted a solref", |robot| robot.joints[5].softness.solref = [-100.0, -1.0]),
+        ("foot_joint: wanted a solref", |robot| robot.joints[5].softness.solref[1] = f64::NAN),
+        ("floor: wanted a solimp", |robot| robot.geoms[0].softness.solimp[0] = -0.1),
+        ("floor: wanted a solimp", |robot| robot.geoms[0].softness.solimp[1] = f64::NAN),
+        ("floor: wanted a solimp", |robot| robot.geoms[0].softness.solimp[2] = 0.0),
+        ("floor: wanted a solimp", |robot| robot.geoms[0].softness.solimp[3] = 1.0),
+        ("floor: wanted a solimp", |robot| robot.geoms[0].softness.solimp[4] = 0.5),
         ("velocity_point", |robot| robot.velocity_point = VelocityPoint::Body(7)),
         ("observation", |robot| robot.observation.skip = 9),
         ("actuator 1: wanted lower limit", |robot| robot.actuators[1].range = [1.0, -1.0]),

@@ -22,8 +22,8 @@ fn awkward() -> RobotSpec {
         ],
         joints: vec![
             joint(0, JointKind::Free, [0.0; 3], [0.0; 3], 0.0),
-            joint(1, JointKind::Slide, [0.6, 0.0, 0.8], [0.0; 3], 0.3),
-            joint(1, JointKind::Hinge, [0.0, 0.8, -0.6], [0.1, 0.2, -0.3], -0.4),
+            joint(1, JointKind::Slide, [3.0, 0.0, 4.0], [0.0; 3], 0.3),
+            joint(1, JointKind::Hinge, [0.0, 4.0, -3.0], [0.1, 0.2, -0.3], -0.4),
             joint(1, JointKind::Hinge, [1.0, 0.0, 0.0], [0.0, -0.1, 0.25], 0.0),
             joint(2, JointKind::Hinge, [0.0, -1.0, 0.0], [0.07, 0.0, -0.02], 0.0),
             joint(4, JointKind::Slide, [1.0, 0.0, 0.0], [0.0, 0.0, -1.25], 0.0),

@@ -15,8 +15,8 @@ MODEL = mujoco.MjModel.from_xml_string("""
       <freejoint/>
       <geom name="trunk" type="capsule" size="0.1 0.3" pos="0.05 0 -0.02" quat="0.6 0.8 0 0"/>
       <body name="arm" pos="0.3 -0.1 0.2" quat="0.5 0.5 -0.5 0.5">
-        <joint name="reach" type="slide" axis="0.6 0 0.8" ref="0.3"/>
-        <joint name="swing" type="hinge" axis="0 0.8 -0.6" pos="0.1 0.2 -0.3" ref="-0.4"/>
+        <joint name="reach" type="slide" axis="3 0 4" ref="0.3"/>
+        <joint name="swing" type="hinge" axis="0 4 -3" pos="0.1 0.2 -0.3" ref="-0.4"/>
         <joint name="twist" type="hinge" axis="1 0 0" pos="0 -0.1 0.25"/>
         <geom name="arm" type="capsule" size="0.04 0.2" pos="0 0.1 0.2" quat="0.48 0.64 0.36 0.48"/>
         <body name="hand" pos="0 0.2 0.5" quat="0.8 0 0 -0.6">

@@ -44,7 +44,7 @@ pub fn crooked(name: &str, parent: Option<usize>) -> Body {
 /// A ball of this radius (m) on a body, friction 1, without margin, which touches everything.
 pub fn ball(body: Option<usize>, radius: f64) -> Geom {
     let floor = hopper(Preset::GymV5).geoms[0].clone();
-    Geom { name: "ball".into(), body, shape: Shape::Sphere { radius }, margin: 0.0, ..floor }
+    Geom { name: String::new(), body, shape: Shape::Sphere { radius }, margin: 0.0, ..floor }
 }
 
 /// A floor at this height (m), which touches everything.
