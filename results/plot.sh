@@ -6,6 +6,7 @@ out=${1%/} title=$2
 shift 2
 runs=()
 for run in "$out"/*-s[0-9]*; do
+    test -d "$run" || continue
     label=$(basename "${run%-s*}")
     runs+=("$label=$run")
 done
