@@ -27,6 +27,7 @@ TASKS = {
     "ant, 20,000 steps": "robots/*ant*",
     "humanoid, 20,000 steps": "robots/*humanoid*",
     "hopper under a limit, `cop-cal`": "hopper-mujoco-constrained/cop-cal*",
+    "the same with c = 0.1, 60,000 steps": "hopper-mujoco-augmentation/cop-cal*",
     "Safety-Gymnasium's hopper, `cop-cal`": "python/safety-hopper-cop-cal*",
 }
 PAIRS = ["correlation/safety/velocity", "correlation/cost/reward"]
@@ -95,7 +96,7 @@ def by_limit():
     print("| run | lambda below 0.001 | to 0.1 | to 1 | above |")
     print("|---|--:|--:|--:|--:|")
     edges = [0.0, 1e-3, 0.1, 1.0, float("inf")]
-    for pattern in list(TASKS.values())[-2:]:
+    for pattern in list(TASKS.values())[-3:]:
         for file in sorted(RESULTS.glob(f"{pattern}/metrics.csv")):
             cells = []
             for low, high in zip(edges, edges[1:]):

@@ -67,7 +67,12 @@ fn limit(text: &str) -> Result<Limit, String> {
 }
 
 impl Plot {
-    pub fn run(self) -> anyhow::Result<()> {
+    pub fn run(mut self) -> anyhow::Result<()> {
+        for run in &mut self.runs {
+            for Limit { objective, value } in &self.limit {
+                run.limits.entry(objective.clone()).and_modify(|limit| *limit = *value);
+            }
+        }
         let labels: String = self.runs.iter().map(|run| run.label.as_str()).collect();
         let missing = copq_render::missing_letters(&format!("{}{labels}", self.title));
         for out in &self.out {

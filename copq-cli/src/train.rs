@@ -142,8 +142,9 @@ pub struct Train {
     /// Another value for one of the method's settings, such as batch=512; may be given several
     /// times.
     ///
-    /// config.toml lists them, and a wrong name says which there are, those that are not in use
-    /// among them: networks.precision=backward (products of the backward pass in bf16), famo.lr.
+    /// config.toml lists them, and a wrong name says which there are on its level, those that are
+    /// not in use among them: networks.precision=backward (products of the backward pass in bf16),
+    /// famo.lr.
     /// Deeper ones have dots, lists brackets: "networks.hidden=[64, 64]", networks.activation=tanh,
     /// smoothing.std=0.1. none takes away what a run can do without, such as smoothing=none. With
     /// cop-td3-oac, optimism.projection=extremum explores towards another upper bound than

@@ -151,6 +151,27 @@ fn a_signal_ends_a_long_evaluation_and_the_resumed_run_does_it_again() {
     assert_same(&whole, &stopped);
 }
 
+/// Two worlds end one step later than the run's last, which is on no interval.
+#[test]
+fn a_run_of_several_worlds_that_is_done_is_left_as_it_is() {
+    let temporary = tempfile::tempdir().unwrap();
+    let run = temporary.path().join("run");
+    let line = "train ppo --task b/hopper --envs 2 --steps 133 --eval-every 100 \
+                --eval-episodes 1 --set steps_per_epoch=100 --out";
+    assert_well(&copq().args(line.split_whitespace()).arg(&run).output().unwrap());
+    // Nobody can see whether the last row is written again, unless it is another.
+    let file = run.join("evaluations.csv");
+    let rows = std::fs::read_to_string(&file).unwrap();
+    let last = rows.lines().last().unwrap();
+    assert!(last.starts_with("134,1,"), "{last}");
+    let rows = rows.replace(last, &last.replacen("134,1,", "134,2,", 1));
+    std::fs::write(&file, &rows).unwrap();
+    let output = resume(&run, "133");
+    assert_well(&output);
+    assert!(words(&output).contains("nothing to do"), "{}", words(&output));
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), rows);
+}
+
 #[test]
 fn any_empty_folder_will_do() {
     let temporary = tempfile::tempdir().unwrap();

@@ -32,10 +32,24 @@ pub(crate) fn aligned(directions: &[[f64; 3]]) -> Option<(Rotation, Vec<usize>)>
 
 fn axis(turn: Rotation, direction: Vector) -> Option<usize> {
     let local = turn.inverse() * direction;
-    [Vector::X, Vector::Y, Vector::Z].iter().position(|unit| local == *unit)
+    let is_along = |unit: &Vector| local * *unit == local && local.dot(*unit) > 0.0;
+    [Vector::X, Vector::Y, Vector::Z].iter().position(is_along)
 }
 
 /// A turned frame whose x axis is this direction (not zero).
 pub(crate) fn tilted(direction: [f64; 3]) -> Rotation {
     Rotation::from_rotation_arc(Vector::X, Vector::from_array(direction).normalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_is_one_at_any_length() {
+        let long = aligned(&[[0.0, 2.0, 0.0], [0.0, 0.0, -0.7]]).unwrap();
+        assert_eq!(long, aligned(&[[0.0, 1.0, 0.0], [0.0, 0.0, -1.0]]).unwrap());
+        assert_eq!(long.1, [1, 2]);
+        assert!(aligned(&[[1.0, 1.0, 0.0]]).is_none());
+    }
 }

@@ -64,12 +64,13 @@ impl Records {
         let step = trainer.steps();
         let spec = trainer.spec();
         let pace = Pace { worlds: trainer.worlds() as u64 };
-        let is_done = read_done(folder.path()).is_some();
+        // Several worlds may go beyond the last step that is wanted.
+        let is_done = read_done(folder.path()).is_some() && step >= settings.steps;
         let table = |name: &str, every: u64| {
             // Off its interval, a row is the last one of a run that is done, or was that of a
             // shorter run.
-            let is_last = |row: u64| is_done && row == settings.steps;
-            let keep = |row: u64| row <= step && (pace.is_due(row, every) || is_last(row));
+            let keep =
+                |row: u64| row <= step && (pace.is_due(row, every) || (is_done && row == step));
             Table::read(&folder.file(name), rows_of(saved, name), keep)
         };
         // All of them before the first is written: a run that cannot go on stays as it was.

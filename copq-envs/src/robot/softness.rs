@@ -60,7 +60,8 @@ impl Softness {
             && midpoint < 1.0
             && (1.0..f64::INFINITY).contains(&power);
         (!fits).then_some(
-            "a solimp of two impedances from 0 to 1, a depth above 0, a midpoint between 0 and 1              and a power of at least 1",
+            "a solimp of two impedances from 0 to 1, a depth above 0, a midpoint between 0 and 1 \
+             and a power of at least 1",
         )
     }
 

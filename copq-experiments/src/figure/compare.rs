@@ -335,6 +335,10 @@ mod tests {
             assert!(rows.iter().all(|row| table.contains(row)), "{table}");
             assert_eq!(table.contains(EXCEEDED), limit < 5.0);
         }
+        // The first seed's folder need not know its limit.
+        runs[0].limits.clear();
+        runs[1].limits = [("cost".to_owned(), 1.9)].into();
+        assert!(table(&runs, None).contains("| a* | 2 |"));
     }
 
     /// Whoever is evaluated less often is not measured to another step than the others.

@@ -75,6 +75,7 @@ pub(super) fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
                 check_same_method(label, group.config.as_ref(), config.as_ref())?;
                 check_new_seed(group, &place, number)?;
                 group.seeds.push(seed);
+                group.limits.extend(limits.clone());
                 group.numbers.extend(number);
                 group.folders.push(place);
             }

@@ -140,7 +140,6 @@ impl Agent for Learner {
     }
 
     fn save(&self, state: &mut State) -> Result<()> {
-        *state = State::default();
         self.made_by().save(state);
         state.put("steps", [self.steps]);
         state.put("updates", [self.updates]);
