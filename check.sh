@@ -43,7 +43,8 @@ run $copq evaluate "$smoke/run" --episodes 2
 run $copq export "$smoke/run"
 test -s "$smoke/run/policy.safetensors"
 run $copq rollout "$smoke/run" --out "$smoke/rollout.gif" --png "$smoke/frames"
-test -s "$smoke/rollout.gif" && test -s "$smoke/frames/frame-00000.png"
+test -s "$smoke/rollout.gif"
+test -s "$smoke/frames/frame-00000.png"
 if PATH="$PATH:/sbin" ldconfig -p 2> /dev/null | grep 'libEGL\.so\.1' > /dev/null; then
     run $copq rollout "$smoke/run" --steps 20 --view mujoco --out "$smoke/mujoco.gif"
     test -s "$smoke/mujoco.gif"

@@ -9,13 +9,15 @@ use std::time::{Duration, Instant};
 
 /// Bytes that are kept.
 const KEPT: usize = 16 << 10;
+/// Bytes that are shown to whoever looks on.
+const PASSED_ON: usize = 1 << 20;
 /// Lines that an error shows.
 const SHOWN: usize = 12;
 /// How long the rest of what was written may take.
 const GRACE: Duration = Duration::from_secs(1);
 
-/// The last of what a worker wrote; from [`Errors::show`] on everything goes to this program's
-/// standard error as well.
+/// The last of what a worker wrote; from [`Errors::show`] on it goes to this program's standard
+/// error as well, the first megabyte of it.
 #[derive(Debug)]
 pub(crate) struct Errors {
     kept: Arc<Mutex<Kept>>,
@@ -26,6 +28,8 @@ pub(crate) struct Errors {
 struct Kept {
     bytes: VecDeque<u8>,
     is_shown: bool,
+    /// Bytes that have been shown.
+    shown: usize,
 }
 
 impl Errors {
@@ -77,9 +81,20 @@ fn read_on(mut from: ChildStderr, to: &Mutex<Kept>) {
         kept.bytes.extend(&bytes[..count]);
         let surplus = kept.bytes.len().saturating_sub(KEPT);
         kept.bytes.drain(..surplus);
-        if kept.is_shown {
-            std::io::stderr().write_all(&bytes[..count]).unwrap_or_default();
+        if kept.is_shown && kept.shown < PASSED_ON {
+            kept.shown += count;
+            pass_on(&bytes[..count], kept.shown >= PASSED_ON);
         }
+    }
+}
+
+/// Shows what a world wrote; that nobody listens is no reason to stop.
+fn pass_on(bytes: &[u8], is_last: bool) {
+    let mut out = std::io::stderr();
+    out.write_all(bytes).unwrap_or_default();
+    if is_last {
+        let text = "\nnote: the environment has written a megabyte; what follows is not shown\n";
+        out.write_all(text.as_bytes()).unwrap_or_default();
     }
 }
 

@@ -95,7 +95,8 @@ fn complaint(folder: &Path) -> Option<String> {
     let text = tail(&complaint_file(folder))?;
     let error = text.lines().find_map(|line| line.strip_prefix("Error: "));
     let last = text.lines().rfind(|line| !line.trim().is_empty());
-    panic(&text).or_else(|| error.or(last).map(str::to_owned))
+    let memory = text.lines().find(|line| line.starts_with("memory allocation of "));
+    panic(&text).or_else(|| memory.or(error).or(last).map(str::to_owned))
 }
 
 /// Where a process panicked, and what it said then.
@@ -174,6 +175,9 @@ mod tests {
         let panic = format!("thread 'main' (7) panicked at a.rs:1:2:\nindex 3 of 2\n{note}\n");
         std::fs::write(&words, format!("step 5: 1.0\n{panic}\nError: ended\n")).unwrap();
         assert_eq!(failure(&folder).as_deref(), Some("panicked at a.rs:1:2: index 3 of 2"));
+        let memory = "memory allocation of 7864 bytes failed";
+        std::fs::write(&words, format!("{memory}\n\nError: ended by signal: 6\n")).unwrap();
+        assert_eq!(failure(&folder).as_deref(), Some(memory));
         std::fs::write(&words, "libphysics: no such file\n\n").unwrap();
         assert_eq!(failure(&folder).as_deref(), Some("libphysics: no such file"));
     }

@@ -7,6 +7,8 @@ use crate::{Batch, EnvSpec, Error, Outcome, Result, Rng, State, Transition};
 
 /// Transitions by which the storage grows; a power of two of them is a few megabytes.
 const CHUNK: usize = 1 << 16;
+/// Numbers of observations by which it grows at most, 64 MB of them.
+const LARGEST: usize = 1 << 24;
 
 /// A uniform replay buffer.
 ///
@@ -112,7 +114,7 @@ impl Replay {
         check_len("transition's action", t.action.len(), self.action)?;
         check_len("transition's reward", t.reward.len(), self.objectives)?;
         self.close_interrupted(t.obs);
-        self.make_room();
+        self.make_room()?;
         let end = match t.outcome {
             Outcome::Running => End::Next,
             outcome => End::Final {
@@ -157,19 +159,36 @@ impl Replay {
     }
 
     /// Drops the oldest transition if full, else grows by a chunk when needed.
-    fn make_room(&mut self) {
+    fn make_room(&mut self) -> Result<()> {
+        let chunk = self.chunk();
         if self.len() < self.capacity {
-            if self.len().is_multiple_of(CHUNK) {
-                let more = CHUNK.min(self.capacity - self.len());
-                self.obs.reserve_exact(more * self.observation);
-                self.act.reserve_exact(more * self.action);
-                self.reward.reserve_exact(more * self.objectives);
-                self.end.reserve_exact(more);
+            if self.len().is_multiple_of(chunk) {
+                let more = chunk.min(self.capacity - self.len());
+                self.reserve(more)?;
             }
         } else if let End::Final { .. } = self.end[self.cursor] {
             self.finals.drain(..self.observation);
             self.dropped = self.dropped.wrapping_add(1);
         }
+        Ok(())
+    }
+
+    /// Transitions by which it grows.
+    fn chunk(&self) -> usize {
+        (LARGEST / self.observation.max(1)).clamp(1, CHUNK)
+    }
+
+    /// Makes room for so many transitions more.
+    fn reserve(&mut self, more: usize) -> Result<()> {
+        let Self { obs, act, reward, end, .. } = self;
+        obs.try_reserve_exact(more * self.observation)
+            .and_then(|()| act.try_reserve_exact(more * self.action))
+            .and_then(|()| reward.try_reserve_exact(more * self.objectives))
+            .and_then(|()| end.try_reserve_exact(more))
+            .map_err(|_| {
+                let wanted = format!("memory for {more} transitions more (or a smaller capacity)");
+                Error::invalid("replay buffer", wanted, "none")
+            })
     }
 
     /// Fills `batch` with `rows` transitions drawn uniformly with replacement.
@@ -268,11 +287,8 @@ impl Replay {
         };
         fresh.check_positions(ends)?;
         let held = fresh.len();
-        let room = fresh.len().next_multiple_of(CHUNK).min(self.capacity);
-        fresh.obs.reserve_exact((room - held) * self.observation);
-        fresh.act.reserve_exact((room - held) * self.action);
-        fresh.reward.reserve_exact((room - held) * self.objectives);
-        fresh.end.reserve_exact(room - held);
+        let room = fresh.len().next_multiple_of(self.chunk()).min(self.capacity);
+        fresh.reserve(room - held)?;
         *self = fresh;
         Ok(())
     }

@@ -8,7 +8,7 @@ use clap::Parser;
 use copq_experiments::paper::Paper;
 use copq_experiments::{Plan, fingerprint, quoted, read_config, read_done, read_plan};
 
-use super::raw::{Combination, Options, REPEATED, Raw};
+use super::raw::{Combination, Options, REPEATED, Raw, SUBMITTED};
 use super::report::check_paper;
 use crate::saved;
 use crate::train::{Prepared, Train};
@@ -36,6 +36,8 @@ pub struct Task {
     pub settings: toml::Table,
     /// What it is: [`copq_experiments::fingerprint`].
     pub fingerprint: String,
+    /// What it was when it was submitted, if it was.
+    pub submitted: Option<String>,
     /// What the file says of it.
     options: Options,
     arguments: Vec<String>,
@@ -96,10 +98,16 @@ impl Task {
         let settings = prepared.recipe.settings()?;
         let folder = out.join(name);
         prepared.plan.init_checksum = init_checksum(&prepared.plan, &folder);
+        let submitted = combination.submitted.clone();
+        // One that has begun has its own copy of the policy.
+        if let (Some(_), Ok(begun)) = (&submitted, read_plan(&folder)) {
+            prepared.plan.init_checksum = begun.init_checksum;
+        }
         Ok(Self {
             folder,
             arm: combination.name.clone(),
             fingerprint: fingerprint(&prepared.plan, &settings)?,
+            submitted,
             settings,
             plan: prepared.plan,
             options: combination.options.clone(),
@@ -125,9 +133,14 @@ fn prepare(arguments: &[String]) -> anyhow::Result<Prepared> {
     let line = Line::try_parse_from(words).map_err(|error| {
         let text = error.to_string();
         // Without clap's advice on the command line's own help.
-        let said = text.split("\nUsage:").next().and_then(|text| text.split("\nFor more").next());
-        let said = said.unwrap_or_default().trim_start_matches("error: ").trim();
-        anyhow::anyhow!("{said}")
+        let ends = ["\nUsage:", "\nFor more", "\n  tip: to pass"];
+        let said =
+            ends.iter().fold(text.as_str(), |said, end| said.split(end).next().unwrap_or(said));
+        let said = said.trim_start_matches("error: ").trim();
+        let is_unknown = error.kind() == clap::error::ErrorKind::UnknownArgument;
+        let advice =
+            if is_unknown { "; a method's setting goes into set = [\"KEY=VALUE\"]" } else { "" };
+        anyhow::anyhow!("{said}{advice}")
     })?;
     line.train.prepare()
 }
@@ -214,8 +227,25 @@ impl SweepFile {
         (0..self.tasks.len()).filter(|&number| !self.tasks[number].is_done()).collect()
     }
 
-    /// One of its runs alone, for a process that is one of thousands.
-    pub fn read_task(path: &Path, number: usize) -> anyhow::Result<Task> {
+    /// One of its runs alone, for a process that is one of thousands; or the one with a fingerprint,
+    /// wherever it stands in a file that has changed since.
+    pub fn read_task(path: &Path, number: usize, expect: Option<&str>) -> anyhow::Result<Task> {
+        let task = Self::read_numbered(path, number);
+        let Some(expected) = expect else { return task };
+        if task.as_ref().is_ok_and(|task| task.fingerprint == expected) {
+            return task;
+        }
+        let other = Self::read(path)?.tasks.into_iter().find(|task| task.fingerprint == expected);
+        other.with_context(|| {
+            format!(
+                "'{}', or the policy that its run begins with, has changed since this sweep was \
+                 begun; start it again",
+                path.display()
+            )
+        })
+    }
+
+    fn read_numbered(path: &Path, number: usize) -> anyhow::Result<Task> {
         let shown = path.display().to_string();
         let (raw, out) = Raw::read(path)?;
         if !raw.files.is_empty() {
@@ -235,6 +265,7 @@ impl SweepFile {
         let include = self.tasks.iter().map(|task| {
             let mut options = toml::Table::from_iter(task.options.clone());
             options.extend(task.arm.iter().map(|arm| ("name".to_owned(), arm.clone().into())));
+            options.insert(SUBMITTED.to_owned(), task.fingerprint.clone().into());
             toml::Value::Table(options)
         });
         let mut table = toml::Table::try_from(&self.paper)?;
@@ -279,5 +310,55 @@ fn plain(name: &str, value: &toml::Value) -> anyhow::Result<String> {
         toml::Value::Integer(number) => Ok(number.to_string()),
         toml::Value::Float(number) => Ok(number.to_string()),
         other => bail!("{name}: wanted a text or a number, got {other}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file of runs with these seeds.
+    fn write(path: &Path, seeds: &str) {
+        std::fs::write(path, format!("[all]\nsteps = 10\n[grid]\nseed = [{seeds}]\n")).unwrap();
+    }
+
+    #[test]
+    fn a_run_is_found_wherever_the_file_has_it_now() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file.toml");
+        write(&file, "7");
+        let run = &SweepFile::read(&file).unwrap().tasks[0];
+        let found = || SweepFile::read_task(&file, 0, Some(&run.fingerprint));
+        for seeds in ["7", "3, 7", "3, 4, 7, 8"] {
+            write(&file, seeds);
+            assert_eq!(found().unwrap().folder, run.folder, "{seeds}");
+        }
+        write(&file, "3");
+        let error = found().err().unwrap().to_string();
+        assert!(error.contains("has changed since this sweep was begun"), "{error}");
+    }
+
+    #[test]
+    fn what_is_submitted_knows_what_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file.toml");
+        write(&file, "7, 8");
+        let sweep = SweepFile::read(&file).unwrap();
+        assert!(sweep.tasks.iter().all(|task| task.submitted.is_none()));
+        std::fs::write(&file, sweep.frozen(&sweep.out).unwrap()).unwrap();
+        for (task, before) in SweepFile::read(&file).unwrap().tasks.iter().zip(&sweep.tasks) {
+            assert_eq!(task.fingerprint, before.fingerprint);
+            assert_eq!(task.submitted.as_ref(), Some(&before.fingerprint));
+        }
+    }
+
+    #[test]
+    fn a_setting_among_the_options_is_told_where_it_goes() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file.toml");
+        std::fs::write(&file, "[all]\nbatch = 8\n").unwrap();
+        let error = format!("{:#}", SweepFile::read(&file).err().unwrap());
+        assert!(error.ends_with("; a method's setting goes into set = [\"KEY=VALUE\"]"), "{error}");
+        assert!(!error.contains("tip:"), "{error}");
     }
 }

@@ -111,6 +111,19 @@ fn words(folder: &Path) -> PathBuf {
     folder.with_file_name(format!(".{name}.{}.err", std::process::id()))
 }
 
+/// Takes away what a run said under pools that were killed.
+fn forget_words(folder: &Path) {
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    let entries = folder.parent().and_then(|folder| fs::read_dir(folder).ok());
+    for entry in entries.into_iter().flatten().flatten() {
+        let file = entry.file_name().to_string_lossy().into_owned();
+        let id = file.strip_prefix(&format!(".{name}.")).and_then(|rest| rest.strip_suffix(".err"));
+        if id.is_some_and(|id| id.bytes().all(|byte| byte.is_ascii_digit())) {
+            fs::remove_file(entry.path()).unwrap_or_default();
+        }
+    }
+}
+
 /// What a run said on standard error stays beside its folder if it failed without leaving the
 /// reason itself, as a panic does; so does how the system ended it, for a fault in the program or
 /// for want of memory.
@@ -189,6 +202,7 @@ impl Pool<'_> {
         // What an earlier failure said is not this one's reason.
         if held_by(folder).is_none() {
             fs::remove_file(complaint_file(folder)).unwrap_or_default();
+            forget_words(folder);
         }
         let before = steps_done(folder);
         let words = File::create(&words).map_err(files::failed("making", &words))?;

@@ -14,6 +14,9 @@ pub type Options = BTreeMap<String, toml::Value>;
 /// Options that may be given several times, and add up.
 pub const REPEATED: [&str; 3] = ["set", "limit", "import"];
 
+/// What a run was when it was submitted, in a file that `copq sweep submit` writes.
+pub const SUBMITTED: &str = "fingerprint";
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Raw {
@@ -55,6 +58,8 @@ pub struct Raw {
 /// The options of a run, and the name of its arm.
 pub struct Combination {
     pub name: Option<String>,
+    /// Its fingerprint when it was submitted, if it was.
+    pub submitted: Option<String>,
     pub options: Options,
 }
 
@@ -95,7 +100,7 @@ impl Raw {
         for options in product.iter().filter(|_| is_product) {
             for arm in self.arm.iter().map(Some).chain(self.arm.is_empty().then_some(None)) {
                 let (name, arm) = named(arm)?;
-                all.push(Combination { name, options: with(options, arm) });
+                all.push(Combination { name, submitted: None, options: with(options, arm) });
             }
         }
         for excluded in &self.exclude {
@@ -109,8 +114,10 @@ impl Raw {
             );
         }
         for include in &self.include {
-            let (name, options) = named(Some(include))?;
-            all.push(Combination { name, options: with(&self.all, options) });
+            let (name, mut options) = named(Some(include))?;
+            let submitted = options.remove(SUBMITTED);
+            let submitted = submitted.as_ref().and_then(toml::Value::as_str).map(str::to_owned);
+            all.push(Combination { name, submitted, options: with(&self.all, options) });
         }
         Ok(all)
     }

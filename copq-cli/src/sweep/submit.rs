@@ -49,7 +49,8 @@ pub struct Submit {
     #[arg(long, value_name = "TIME", default_value = "4:00:00", value_parser = time)]
     time: String,
 
-    /// Memory of each run, as Slurm has it; a checkpoint takes the replay's size twice.
+    /// Memory of each run, as Slurm has it: what the replay takes (the hopper's million transitions
+    /// 0.2 GB, the humanoid's 2.2), and to save or load a checkpoint as much again.
     #[arg(long, value_name = "SIZE", default_value = "2G")]
     memory: String,
 
@@ -98,6 +99,11 @@ impl Submit {
     /// Makes the folder, with the file that the runs will read and the program that they will be.
     fn write_down(sweep: &SweepFile) -> anyhow::Result<Place> {
         let out = absolute(&sweep.out)?;
+        ensure!(
+            !out.to_string_lossy().contains(':'),
+            "'{}': wanted a folder without : in its name, which parts the places of libraries",
+            out.display()
+        );
         let text = sweep.frozen(&out)?;
         let name = format!("{:08x}", crc32c::crc32c(text.as_bytes()));
         let folder = out.join("submit").join(&name);

@@ -45,13 +45,7 @@ impl One {
         if let Some(core) = self.core {
             cores::stay_on(core);
         }
-        let task = SweepFile::read_task(&self.named.file, self.task)?;
-        let file = self.named.file.display();
-        ensure!(
-            self.expect.is_none_or(|expected| expected == task.fingerprint),
-            "'{file}', or the policy that its run begins with, has changed since this sweep was \
-             begun; start it again"
-        );
+        let task = SweepFile::read_task(&self.named.file, self.task, self.expect.as_deref())?;
         run(&task, &stop)
     }
 }
@@ -103,6 +97,10 @@ fn begin_or_go_on(task: &Task) -> anyhow::Result<Ending> {
     if let Some(why) = task.why_only_anew() {
         bail!(why);
     }
+    ensure!(
+        task.submitted.as_ref().is_none_or(|then| *then == task.fingerprint),
+        "the policy that it begins with has changed since it was submitted; submit it again"
+    );
     let init = if is_there {
         prepared.plan.versions = read_plan(folder)?.versions;
         saved::init(folder, &prepared.plan)?

@@ -142,6 +142,25 @@ fn memory_grows_as_it_fills() {
 }
 
 #[test]
+fn long_rows_grow_by_fewer() {
+    const LONG: usize = 300_000;
+    let mut replay = Replay::new(&spec(LONG, 1), 1_000_000).unwrap();
+    for i in 0..60 {
+        let obs = vec![i as f32; LONG];
+        let next_obs = vec![i as f32 + 1.0; LONG];
+        let (action, reward) = (&[0.0], &[0.0; 3]);
+        let outcome = Outcome::Running;
+        replay
+            .push(Transition { obs: &obs, action, reward, next_obs: &next_obs, outcome })
+            .unwrap();
+    }
+    assert!(replay.bytes() < 140 << 20, "{} bytes", replay.bytes());
+    let mut batch = Batch::default();
+    replay.sample(8, &mut Rng::new(0, Stream::Batch), &mut batch).unwrap();
+    assert!(batch.obs.iter().zip(&batch.next_obs).all(|(here, next)| here + 1.0 == *next));
+}
+
+#[test]
 fn sampling_is_uniform() {
     let mut replay = Replay::new(&spec(2, 1), 10).unwrap();
     history(&[(7, Outcome::Terminated), (6, Outcome::Truncated)])

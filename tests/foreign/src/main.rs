@@ -25,8 +25,7 @@ fn own_projection() -> Result<()> {
     let mut trainer = Trainer::new(env, learner)?;
     trainer.run(200, &mut Silent)?;
     println!("{}", trainer.evaluate(2)?);
-    let policy = std::env::temp_dir().join("foreign-hopper.safetensors");
-    trainer.agent().save_policy(policy)
+    save(&trainer, "hopper")
 }
 
 /// Nothing of copq's but the algorithm.
@@ -41,6 +40,13 @@ fn own_everything() -> Result<()> {
     let after = trainer.evaluate(20)?;
     println!("{after}");
     assert!(after.mean()[0] > 0.5 * before, "comfort was {before}, and is {}", after.mean()[0]);
-    let policy = std::env::temp_dir().join("foreign-thermostat.safetensors");
-    trainer.agent().save_policy(policy)
+    save(&trainer, "thermostat")
+}
+
+/// Writes a policy and takes it away again.
+fn save(trainer: &Trainer<Learner>, name: &str) -> Result<()> {
+    let file = format!("foreign-{name}-{}.safetensors", std::process::id());
+    let file = std::env::temp_dir().join(file);
+    trainer.agent().save_policy(&file)?;
+    std::fs::remove_file(&file).map_err(|e| copq::Error::other("taking the policy away", e))
 }
