@@ -1,5 +1,5 @@
 //! COP-Q on TD3, part by part: a hopper begins to learn to be safe first, fast second, frugal third
-//! (it stands after some 150,000 steps).
+//! (it stands after some 110,000 steps).
 //!
 //! `cargo run --release -p copq-examples --example td3`
 

@@ -95,7 +95,7 @@ pub struct Train {
     )]
     bound: Option<String>,
 
-    /// Environment steps to train for; copq resume lets you raise them. [default: 150000; 1000000
+    /// Environment steps to train for; copq resume lets you raise them. [default: 110000; 1000000
     /// for cop-td3-paper, 1024000 for on-policy methods, whose step size falls over them]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     steps: Option<u64>,

@@ -267,7 +267,7 @@ mod tests {
         write(&path, &config()).unwrap();
         assert_eq!(read::<Settings>(&path).unwrap(), config());
         let text = std::fs::read_to_string(&path).unwrap();
-        assert!(text.contains("tau = 0.005\n") && text.contains("steps = 150000\n"), "{text}");
+        assert!(text.contains("tau = 0.005\n") && text.contains("steps = 110000\n"), "{text}");
     }
 
     #[test]

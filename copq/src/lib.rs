@@ -47,7 +47,7 @@
 //! let method = Method::cop_td3().bound(Extremum); // the swap: critics follow
 //! let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;
 //! let mut trainer = Trainer::new(env, learner)?;
-//! trainer.run(20_000, &mut Silent)?; // a beginning: a hopper stands after some 150,000
+//! trainer.run(20_000, &mut Silent)?; // a beginning: a hopper stands after some 110,000
 //! println!("{}", trainer.evaluate(10)?);
 //! ```
 //!

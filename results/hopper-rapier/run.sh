@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
-# The README's first command, `copq train`, five seeds, two at a time: about an hour on two cores with AVX-512, two without.
+# The README's first command, `copq train`, five seeds, two at a time, gone on to 150,000 steps: about an hour on two cores with
+# AVX-512, two without.
 #   cargo build --release -p copq-cli && results/hopper-rapier/run.sh
 #   results/plot.sh results/hopper-rapier "cop-td3 on rapier's hopper"
 # These runs began as seeds of experiments/precision-rapier.toml and went on to 150,000 steps (`copq resume --steps 150000`, the same numbers);
 # seed 4 went on to 163,000, and its rows after 150,000 are left out.
-# The film is of the first command's own seed, where the checkpoint still is:
-#   cargo run --release -- rollout results/hopper-rapier/cop-td3-s0 --steps 250 --out results/hopper-rapier/hopper.gif
+# The film is of the first command itself, seed 0 after 110,000 steps:
+#   cargo run --release -- rollout runs/cop-td3-a-hopper-cholesky-s0 --steps 250 --out results/hopper-rapier/hopper.gif
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
 out=results/hopper-rapier
 
 for seed in 0 1 2 3 4; do
-    echo "--seed $seed --out $out/cop-td3-s$seed"
+    echo "--seed $seed --steps 150000 --out $out/cop-td3-s$seed"
 done | xargs -P 2 -I {} sh -c "$copq train {} 2>&1 | tail -n 3"
