@@ -25,7 +25,8 @@ pub struct Train {
     method: Option<String>,
 
     /// Begins like the run in this folder: with its method, and with its task, settings and cadence
-    /// where no others are given here. Its seed, too, unless --seed says another. The new run needs an --out.
+    /// where no others are given here. Its seed, too, unless --seed says another. The new run needs
+    /// an --out.
     #[arg(long, value_name = "DIR", conflicts_with = "method", requires = "out")]
     like: Option<PathBuf>,
 

@@ -227,8 +227,8 @@ impl SweepFile {
         (0..self.tasks.len()).filter(|&number| !self.tasks[number].is_done()).collect()
     }
 
-    /// One of its runs alone, for a process that is one of thousands; or the one with a fingerprint,
-    /// wherever it stands in a file that has changed since.
+    /// One of its runs alone, for a process that is one of thousands; or the one with a
+    /// fingerprint, wherever it stands in a file that has changed since.
     pub fn read_task(path: &Path, number: usize, expect: Option<&str>) -> anyhow::Result<Task> {
         let task = Self::read_numbered(path, number);
         let Some(expected) = expect else { return task };

@@ -7,11 +7,10 @@ use copq::{Error, Result};
 use copq_render::{Figure, Panel, Point, Series};
 
 use super::LIMIT_NOTE;
-use super::curves::{Evaluated, Quantity, common_end};
+use super::curves::{Evaluated, LAST, Quantity, common_end};
 use super::group::{Group, Labelled, group};
 use crate::numbers::grouped;
 use crate::plan::Plan;
-use crate::report::paper::LAST;
 use crate::report::table::markdown_row;
 use crate::statistics::{
     Bootstrap, FEWEST, max, mean, median, min, probability_of_improvement, steps_to,

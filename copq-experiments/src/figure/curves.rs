@@ -11,6 +11,9 @@ use crate::numbers::grouped;
 use crate::sheet::Sheet;
 use crate::statistics::area_under;
 
+/// How many of the last evaluations are taken together.
+pub(crate) const LAST: usize = 5;
+
 /// A run's evaluations: the file's numbers, read once.
 #[derive(Clone, Debug)]
 pub(crate) struct Evaluated {

@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 
 use copq::{Error, Result, files};
 
-use super::curves::{Evaluated, Quantity, common_end};
+use super::curves::{Evaluated, LAST, Quantity, common_end};
 use crate::config::{RunConfig, complete, difference};
 use crate::folder::read_config;
 use crate::plan::Plan;
-use crate::report::paper::LAST;
 use crate::statistics::mean;
 
 /// A run and what it is called in the legend; runs of one label are seeds of one method.

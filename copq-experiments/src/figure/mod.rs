@@ -10,7 +10,7 @@ use copq::{EnvSpec, Result};
 use copq_render::{Figure, Panel, Series};
 
 pub use compare::{Limit, compare, comparison_table};
-pub(crate) use curves::{Evaluated, Quantity, common_end};
+pub(crate) use curves::{Evaluated, LAST, Quantity, common_end};
 pub use group::Labelled;
 
 /// What a dashed line means.

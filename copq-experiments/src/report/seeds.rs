@@ -2,9 +2,9 @@
 
 use super::Report;
 use super::groups::World;
-use super::paper::{LAST, Measure};
+use super::paper::Measure;
 use super::table::Cell;
-use crate::figure::{Evaluated, Quantity, common_end};
+use crate::figure::{Evaluated, LAST, Quantity, common_end};
 use crate::standing::Standing;
 use crate::statistics::mean;
 

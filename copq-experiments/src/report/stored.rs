@@ -124,16 +124,9 @@ impl Stored {
             steps >= wanted as f64 && (config.plan.run.eval_every == 0 || evaluated_to >= wanted)
         });
         let is_short = wanted.zip(planned).is_some_and(|(wanted, planned)| wanted < planned);
-        let standing = match Standing::of(folder) {
-            // A run from before there was a file that says so.
-            Standing::Stopped if has_all => Standing::Done,
-            // Done, but not with all that is wanted now.
-            Standing::Done if is_short => Standing::Stopped,
-            standing => standing,
-        };
         Self {
             run: run.clone(),
-            standing,
+            standing: standing(folder, has_all, is_short),
             what: made.or_else(|| run.planned.clone()),
             config,
             evaluated,
@@ -164,6 +157,16 @@ impl Stored {
     /// Its plan.
     pub(crate) fn plan(&self) -> Option<&Plan> {
         self.what.as_ref().map(|(plan, _)| plan)
+    }
+}
+
+/// How a run stands that has all its steps and evaluations, or fewer than are wanted now.
+fn standing(folder: &Path, has_all: bool, is_short: bool) -> Standing {
+    match Standing::of(folder) {
+        // A run from before there was a file that says so.
+        Standing::Stopped if has_all => Standing::Done,
+        Standing::Done if is_short => Standing::Stopped,
+        standing => standing,
     }
 }
 

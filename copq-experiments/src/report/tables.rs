@@ -3,10 +3,10 @@
 use super::Report;
 use super::curves::over_seeds;
 use super::groups::World;
-use super::paper::{LAST, Measure};
+use super::paper::Measure;
 use super::seeds::Seeds;
 use super::table::{Cell, Table};
-use crate::figure::Quantity;
+use crate::figure::{LAST, Quantity};
 use crate::numbers::grouped;
 use crate::statistics::{Bootstrap, FEWEST, iqm, max, mean, probability_of_improvement};
 

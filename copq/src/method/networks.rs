@@ -72,8 +72,8 @@ pub enum Precision {
     /// gradients differ by less than 0.5 % in a test.
     Backward,
     /// And between critics' hidden layers forward, where no bound's gradient is taken (fits,
-    /// targets, FAMO's second look, a multiplier's cost estimate, values that are asked for): values differ by less than 0.2 %
-    /// in a test. Learning has not been shown to be unharmed yet.
+    /// targets, FAMO's second look, a multiplier's cost estimate, values that are asked for): values
+    /// differ by less than 0.2 % in a test. Learning has not been shown to be unharmed yet.
     Careful,
 }
 

@@ -4,8 +4,9 @@ use super::Trainer;
 use crate::{Agent, Result, State};
 
 impl<A: Agent> Trainer<A> {
-    /// Writes everything the rest of the run depends on. An error in mid-episode of an environment
-    /// that cannot be saved; see [`Trainer::save_without_episodes`].
+    /// Writes everything the rest of the run depends on, in place of what the state held. An error
+    /// in mid-episode of an environment that cannot be saved; see
+    /// [`Trainer::save_without_episodes`].
     pub fn save(&self, state: &mut State) -> Result<()> {
         self.save_without_episodes(state)?;
         self.worlds[0].save(state)?;

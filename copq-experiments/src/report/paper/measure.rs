@@ -2,10 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::figure::LAST;
 use crate::statistics::{area_under, max, mean};
-
-/// Evaluations that [`Measure::LastFive`] is the mean of.
-pub(crate) const LAST: usize = 5;
 
 /// A number that a seed's evaluations come to. It is too early for it before there are two (three
 /// for the swing, five for the last five): the first is of a policy that has not trained.

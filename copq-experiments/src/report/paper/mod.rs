@@ -8,7 +8,6 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 pub(super) use check::KnownTasks;
-pub(crate) use measure::LAST;
 pub use measure::Measure;
 
 /// What a claim compares with where it is about the limit of a cost.
