@@ -1,5 +1,6 @@
 """What the peers share: the benchmark's weights and batches, and the answers that bench/run.py asks for."""
 
+import re
 import sys
 import time
 from pathlib import Path
@@ -16,12 +17,13 @@ class Workload:
 
     def __init__(self, folder, actor_delay):
         self.actor_delay = actor_delay
-        critics = load_file(Path(folder, "critics.safetensors"))
-        actor = load_file(Path(folder, "actor.safetensors"))
+        networks = load_file(Path(folder, "networks.safetensors"))
         batches = load_file(Path(folder, "batches.safetensors"))
-        number = lambda names: 1 + max(int(name.split(".")[0]) for name in names)
-        self.critics = [network(critics, f"critic.{k}") for k in range(number(n[7:] for n in critics))]
-        self.actor = network(actor, "actor")
+        number = lambda names: 1 + max(int(re.match(r"\d+", name)[0]) for name in names)
+        first = "critics/critic."
+        count = number(name.removeprefix(first) for name in networks if name.startswith(first))
+        self.critics = [network(networks, f"{first}{k}/online") for k in range(count)]
+        self.actor = network(networks, "actor/online")
         self.batches = [
             {name.split(".")[1]: array for name, array in batches.items() if name.startswith(f"{i}.")}
             for i in range(number(batches))
@@ -30,8 +32,8 @@ class Workload:
 
 def network(arrays, prefix):
     """(weight, bias) of each layer; weights are output x input."""
-    layers = sum(name.startswith(prefix) for name in arrays) // 2
-    return [(arrays[f"{prefix}.layer.{i}.weight"], arrays[f"{prefix}.layer.{i}.bias"]) for i in range(layers)]
+    layers = sum(name.startswith(f"{prefix}/") for name in arrays) // 2
+    return [(arrays[f"{prefix}/layer.{i}.weight"], arrays[f"{prefix}/layer.{i}.bias"]) for i in range(layers)]
 
 
 def serve(programs):

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use candle_core::{Device, Tensor};
-use copq::{EnvSpec, Networks, Precision, Rng, Stream};
+use copq::{Actor, Critic, EnvSpec, Networks, Precision, Rng, State, Stream};
 
 /// The discount.
 pub const DISCOUNT: f32 = 0.99;
@@ -97,17 +97,18 @@ impl Workload {
         Inputs::random(self, &mut Rng::new(0, Stream::Batch))
     }
 
-    /// Writes what the peers need: `critics.safetensors`, `actor.safetensors` and
-    /// `batches.safetensors`.
+    /// Writes what the peers need: `networks.safetensors` and `batches.safetensors`.
     pub fn write(&self, folder: &Path) -> Result<()> {
         std::fs::create_dir_all(folder)?;
         let spec = self.spec();
         let networks = self.networks();
         let mut rng = Rng::new(0, Stream::Init);
+        let mut weights = State::default();
         let critics = copq_candle::critic(&spec, self.critics, &networks, &mut rng)?;
-        critics.save_safetensors(folder.join("critics.safetensors"))?;
-        copq_candle::actor(&spec, &networks, &mut rng)?
-            .save_safetensors(folder.join("actor.safetensors"))?;
+        critics.save(weights.child_mut("critics"))?;
+        let actor = copq_candle::actor(&spec, &networks, &mut rng)?;
+        actor.save(weights.child_mut("actor"))?;
+        weights.write_file(folder.join("networks.safetensors"))?;
         let mut arrays = HashMap::new();
         for (i, batch) in self.batches().iter().enumerate() {
             for (name, values) in batch.arrays() {

@@ -51,7 +51,6 @@ mod modules;
 pub mod plain;
 mod shape;
 mod squash;
-mod weights;
 
 pub use candle_core::{self, Device};
 pub use candle_nn;

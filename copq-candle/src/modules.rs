@@ -39,8 +39,8 @@ pub type MakeModule = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Resul
 ///
 /// Variables are drawn by candle's rules from copq's random numbers, saved by their paths, and
 /// stepped by the same Adam as all other networks; only [`Networks`]' step sizes count, its layers
-/// and activation are yours to heed. Mind that candle's fused `LayerNorm` with a bias has no
-/// gradient: `layer_norm_no_bias` has.
+/// and activation are yours to heed. A module must have a gradient back to its input: candle's fused
+/// `LayerNorm` with a bias, `RmsNorm` and `softmax_last_dim` have none, `layer_norm_no_bias` has.
 ///
 /// ```
 /// use candle_core::Module;

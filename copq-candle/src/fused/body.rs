@@ -1,8 +1,6 @@
 //! What actors, and critics of observations alone, are made of: a network that reads observations,
 //! and its optimiser.
 
-use std::path::Path;
-
 use copq::on_policy::Descent;
 use copq::{EnvSpec, Net, Networks, Result, Rng, State};
 
@@ -10,9 +8,9 @@ use super::network::Network;
 use super::panels::{PanelRow, Panels};
 use super::passes;
 use super::workspace::Workspace;
+use crate::check;
 use crate::learned::Learned;
 use crate::shape::Shape;
-use crate::{check, weights};
 
 /// A network from observations to whatever its owner makes of them.
 #[derive(Debug)]
@@ -103,19 +101,6 @@ impl Body {
     pub fn update_target(&mut self, tau: f32) -> Result<()> {
         check::tau(tau)?;
         self.network.update_target(tau);
-        Ok(())
-    }
-
-    pub fn save_safetensors(&self, path: &Path) -> Result<()> {
-        let named = [(weights::actor_prefix(), self.network.learned().online)];
-        weights::save(path, &named, &self.network.shape().arrays())
-    }
-
-    pub fn load_safetensors(&mut self, path: &Path) -> Result<()> {
-        let arrays = self.network.shape().arrays();
-        for online in weights::load(path, &[weights::actor_prefix()], &arrays)? {
-            self.network.set_learned(&Learned::from_online(online));
-        }
         Ok(())
     }
 

@@ -1,7 +1,5 @@
 //! K critics in the fast implementation.
 
-use std::path::Path;
-
 use copq::error::{check_chosen, check_count, check_len};
 use copq::{Critic, EnvSpec, Net, Networks, Precision, QGrad, QView, Result, Rng, State};
 
@@ -9,9 +7,9 @@ use super::network::Network;
 use super::panels::Panels;
 use super::passes::room;
 use super::workers::Workers;
+use crate::check;
 use crate::learned::{Learned, load_critics, save_critics};
 use crate::shape::Shape;
-use crate::{check, weights};
 
 /// Observations of fewer values are added up anew sooner than their sums are stored and read.
 const WORTH_KEEPING: usize = 64;
@@ -86,24 +84,6 @@ impl Critics {
     pub fn threads(mut self, threads: usize) -> Result<Self> {
         self.workers = Workers::new(threads)?;
         Ok(self)
-    }
-
-    /// Writes the online parameters to a safetensors file: `critic.0.layer.0.weight`
-    /// (`output x input`) and so on.
-    pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
-        let online = self.networks.iter().map(|network| network.learned().online);
-        let named: Vec<_> =
-            weights::critic_prefixes(self.networks.len()).into_iter().zip(online).collect();
-        weights::save(path.as_ref(), &named, &self.shape().arrays())
-    }
-
-    /// Starts from a safetensors file's parameters: the targets become equal to them and the
-    /// optimiser begins anew.
-    pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
-        let prefixes = weights::critic_prefixes(self.networks.len());
-        let online = weights::load(path.as_ref(), &prefixes, &self.shape().arrays())?;
-        self.set_learned(online.into_iter().map(Learned::from_online));
-        Ok(())
     }
 
     fn shape(&self) -> &Shape {

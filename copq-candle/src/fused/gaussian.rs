@@ -1,7 +1,5 @@
 //! A squashed Gaussian actor in the fast implementation.
 
-use std::path::Path;
-
 use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, SampleGrad, State};
 
 use super::body::Body;
@@ -61,21 +59,6 @@ impl Gaussian {
     /// processor's own instruction. The results are the same, bit for bit.
     pub fn threads(self, threads: usize) -> Result<Self> {
         Ok(Self { policy: self.policy.threads(threads)?, ..self })
-    }
-
-    /// Writes the online parameters to a safetensors file: `actor.layer.0.weight`
-    /// (`output x input`) and so on; the last layer's outputs are the means, then the log stds.
-    ///
-    /// They are for observations as the network saw them: normalised, if the learner had a
-    /// normaliser, which is not saved here.
-    pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
-        self.policy.save_safetensors(path.as_ref())
-    }
-
-    /// Starts from a safetensors file's parameters: the target becomes equal to them and the
-    /// optimiser begins anew.
-    pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
-        self.policy.load_safetensors(path.as_ref())
     }
 
     /// Means and log stds of a batch into `self.output`.

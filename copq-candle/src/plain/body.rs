@@ -1,8 +1,6 @@
 //! What actors, and critics of observations alone, are made of: a network that reads observations,
 //! and its optimiser.
 
-use std::path::Path;
-
 use candle_core::backprop::GradStore;
 use candle_core::{Device, Tensor};
 use copq::{EnvSpec, Net, Networks, Result, Rng, State};
@@ -11,7 +9,7 @@ use super::network::Network;
 use super::perceptron::network;
 use super::{check_output, failed};
 use crate::learned::Learned;
-use crate::{MakeModule, check, weights};
+use crate::{MakeModule, check};
 
 /// A network from observations to whatever its owner makes of them.
 #[derive(Debug)]
@@ -70,18 +68,6 @@ impl Body {
     pub fn update_target(&mut self, tau: f32) -> Result<()> {
         check::tau(tau)?;
         self.network.update_target(tau).map_err(failed)
-    }
-
-    pub fn save_safetensors(&self, path: &Path) -> Result<()> {
-        let named = [(weights::actor_prefix(), self.network.learned()?.online)];
-        weights::save(path, &named, self.network.arrays())
-    }
-
-    pub fn load_safetensors(&mut self, path: &Path) -> Result<()> {
-        for online in weights::load(path, &[weights::actor_prefix()], self.network.arrays())? {
-            self.network.set_learned(&Learned::from_online(online))?;
-        }
-        Ok(())
     }
 
     pub fn export(&self, state: &mut State) -> Result<()> {

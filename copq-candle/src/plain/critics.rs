@@ -1,7 +1,5 @@
 //! K critics as candle-nn modules.
 
-use std::path::Path;
-
 use candle_core::{Device, Tensor, Var};
 use copq::error::{check_count, check_len};
 use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
@@ -9,9 +7,9 @@ use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
 use super::network::Network;
 use super::perceptron::network;
 use super::{check_output, failed, loss_of, tensors, values};
-use crate::learned::{Learned, load_critics, save_critics};
+use crate::learned::{load_critics, save_critics};
 use crate::shape::Array;
-use crate::{MakeModule, check, weights};
+use crate::{MakeModule, check};
 
 /// An ensemble of separately initialised networks (observation and action in, N values out):
 /// multilayer perceptrons, or modules of your own.
@@ -89,28 +87,6 @@ impl Critics {
             lr: networks.critic_lr,
             device: device.clone(),
         })
-    }
-
-    /// Writes the online parameters to a safetensors file, as the fused critics do.
-    pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
-        let mut named = Vec::new();
-        for (prefix, network) in
-            weights::critic_prefixes(self.networks.len()).into_iter().zip(&self.networks)
-        {
-            named.push((prefix, network.learned()?.online));
-        }
-        weights::save(path.as_ref(), &named, self.arrays())
-    }
-
-    /// Starts from a safetensors file's parameters: the targets become equal to them and the
-    /// optimiser begins anew.
-    pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
-        let prefixes = weights::critic_prefixes(self.networks.len());
-        let online = weights::load(path.as_ref(), &prefixes, self.arrays())?;
-        for (network, online) in self.networks.iter_mut().zip(online) {
-            network.set_learned(&Learned::from_online(online))?;
-        }
-        Ok(())
     }
 
     fn arrays(&self) -> &[Array] {

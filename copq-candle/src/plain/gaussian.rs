@@ -1,7 +1,5 @@
 //! A squashed Gaussian actor as a candle-nn module.
 
-use std::path::Path;
-
 use candle_core::{Device, Tensor, Var};
 use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, SampleGrad, State};
 
@@ -57,20 +55,6 @@ impl Gaussian {
     ) -> Result<Self> {
         let output = 2 * spec.action_len();
         Ok(Self(Body::new(Some(make), spec, networks, output, rng, device)?))
-    }
-
-    /// Writes the online parameters to a safetensors file, as the fused actor does.
-    ///
-    /// They are for observations as the network saw them: normalised, if the learner had a
-    /// normaliser, which is not saved here.
-    pub fn save_safetensors(&self, path: impl AsRef<Path>) -> Result<()> {
-        self.0.save_safetensors(path.as_ref())
-    }
-
-    /// Starts from a safetensors file's parameters: the target becomes equal to them and the
-    /// optimiser begins anew.
-    pub fn load_safetensors(&mut self, path: impl AsRef<Path>) -> Result<()> {
-        self.0.load_safetensors(path.as_ref())
     }
 
     /// A checked batch's mean and log std, each `rows x action`.

@@ -139,28 +139,3 @@ fn states_of_other_networks_are_refused_and_change_nothing() {
     assert_says(policy.load(&saved(&other as &dyn Actor)), &["layer.1.weight", "[6, 5]"]);
     assert_eq!(saved(&policy as &dyn Actor), before);
 }
-
-#[test]
-fn weight_files_of_other_networks_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("weights.safetensors");
-    let mut critic =
-        copq_candle::critic(&case().spec(), 2, &case().networks(), &mut init(1)).unwrap();
-    assert_says(critic.load_safetensors(&path), &["reading", "weights.safetensors"]);
-    std::fs::write(&path, "not tensors at all").unwrap();
-    assert_says(critic.load_safetensors(&path), &["reading", "weights.safetensors"]);
-
-    let other = Case { hidden: vec![5, 6], ..case() };
-    let other = copq_candle::critic(&other.spec(), 2, &other.networks(), &mut init(1)).unwrap();
-    other.save_safetensors(&path).unwrap();
-    assert_says(
-        critic.load_safetensors(&path),
-        &["critic.0.layer.1.weight", "F32 [4, 5]", "F32 [6, 5]"],
-    );
-    let three = copq_candle::critic(&case().spec(), 3, &case().networks(), &mut init(1)).unwrap();
-    three.save_safetensors(&path).unwrap();
-    assert_says(critic.load_safetensors(&path), &["critics in", "wanted 2, got more"]);
-    let mut actor = copq_candle::actor(&case().spec(), &case().networks(), &mut init(1)).unwrap();
-    assert_says(actor.load_safetensors(&path), &["actor.layer.0.weight", "no such tensor"]);
-    assert_says(actor.save_safetensors(folder.path().join("no/such/folder")), &["writing"]);
-}

@@ -3,7 +3,7 @@
 
 use approx::assert_abs_diff_eq;
 use candle_core::{Module, Tensor};
-use candle_nn::{VarBuilder, layer_norm_no_bias, linear};
+use candle_nn::{VarBuilder, layer_norm_no_bias, linear, rms_norm};
 use copq::projection::Cholesky;
 use copq::{
     ActionGrad, Actor, ActorKind, Backend, Critic, EnvSpec, Learner, Method, Net, Networks, Policy,
@@ -237,4 +237,24 @@ fn a_module_that_is_another_each_time_is_refused() {
     );
     let error = critics.err().unwrap().to_string();
     assert!(error.contains("variables of a module made again"), "{error}");
+}
+
+/// What lies below would never learn, nor an actor by such critics.
+#[test]
+fn a_module_without_a_gradient_back_to_its_input_is_refused() {
+    let normed = |vars: VarBuilder<'_>, input: usize, output: usize| {
+        let first = linear(input, 8, vars.pp("first"))?;
+        let norm = rms_norm(8, 1e-5, vars.pp("norm"))?;
+        let last = linear(8, output, vars.pp("last"))?;
+        Ok(Box::new(move |x: &Tensor| last.forward(&norm.forward(&first.forward(x)?)?)) as _)
+    };
+    let backend = Modules::with_critics(normed).with_actor(normed);
+    let mut rng = Rng::new(0, Stream::Init);
+    let networks = Networks::default();
+    let critics = backend.critics(&spec(), &networks, 3, &mut rng).err().unwrap().to_string();
+    let kind = ActorKind::Deterministic;
+    let actor = Backend::actor(&backend, &spec(), &networks, kind, &mut rng).err().unwrap();
+    for error in [critics, actor.to_string()] {
+        assert!(error.starts_with("a module: wanted a gradient back to its input"), "{error}");
+    }
 }

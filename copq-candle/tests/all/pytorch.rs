@@ -6,8 +6,9 @@ use crate::common;
 use std::path::PathBuf;
 
 use common::{Case, assert_close};
-use copq::{Activation, Actor, Critic, EnvSpec, Net, Networks};
+use copq::{Activation, Actor, Critic, EnvSpec, Net, Networks, State};
 use copq_candle::{Device, plain};
+use safetensors::SafeTensors;
 use serde_json::Value;
 
 fn data(name: &str) -> PathBuf {
@@ -53,21 +54,46 @@ impl Reference {
 }
 
 fn fused(spec: &EnvSpec, critics: usize, networks: &Networks) -> (Box<dyn Critic>, Box<dyn Actor>) {
-    let mut critic = copq_candle::critic(spec, critics, networks, &mut common::init(0)).unwrap();
-    let mut actor = copq_candle::actor(spec, networks, &mut common::init(0)).unwrap();
-    critic.load_safetensors(data("reference_critics.safetensors")).unwrap();
-    actor.load_safetensors(data("reference_actor.safetensors")).unwrap();
+    let critic = copq_candle::critic(spec, critics, networks, &mut common::init(0)).unwrap();
+    let actor = copq_candle::actor(spec, networks, &mut common::init(0)).unwrap();
     (Box::new(critic), Box::new(actor))
 }
 
 fn plain(spec: &EnvSpec, critics: usize, networks: &Networks) -> (Box<dyn Critic>, Box<dyn Actor>) {
     let rng = &mut common::init(0);
     let cpu = Device::Cpu;
-    let mut critic = plain::Critics::new(spec, critics, networks, rng, &cpu).unwrap();
-    let mut actor = plain::Deterministic::new(spec, networks, rng, &cpu).unwrap();
-    critic.load_safetensors(data("reference_critics.safetensors")).unwrap();
-    actor.load_safetensors(data("reference_actor.safetensors")).unwrap();
+    let critic = plain::Critics::new(spec, critics, networks, rng, &cpu).unwrap();
+    let actor = plain::Deterministic::new(spec, networks, rng, &cpu).unwrap();
     (Box::new(critic), Box::new(actor))
+}
+
+/// Puts PyTorch's weights in a saved network and its target.
+fn place(file: &SafeTensors<'_>, prefix: &str, network: &mut State) {
+    for (name, tensor) in file.tensors() {
+        if let Some(name) = name.strip_prefix(prefix) {
+            let bytes = tensor.data().as_chunks::<4>().0.iter();
+            let values: Vec<f32> = bytes.map(|bytes| f32::from_le_bytes(*bytes)).collect();
+            for part in ["online", "target"] {
+                network.child_mut(part).put_shaped(name, tensor.shape(), &values[..]);
+            }
+        }
+    }
+}
+
+/// The same networks with PyTorch's weights.
+fn begin_with_pytorchs(critic: &mut dyn Critic, actor: &mut dyn Actor) {
+    let [critics, policy] = ["reference_critics.safetensors", "reference_actor.safetensors"]
+        .map(|name| std::fs::read(data(name)).unwrap());
+    let critics = SafeTensors::deserialize(&critics).unwrap();
+    let policy = SafeTensors::deserialize(&policy).unwrap();
+    let (mut values, mut means) = (common::saved(critic), common::saved(actor));
+    for k in 0..critic.critics() {
+        let name = format!("critic.{k}");
+        place(&critics, &format!("{name}."), values.child_mut(&name));
+    }
+    place(&policy, "actor.", &mut means);
+    critic.load(&values).unwrap();
+    actor.load(&means).unwrap();
 }
 
 /// reward + discount * mean over critics of the target values.
@@ -84,6 +110,7 @@ fn ten_updates_agree() {
     for (mut critic, mut actor) in
         [fused, plain].map(|make| make(&case.spec(), case.critics, &networks))
     {
+        begin_with_pytorchs(critic.as_mut(), actor.as_mut());
         for (i, update) in reference.0["updates"].as_array().unwrap().iter().enumerate() {
             follow(&reference, &case, i, update, critic.as_mut(), actor.as_mut());
         }

@@ -63,7 +63,8 @@ impl Learner {
         let Method { config, bound, name, .. } = method;
         config.check()?;
         spec.check()?;
-        memory::check(&config, spec, critic.critics())?;
+        // How large networks of your own are is not known, but a batch goes through one at least.
+        memory::check(&config, spec, 1)?;
         // A task that does not suit the method is worth more words than critics that do not suit
         // the task.
         let multiplier = multiplier(&config, spec)?;
@@ -97,6 +98,7 @@ impl Learner {
             first_update: config.start_steps,
             scales: Scales::new(spec),
             has_warned_of_rounding: false,
+            has_lost_replay: false,
             config,
             actor,
             critic,

@@ -24,8 +24,8 @@ impl Learner {
         let q = &mut self.buffers.q;
         self.critic.values(Net::Online, &batch.obs, &batch.action, q)?;
         let exact = QView::new(&exact, self.critic.critics(), self.objectives.len())?;
-        let blurred = rounding(q, exact).into_iter().flatten().zip(&self.objectives);
-        let Some((rounding, objective)) = blurred.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+        let Some((rounding, objective)) = most_blurred(&rounding(q, exact), &self.objectives)
+        else {
             return Ok(());
         };
         log.scalar(self.steps, "q_rounding", rounding);
@@ -33,12 +33,20 @@ impl Learner {
             self.has_warned_of_rounding = true;
             let text = format!(
                 "16 bits blur the critics' values of {objective} by {rounding:.2} of their standard deviation, and \
-                 its bound with them: go on with networks.precision = \"backward\" or \"f32\""
+                 its bound with them: go on with networks.precision = \"backward\" or \"f32\" in \
+                 its config.toml"
             );
             log.warn(self.steps, &text);
         }
         Ok(())
     }
+}
+
+/// The largest of these, and whose it is.
+fn most_blurred<'a>(roundings: &[Option<f64>], names: &'a [String]) -> Option<(f64, &'a String)> {
+    let named = roundings.iter().zip(names);
+    let blurred = named.filter_map(|(rounding, name)| Some(((*rounding)?, name)));
+    blurred.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// The root mean square of what an objective's values differ from exact ones by, in critics'
@@ -81,6 +89,8 @@ mod tests {
         q[9] -= 0.1;
         q[4] += 0.1;
         let wanted = [(0.02f64 / 4.0).sqrt(), (0.01f64 / 0.04).sqrt()];
+        let names = ["cost", "speed", "effort"].map(str::to_owned);
+        assert_eq!(most_blurred(&[None, Some(0.1), Some(0.3)], &names), Some((0.3, &names[2])));
         for (got, wanted) in rounding(&q, view).iter().zip(wanted) {
             assert!((got.unwrap() - wanted).abs() < 1e-5, "{got:?} is not {wanted}");
         }
