@@ -1,5 +1,6 @@
 //! What environments of Python's need to be said.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use copq::{Error, Result};
@@ -17,8 +18,9 @@ pub struct PythonWorld {
     process: PythonProcess,
 
     /// Names of its rewards between commas, in the environment's order. [default: reward, or
-    /// reward.0,reward.1,...]
+    /// reward.0,reward.1,...; of Safety-Gymnasium cost,reward]
     ///
+    /// Safety-Gymnasium's cost comes first, whatever it is called.
     /// Their priority is this order, unless --order says another. An environment of your own has
     /// several if its reward_space says how many: Box(-inf, inf, (2,)).
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
@@ -91,10 +93,27 @@ impl PythonWorld {
         Ok(())
     }
 
+    /// Whether its rewards get other names.
+    pub fn renames(&self) -> bool {
+        !self.objectives.is_empty()
+    }
+
     /// What tells its folder from others of the same environment.
     pub fn arguments(&self) -> Option<&String> {
         self.env_kwargs.as_ref()
     }
+}
+
+/// A plan's limits, but for the one that its task has by itself: another task has its own.
+pub fn limits_given(plan: &Plan) -> Result<BTreeMap<String, f64>> {
+    if !is_task(&plan.task) {
+        return Ok(plan.limits.clone());
+    }
+    let none = Options { limits: BTreeMap::new(), ..options(plan)? };
+    let usual = none.with_usual_limit(&plan.task).limits;
+    let mut limits = plan.limits.clone();
+    limits.retain(|cost, limit| usual.get(cost) != Some(limit));
+    Ok(limits)
 }
 
 /// What a run like one in Python's world, but in another, does without.

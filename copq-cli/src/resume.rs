@@ -7,7 +7,6 @@ use copq_experiments::OnResume;
 use crate::keeping::Keeping;
 use crate::options::{note, positive};
 use crate::python::PythonProcess;
-use crate::recipe::Recipe;
 use crate::saved;
 use crate::training::{leave, train};
 
@@ -41,12 +40,6 @@ impl Resume {
     pub fn run(self) -> anyhow::Result<()> {
         let (mut plan, recipe) = saved::run(&self.run)?;
         plan.run.steps = self.steps.unwrap_or(plan.run.steps);
-        if let Recipe::OnPolicy(method) = &recipe
-            && let Some(steps) = method.config.anneal_steps
-            && steps < plan.run.steps
-        {
-            note(&format!("after step {steps} the policy's step size is the last, a small one"));
-        }
         self.keeping.over(&mut plan);
         self.process.over(&mut plan)?;
         if plan.run.on_resume == OnResume::NewEpisode {

@@ -9,7 +9,7 @@ use copq_experiments::{Plan, RunSettings};
 
 use crate::keeping::Keeping;
 use crate::options::{count, number_of, positive, whole};
-use crate::python::PythonWorld;
+use crate::python::{PythonWorld, limits_given};
 use crate::recipe::{Recipe, is_on_policy};
 use crate::saved;
 use crate::training::{leave, train};
@@ -232,10 +232,13 @@ impl Train {
         };
         let benchmark = base.task.split('/').next().unwrap_or_default();
         let of_robot = self.robot.as_ref().map(|robot| format!("{benchmark}/{robot}"));
+        let task = self.task.clone().or(of_robot).unwrap_or_else(|| base.task.clone());
+        let is_elsewhere = task != base.task || self.python.renames();
+        let inherited = if is_elsewhere { limits_given(&base)? } else { base.limits.clone() };
         let mut plan = Plan {
-            task: self.task.clone().or(of_robot).unwrap_or(base.task),
+            task,
             order: self.order.clone().or(base.order),
-            limits: base.limits.into_iter().chain(self.limit.iter().cloned()).collect(),
+            limits: inherited.into_iter().chain(self.limit.iter().cloned()).collect(),
             weights: self.weights.clone().or(base.weights),
             engine: self.engine.clone().unwrap_or(base.engine),
             preset: self.preset.clone().unwrap_or(base.preset),
@@ -288,5 +291,10 @@ fn with_bound(method: Method, bound: &str) -> anyhow::Result<Method> {
         !is_part_of_it || bound == own,
         "--bound {bound}: wanted none, for {name} has its own, {own}"
     );
-    Ok(method.bound(projection::by_name(bound)?))
+    // The same bound takes no part away, such as REDQ's subset.
+    if bound == method.bound.name() {
+        Ok(method)
+    } else {
+        Ok(method.bound(projection::by_name(bound)?))
+    }
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use copq::{EnvSpec, Method, Objective};
 use copq_experiments::{Ending, Plan, Run, RunFolder, read_policy};
 
@@ -37,6 +38,7 @@ pub fn train(
     let env = make_env(&plan, recipe.saute(), run)?;
     note_unheeded(&recipe, env.spec());
     note_no_update(&recipe, &plan);
+    note_last_step_size(&recipe, &plan);
     match run {
         Some(_) => saved::note_other_versions(&plan, env.spec()),
         // Those of its own world, even if it is like a run of others.
@@ -50,16 +52,32 @@ pub fn train(
         envs.push(make_env(&plan, recipe.saute(), run)?);
     }
     let trainer = copq::Trainer::of_worlds(envs, agent)?.threads(plan.threads);
+    let eval_env = match plan.run.eval_every {
+        0 => None,
+        _ => Some(
+            make_env(&plan, recipe.saute(), run)
+                .context("a second world, to be evaluated in (--eval-every 0 does without)")?,
+        ),
+    };
     let folder = open(&recipe, &plan)?;
     if let Some(file) = init {
         read_policy(file)?.write_file(folder.file(saved::INIT))?;
     }
-    let eval_env =
-        if plan.run.eval_every > 0 { Some(make_env(&plan, recipe.saute(), run)?) } else { None };
     let ending = Run::new(trainer, eval_env, folder, plan.run)?.train()?;
     // The run is done and says so in its log, too; that nobody reads it here is no failure.
     say(&format!("{ending}\n")).unwrap_or_default();
     Ok(ending)
+}
+
+/// Says so if a step size that falls has fallen before a run is over.
+fn note_last_step_size(recipe: &Recipe, plan: &Plan) {
+    if let Recipe::OnPolicy(method) = recipe
+        && let Some(steps) = method.config.anneal_steps
+        && steps < plan.run.steps
+        && method.config.natural.is_none()
+    {
+        note(&format!("after step {steps} the policy's step size is the last, a small one"));
+    }
 }
 
 /// Says so if a run is over before it learns anything.
@@ -99,11 +117,25 @@ fn note_unheeded(recipe: &Recipe, spec: &EnvSpec) {
             ));
         }
     }
-    if let Recipe::OffPolicy(method) = recipe
-        && let Some(words) = late_cost(method, spec)
-    {
-        note(&words);
+    if let Recipe::OffPolicy(method) = recipe {
+        late_cost(method, spec).into_iter().chain(idle_first(method, spec)).for_each(|s| note(&s));
     }
+}
+
+/// What to say where a bound that knows priorities puts what counts for nothing before what counts.
+fn idle_first(method: &Method, spec: &EnvSpec) -> Option<String> {
+    let is_weighed = |objective: &&Objective| {
+        objective.weight != 0.0 || (objective.is_cost() && method.config.constraint.is_some())
+    };
+    let idle = spec.objectives.iter().position(|objective| !is_weighed(&objective))?;
+    let after = spec.objectives[idle..].iter().find(is_weighed)?;
+    (method.bound.name() == "cholesky").then(|| {
+        let (idle, after) = (&spec.objectives[idle].name, &after.name);
+        format!(
+            "{idle} has weight 0 and comes before {after}, whose bound is then lowered only by what \
+             {idle}'s disagreement does not explain; see --order"
+        )
+    })
 }
 
 /// What to say where a bound that knows priorities puts a reward before a cost that is to be held.

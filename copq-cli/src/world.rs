@@ -24,13 +24,14 @@ pub fn make_env(
     run: Option<&Path>,
 ) -> Result<Box<dyn Env>> {
     let world = adjusted(make_any(plan, run)?, plan)?;
-    let ordered: Box<dyn Env> = match &plan.order {
-        Some(order) => Box::new(OrderedEnv::parse(world, order)?),
+    // Budgets are seen in the task's own order, whatever the priorities.
+    let shown: Box<dyn Env> = match saute {
+        Some(saute) => Box::new(Saute::new(world, saute)?),
         None => Box::new(world),
     };
-    Ok(match saute {
-        Some(saute) => Box::new(Saute::new(ordered, saute)?),
-        None => ordered,
+    Ok(match &plan.order {
+        Some(order) => Box::new(OrderedEnv::parse(shown, order)?),
+        None => shown,
     })
 }
 

@@ -62,6 +62,12 @@ impl Agent for Learner {
         self.world = world;
     }
 
+    fn begin_episode(&mut self) {
+        if let Some(world) = self.worlds.get_mut(self.world) {
+            world.has_begun = true;
+        }
+    }
+
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
         check_len("observation", obs.len(), self.spec.obs_len)?;
         check_len("action", action.len(), self.spec.action_len())?;

@@ -78,6 +78,7 @@ pub struct Config {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Constraint {
     /// A PID controller (Stooke et al. 2020). It learns once an epoch: [`PidConfig::cppo_pid`] has
     /// gains for that, and what settings leave out is as in [`PidConfig::default`], whose gains are

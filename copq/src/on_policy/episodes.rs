@@ -10,6 +10,8 @@ pub(super) struct World {
     pub taken: Taken,
     /// Whether nothing has come of it yet.
     pub is_waiting: bool,
+    /// Whether an episode has begun in which nothing was done yet.
+    pub has_begun: bool,
     /// What came last, as the world showed it.
     pub obs: Vec<f32>,
     /// The episode's costs so far.
@@ -24,7 +26,13 @@ impl World {
             log_prob: 0.0,
             values: vec![0.0; signals],
         };
-        Self { taken, is_waiting: false, obs: vec![0.0; spec.obs_len], costs: vec![0.0; costs] }
+        Self {
+            taken,
+            is_waiting: false,
+            has_begun: false,
+            obs: vec![0.0; spec.obs_len],
+            costs: vec![0.0; costs],
+        }
     }
 }
 

@@ -87,7 +87,9 @@ impl Learner {
     /// after what came last.
     fn end_what_was_left(&mut self, obs: &[f32]) -> Result<()> {
         let world = self.world;
-        if self.epoch.is_open(world) && self.worlds[world].obs != obs {
+        let has_begun = std::mem::take(&mut self.worlds[world].has_begun);
+        let is_elsewhere = has_begun || self.worlds[world].obs != obs;
+        if is_elsewhere && self.epoch.is_open(world) {
             let last = self.worlds[world].obs.clone();
             self.see(&last)?;
             let values = self.values()?;

@@ -416,3 +416,33 @@ fn an_update_without_what_it_needs_is_an_error() {
     let error = update(&both, &rows);
     assert_eq!(error, "second: wanted none beside a natural step, got one");
 }
+
+/// A world that always looks the same, left in mid-episode: its costs so far are no episode's.
+#[test]
+fn an_episode_that_begins_ends_the_path_before_whatever_it_looks_like() {
+    let reference = read(include_str!("../../tests/data/on_policy/rollout.json"));
+    let env = script(&reference["script"], 12, 1.0);
+    let backend = Stored(&reference["networks"], 0.into());
+    let mut learner = Learner::new(Method::ppo_lag(), env.spec(), &backend, 0).unwrap();
+    let obs = [1.0, 2.0, 3.0, 4.0];
+    let mut step = |outcome| {
+        let mut action = [0.0; 2];
+        learner.act(&obs, Mode::Explore, &mut action).unwrap();
+        let (action, reward) = (&action, &[1.0, 0.0]);
+        learner.observe(Transition { obs: &obs, action, reward, next_obs: &obs, outcome }).unwrap();
+        if outcome == Outcome::Truncated {
+            learner.begin_episode();
+        }
+    };
+    for outcome in [Outcome::Running, Outcome::Running, Outcome::Truncated, Outcome::Running] {
+        step(outcome);
+    }
+    // An error: the next episode begins without an end of this one.
+    learner.begin_episode();
+    let mut action = [0.0; 2];
+    learner.act(&obs, Mode::Explore, &mut action).unwrap();
+    let (action, reward) = (&action, &[1.0, 0.0]);
+    let outcome = Outcome::Truncated;
+    learner.observe(Transition { obs: &obs, action, reward, next_obs: &obs, outcome }).unwrap();
+    assert_eq!(learner.window, [vec![3.0], vec![1.0]]);
+}
