@@ -239,13 +239,15 @@ impl Sums {
         let n = self.of.len() - 1;
         self.episodes.push((0, vec![0; n + 1]));
         let mut to_come = played.rest.clone().unwrap_or_else(|| vec![0.0; n]);
+        // From here on an episode that was cut off has its critics' own word for what would come.
+        let end = played.rest.as_ref().map_or(self.horizon, |_| played.rewards.len() / n);
         let mut looks = played.looks.iter().rev().peekable();
         for (step, reward) in played.rewards.chunks_exact(n).enumerate().rev() {
             for (g, &r) in to_come.iter_mut().zip(reward) {
                 *g = f64::from(r) + self.discount * *g;
             }
             if let Some((_, estimate)) = looks.next_if(|(at, _)| *at == step)
-                && self.is_known(step)
+                && self.is_known(end, step)
             {
                 self.add(estimate, &to_come);
             }
@@ -254,9 +256,9 @@ impl Sums {
         }
     }
 
-    /// Whether most of a return comes before the time limit.
-    fn is_known(&self, step: usize) -> bool {
-        self.discount.powf(self.horizon.saturating_sub(step) as f64) <= REST
+    /// Whether most of a return comes before this end.
+    fn is_known(&self, end: usize, step: usize) -> bool {
+        self.discount.powf(end.saturating_sub(step) as f64) <= REST
     }
 
     fn add(&mut self, estimate: &QEstimate, came: &[f64]) {

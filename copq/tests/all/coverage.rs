@@ -168,6 +168,21 @@ fn how_an_episode_ends_does_not_decide_what_is_looked_at() {
     assert_eq!(coverage(&mut learner, late, config).unwrap().actions, 7 * 40);
 }
 
+/// What a world cuts off before its time has no return of its own near its end.
+#[test]
+fn an_episode_that_is_cut_short_is_known_up_to_there() {
+    let spec = EnvSpec::new("late", 1, 1).reward("time", 1.0).horizon(1_000);
+    let mut method = Method::cop_td3();
+    method.config.discount = 0.5;
+    let (critic, actor) = (Box::new(Unsure { objectives: 1 }), Box::new(Resting));
+    let mut learner = Learner::with_networks(method, &spec, critic, actor, 0).unwrap();
+    let config = CoverageConfig { episodes: 40, stride: 1, bare: true };
+    let late = Late { spec, step: 0, falls: false };
+    let actions = coverage(&mut learner, late, config).unwrap().actions;
+    // Seven of ten steps where it is cut off, all eight where it falls.
+    assert!(actions > 7 * 40 && actions < 8 * 40, "{actions}");
+}
+
 /// A policy that rests, and says -2 of the action's log-probability.
 struct Sampled;
 
