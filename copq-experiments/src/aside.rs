@@ -9,7 +9,13 @@ use copq::{Result, files};
 /// can.
 pub(crate) fn link(from: &Path, to: &Path) -> Result<()> {
     fs::remove_file(to).unwrap_or_default();
-    fs::hard_link(from, to).or_else(|_| fs::copy(from, to).map(drop)).map_err(|e| {
+    let copy = |_| {
+        // A network drive may have made the link and say that it has not: to copy a file onto
+        // itself would empty it.
+        fs::remove_file(to).unwrap_or_default();
+        fs::copy(from, to).map(drop)
+    };
+    fs::hard_link(from, to).or_else(copy).map_err(|e| {
         fs::remove_file(to).unwrap_or_default();
         files::failed("keeping", from)(e)
     })
@@ -31,7 +37,8 @@ pub(crate) fn lay_aside(file: &Path, name: &str) -> Result<PathBuf> {
     Ok(other)
 }
 
-fn is_same(a: &Path, b: &Path) -> bool {
+/// Whether two files have one content.
+pub(crate) fn is_same(a: &Path, b: &Path) -> bool {
     let length = |path: &Path| path.metadata().map(|about| about.len()).ok();
     length(a) == length(b) && fs::read(a).is_ok_and(|a| fs::read(b).is_ok_and(|b| a == b))
 }

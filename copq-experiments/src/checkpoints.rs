@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use copq::{Error, Result, State, files};
 
-use crate::aside::{lay_aside, link};
+use crate::aside::{is_same, lay_aside, link};
 use crate::ending::go_back_command;
 use crate::settings::{MAX_KEEP, RunSettings, SavedReplay};
 
@@ -39,7 +39,7 @@ impl Checkpoints {
     /// become `checkpoint.1.safetensors` and so on.
     pub(crate) fn save(&self, state: &State) -> Result<()> {
         let newest = self.file(0);
-        let aside = self.folder.join(".checkpoint.before");
+        let aside = self.before();
         let has_older = self.keep > 1 && newest.exists();
         if has_older {
             link(&newest, &aside)?;
@@ -118,8 +118,24 @@ impl Checkpoints {
         Err(error)
     }
 
+    /// Where the newest checkpoint waits while another takes its place.
+    fn before(&self) -> PathBuf {
+        self.folder.join(".checkpoint.before")
+    }
+
+    /// Ends what a kill has left half done: the one before is in its place, if it is another.
+    fn tidy(&self) -> Result<()> {
+        let before = self.before();
+        if self.keep > 1 && before.exists() && !is_same(&before, &self.file(0)) {
+            return self.age(&before);
+        }
+        remove_if_there(&before);
+        Ok(())
+    }
+
     /// Makes the checkpoint that a run goes back to the newest.
     pub(crate) fn take_up(&mut self) -> Result<()> {
+        self.tidy()?;
         let Some(Back { age, aside }) = self.back else { return Ok(()) };
         let newest = self.file(0);
         if newest.exists() {

@@ -12,7 +12,7 @@ use crate::checkpoints::Checkpoints;
 use crate::config::{self, MadeWith, RunConfig};
 use crate::ending::resume_command;
 use crate::fingerprint::fingerprint;
-use crate::lock::{LOCK, lock};
+use crate::lock::{LOCK, check_held, lock};
 use crate::plan::Plan;
 use crate::standing::complaint_file;
 use copq::files;
@@ -113,6 +113,8 @@ pub struct RunFolder {
     fingerprint: String,
     /// The configuration of a run that goes on, if it is to be another.
     changed: Option<String>,
+    /// After so many steps it has had a checkpoint, whoever began it.
+    first_checkpoint: u64,
     // Held for as long as the run writes; the system lets go of it when the process ends, however
     // it ends.
     _lock: File,
@@ -138,7 +140,8 @@ impl RunFolder {
         let fingerprint = fingerprint(plan, settings)?;
         let lock = begin(&path, &config, is_new)?;
         let checkpoints = Checkpoints::new(&path, &plan.run);
-        Ok(Self { _lock: lock, changed: None, checkpoints, fingerprint, path })
+        let first_checkpoint = plan.run.checkpoint_every;
+        Ok(Self { _lock: lock, changed: None, first_checkpoint, checkpoints, fingerprint, path })
     }
 
     /// Reopens a folder to go on with its run.
@@ -158,9 +161,11 @@ impl RunFolder {
         let checkpoints = Checkpoints::new(&path, &plan.run);
         let fingerprint = fingerprint(plan, settings)?;
         let lock = lock(&path)?;
-        let mut folder = Self { _lock: lock, path, checkpoints, fingerprint, changed: None };
-        let file = folder.file("config.toml");
+        let file = path.join("config.toml");
         let mut saved: RunConfig<S> = config::read(&file)?;
+        let first_checkpoint = saved.plan.run.checkpoint_every.max(plan.run.checkpoint_every);
+        let mut folder =
+            Self { _lock: lock, path, checkpoints, fingerprint, first_checkpoint, changed: None };
         config::check_same(&file, "settings", &saved.settings, settings)?;
         check_plan(&folder.path, &saved.plan, plan)?;
         folder.check_not_lost()?;
@@ -213,8 +218,9 @@ impl RunFolder {
     }
 
     /// Replaces the checkpoint by one that is read back before it takes its place; those before
-    /// become `checkpoint.1.safetensors` and so on.
+    /// become `checkpoint.1.safetensors` and so on. An error if another run has the folder now.
     pub fn save(&self, state: &State) -> Result<()> {
+        self.check_held()?;
         self.checkpoints.save(state)
     }
 
@@ -228,7 +234,19 @@ impl RunFolder {
     /// Says that nothing is left to do, by the file `DONE` with the run's
     /// [`fingerprint`](crate::fingerprint()).
     pub(crate) fn finish(&self) -> Result<()> {
+        self.check_held()?;
         files::replace(&self.file(DONE), format!("{}\n", self.fingerprint).as_bytes())
+    }
+
+    /// An error if this is no longer the folder that was taken: it may have been moved or deleted,
+    /// and another run may have one of its name.
+    pub(crate) fn check_held(&self) -> Result<()> {
+        check_held(&self.path)
+    }
+
+    /// How many steps a run of this folder may have done without a checkpoint.
+    pub(crate) fn first_checkpoint(&self) -> u64 {
+        self.first_checkpoint
     }
 
     /// Goes back to the checkpoint before the last one, or the next one before that is sound, as
@@ -292,6 +310,7 @@ fn begin(path: &Path, config: &str, is_new: bool) -> Result<File> {
     let written = files::replace(&path.join("config.toml"), config.as_bytes());
     if written.is_err() && is_new {
         // Why it failed says more than that an empty folder was left.
+        fs::remove_file(path.join("config.toml")).unwrap_or_default();
         fs::remove_file(path.join(LOCK)).unwrap_or_default();
         fs::remove_dir(path).unwrap_or_default();
     }

@@ -36,9 +36,27 @@ pub(crate) fn lock(path: &Path) -> Result<File> {
         return Err(Error::invalid(what, "one that no other process writes to", got));
     }
     // For people only, so a full disk is no reason to stop.
-    let name = format!("process {} on {}\n", std::process::id(), gethostname().display());
-    lock.set_len(0).and_then(|()| lock.write_all(name.as_bytes())).unwrap_or_default();
+    lock.set_len(0).and_then(|()| lock.write_all(own_name().as_bytes())).unwrap_or_default();
     Ok(lock)
+}
+
+/// What this process writes into a lock.
+fn own_name() -> String {
+    format!("process {} on {}\n", std::process::id(), gethostname().display())
+}
+
+/// An error unless the folder of this name is the one that this process has taken.
+pub(crate) fn check_held(path: &Path) -> Result<()> {
+    let got = match fs::read_to_string(path.join(LOCK)) {
+        // On a full disk it has no name.
+        Ok(name) if name.is_empty() || name == own_name() => return Ok(()),
+        Ok(name) => format!("one of {}", name.trim()),
+        // Whoever took the lock away has left the run.
+        Err(_) if path.join("config.toml").is_file() => return Ok(()),
+        Err(_) => "none".to_owned(),
+    };
+    let what = format!("run folder '{}', moved or deleted in the meantime", path.display());
+    Err(Error::invalid(what, "the one that this run began in", got))
 }
 
 /// Who writes to a run's folder now, as `process 4711 on node3`; nobody if none does. The system

@@ -59,7 +59,7 @@ impl Records {
         trainer: &Trainer,
     ) -> Result<Self> {
         if saved.is_none() {
-            check_not_begun(folder, settings)?;
+            check_not_begun(folder, trainer.worlds() as u64)?;
         }
         let step = trainer.steps();
         let spec = trainer.spec();
@@ -171,7 +171,8 @@ fn keep_best(folder: &RunFolder, rows: &Sheet, spec: &EnvSpec) -> Result<(Best, 
         return Ok((Best::default(), None));
     }
     let best = Best::of_rows(rows, spec);
-    let is_dropped = best != Best::of_rows(&all_rows(folder, EVALUATIONS)?, spec);
+    let is_dropped = !folder.file(EVALUATIONS).exists()
+        || best != Best::of_rows(&all_rows(folder, EVALUATIONS)?, spec);
     let before = is_dropped.then(|| lay_aside(&policy, "policy-best-before")).transpose()?;
     Ok((best, before))
 }
@@ -183,13 +184,13 @@ fn all_rows(folder: &RunFolder, name: &str) -> Result<Sheet> {
 }
 
 /// An error for a folder that has lost its checkpoint: to begin anew would delete what it has left.
-fn check_not_begun(folder: &RunFolder, settings: &RunSettings) -> Result<()> {
+fn check_not_begun(folder: &RunFolder, worlds: u64) -> Result<()> {
     let mut last = None;
     for name in [EVALUATIONS, METRICS] {
         last = last.max(all_rows(folder, name)?.steps().last().copied());
     }
     match last {
-        Some(step) if step > settings.checkpoint_every => {
+        Some(step) if step >= folder.first_checkpoint().saturating_add(worlds) => {
             let what = format!("run folder '{}'", folder.path().display());
             let wanted = "its checkpoint.safetensors, to go on from (a run like it in a new folder: \
                  copq train --like)";

@@ -69,11 +69,14 @@ pub fn sync_folder_of(path: &Path) -> Result<()> {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    // Other systems offer no way to sync a folder.
+    // Other systems offer no way to sync a folder, nor do some disks (EINVAL).
     if cfg!(unix) {
-        File::open(folder)
-            .and_then(|folder| folder.sync_all())
-            .map_err(failed("syncing", folder))?;
+        match File::open(folder).and_then(|folder| folder.sync_all()) {
+            Err(error) if error.kind() != io::ErrorKind::InvalidInput => {
+                return Err(failed("syncing", folder)(error));
+            }
+            _ => {}
+        }
     }
     Ok(())
 }

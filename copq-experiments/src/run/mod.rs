@@ -250,6 +250,7 @@ impl Run {
 
     /// Writes the policy by itself, if the agent has one to write.
     fn save_policy(&self, name: &str) -> Result<()> {
+        self.folder.check_held()?;
         match self.trainer.agent().save_policy(&self.folder.file(name)) {
             Err(Error::Unsupported { .. }) => Ok(()),
             saved => saved,

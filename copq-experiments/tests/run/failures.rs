@@ -276,3 +276,37 @@ fn the_best_policy_outlives_its_row() {
     assert!(log.contains("its policy stays as ") && log.contains("policy-best-before"), "{log}");
     assert!(Sheet::read(&file).unwrap().column("weighted_total/mean").unwrap()[3] < 1_000.0);
 }
+
+/// The remedy for a damaged evaluations.csv: without its rows nobody knows how good the best was.
+#[test]
+fn the_best_policy_outlives_the_file_of_its_row() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("run");
+    train(&path, 5, 500);
+    std::fs::remove_file(path.join("evaluations.csv")).unwrap();
+    copq::files::replace(&path.join("policy-best.safetensors"), b"the best").unwrap();
+    train(&path, 5, 900);
+    let before = std::fs::read_to_string(path.join("policy-best-before.safetensors"));
+    assert_eq!(before.ok().as_deref(), Some("the best"));
+}
+
+/// Another run may have a folder of this name by now.
+#[test]
+fn a_run_whose_folder_was_moved_leaves_its_successors_alone() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("run");
+    let plan = plan(5, 900);
+    let forgotten = open(&path, &plan);
+    std::fs::rename(&path, temporary.path().join("moved")).unwrap();
+    drop(open(&path, &plan));
+    // This process is that run's, too: another one's name.
+    std::fs::write(path.join(".lock"), "process 1 on elsewhere\n").unwrap();
+    let error = forgotten.save(&State::default()).unwrap_err().to_string();
+    let wanted = "wanted the one that this run began in, got one of process 1 on elsewhere";
+    assert!(error.ends_with(wanted), "{error}");
+    assert!(!path.join("checkpoint.safetensors").exists());
+    std::fs::remove_dir_all(&path).unwrap();
+    let error = forgotten.save(&State::default()).unwrap_err().to_string();
+    assert!(error.ends_with("got none"), "{error}");
+    assert!(!path.exists());
+}

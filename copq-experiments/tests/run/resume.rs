@@ -183,3 +183,39 @@ fn a_run_goes_on_with_more_threads() {
     let error = RunFolder::resume(&path, &none, &settings()).unwrap_err().to_string();
     assert_eq!(error, "threads: wanted 1 to 256, got 0");
 }
+
+/// Killed between a new checkpoint and the moment when the one before has its place.
+#[test]
+fn the_checkpoint_before_finds_its_place_after_a_kill() {
+    let temporary = tempfile::tempdir().unwrap();
+    let whole = temporary.path().join("whole");
+    let killed = temporary.path().join("killed");
+    train(&whole, 5, 900);
+    train(&killed, 5, 600);
+    let [before, older] = [".checkpoint.before", "checkpoint.1.safetensors"];
+    std::fs::rename(killed.join(older), killed.join(before)).unwrap();
+    train(&killed, 5, 600);
+    assert!(killed.join(older).exists() && !killed.join(before).exists());
+    // Killed a moment sooner, it is the newest one's second name.
+    std::fs::hard_link(killed.join("checkpoint.safetensors"), killed.join(before)).unwrap();
+    let kept = std::fs::read(killed.join(older)).unwrap();
+    train(&killed, 5, 600);
+    assert!(std::fs::read(killed.join(older)).unwrap() == kept && !killed.join(before).exists());
+    train(&killed, 5, 900);
+    assert_same(&whole, &killed);
+}
+
+/// Checkpoints more often than when it began: what it has done without one is no loss.
+#[test]
+fn a_run_without_a_checkpoint_may_be_saved_more_often() {
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("run");
+    train(&path, 5, 290);
+    for name in ["checkpoint.safetensors", "DONE"] {
+        std::fs::remove_file(path.join(name)).unwrap();
+    }
+    let mut plan = plan(5, 600);
+    plan.run.checkpoint_every = 100;
+    let ending = point_mass::run(open(&path, &plan), &plan).silent().train().unwrap();
+    assert!(matches!(ending, Ending::Finished { .. }));
+}

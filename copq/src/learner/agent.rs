@@ -28,6 +28,7 @@ impl Learner {
     fn forget_replay(&mut self) -> Result<()> {
         self.replay = Replay::new(&self.spec, self.config.capacity)?;
         self.first_update = self.steps + self.config.start_steps;
+        self.has_lost_replay = true;
         Ok(())
     }
 
@@ -117,6 +118,14 @@ impl Agent for Learner {
 
     fn update(&mut self, log: &mut dyn Observer) -> Result<()> {
         self.scales.warn(self.steps, self.normaliser.is_some(), log);
+        if std::mem::take(&mut self.has_lost_replay) {
+            let text = format!(
+                "the checkpoint has no replay: it learns again from step {} on, to other bits than \
+                 an unbroken run",
+                self.first_update
+            );
+            log.warn(self.steps, &text);
+        }
         if self.steps < self.first_update {
             return Ok(());
         }

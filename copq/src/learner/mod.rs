@@ -84,6 +84,8 @@ pub struct Learner {
     names: Names,
     scales: Scales,
     has_warned_of_rounding: bool,
+    /// Whether it has gone on from a checkpoint without its replay, and has not said so yet.
+    has_lost_replay: bool,
 }
 
 impl fmt::Debug for Learner {
