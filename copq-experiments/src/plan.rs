@@ -167,6 +167,12 @@ impl Plan {
         Ok(method)
     }
 
+    /// Where it ends: several worlds may go beyond the last step that is wanted.
+    pub(crate) fn last_step(&self) -> u64 {
+        let worlds = self.envs.max(1) as u64;
+        self.run.steps.div_ceil(worlds).saturating_mul(worlds)
+    }
+
     /// An error that names the first setting that cannot be used.
     pub fn check(&self) -> Result<()> {
         if !(1..=MAX_THREADS).contains(&self.threads) {

@@ -64,6 +64,7 @@ pub struct RunSettings {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum OnResume {
     /// In the middle of the episode: a run that stopped is, bit for bit, one that did not.
     #[default]
@@ -77,6 +78,7 @@ pub enum OnResume {
 /// Which checkpoints hold the replay; there is an example at [`OnResume`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SavedReplay {
     /// None. A run that goes on is not what it would have been: it gathers as much experience anew
     /// as before its first update, by the policy that it has, and then learns on.
@@ -95,6 +97,7 @@ pub enum SavedReplay {
 /// new one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum OnEnvError {
     /// Save, and end with the error.
     #[default]

@@ -27,6 +27,7 @@ const TAIL: u64 = 1 << 14;
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Standing {
     /// It has not begun.
     Waiting,

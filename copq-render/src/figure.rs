@@ -83,6 +83,7 @@ impl Point {
 pub struct Panel {
     pub(crate) title: String,
     pub(crate) unit: String,
+    pub(crate) along: &'static str,
     pub(crate) limit: Option<f64>,
     pub(crate) series: Vec<Series>,
 }
@@ -91,12 +92,18 @@ impl Panel {
     /// Empty axes with a title.
     pub fn new(title: impl Into<String>) -> Self {
         let unit = "return of an episode".to_owned();
-        Self { title: title.into(), unit, limit: None, series: Vec::new() }
+        let along = "environment steps";
+        Self { title: title.into(), unit, along, limit: None, series: Vec::new() }
     }
 
     /// What its values are of, beside their axis; returns unless it is said.
     pub fn unit(self, unit: impl Into<String>) -> Self {
         Self { unit: unit.into(), ..self }
+    }
+
+    /// What stands under its axis; environment steps unless it is said.
+    pub fn along(self, along: &'static str) -> Self {
+        Self { along, ..self }
     }
 
     /// A dashed line that goes across.

@@ -206,7 +206,7 @@ fn names(pen: &mut Pen, frame: &Frame, panel: &Panel) {
     let middle = 0.5 * (frame.left + frame.right);
     let centre = 0.5 * (frame.top + frame.bottom);
     pen.word(&panel.title, (middle, frame.top - 22.0), 14.0, Anchor::Top);
-    pen.word("environment steps", (middle, frame.bottom + 24.0), TICK_SIZE, Anchor::Top);
+    pen.word(panel.along, (middle, frame.bottom + 24.0), TICK_SIZE, Anchor::Top);
     pen.word(&panel.unit, (frame.left - 58.0, centre), TICK_SIZE, Anchor::Turned);
 }
 

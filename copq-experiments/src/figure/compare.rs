@@ -165,7 +165,8 @@ impl Group {
         let world = |group: &Self| {
             let plan = group.config.as_ref().map(|config| &config.plan)?;
             let Plan { task, engine, preset, weights, world, .. } = plan;
-            Some((task.clone(), engine.clone(), preset.clone(), weights.clone(), world.clone()))
+            let names = [task, engine, preset].map(String::clone);
+            Some((names, weights.clone(), world.clone(), group.limits.clone()))
         };
         if world(self) != world(other) {
             return "another world".to_owned();
@@ -186,7 +187,7 @@ impl Group {
     /// The steps at which the mean of five evaluations first passes a threshold, seed by seed.
     fn passes(&self, threshold: f64) -> String {
         let step = |seed: &Evaluated| {
-            let (steps, totals) = seed.trained(&Quantity::WeightedTotal, self.end());
+            let (steps, totals) = seed.trained(&Quantity::WeightedTotal, seed.last_step());
             let step = steps_to(threshold, LAST, &steps, &totals);
             step.map_or("never".to_owned(), |step| grouped(step as u64))
         };
@@ -325,6 +326,10 @@ mod tests {
             passed.lines().map(|line| line.rsplit(" | ").next().unwrap()).collect();
         assert_eq!(ends[0], "passes 3.5 at |");
         assert_eq!(ends[2..], ["6,000; 6,000 |", "never |"]);
+        // A seed that has come further is looked at to its own end.
+        let short = at(folder.path(), "a-s2", &rising[..5]);
+        let passed = table(&[&runs[..], &[short]].concat(), Some(3.5));
+        assert!(passed.contains("| 6,000; 6,000; never |"), "{passed}");
         assert!(!table(&runs, None).contains("limit"));
         for (limit, mark) in [(1.9, "*"), (5.1, "")] {
             runs.iter_mut().for_each(|run| run.limits = [("cost".to_owned(), limit)].into());
@@ -352,6 +357,10 @@ mod tests {
             .flat_map(|(label, rows)| [0, 1, 2].map(|seed| (format!("{label}-s{seed}"), rows)))
             .map(|(name, rows)| at(folder.path(), &name, rows))
             .collect();
+        let mut limited = runs.clone();
+        limited[3..].iter_mut().for_each(|run| run.limits = [("cost".to_owned(), 9.0)].into());
+        let apart = comparison_table(&limited, None).unwrap();
+        assert!(apart.contains("| another world |"), "{apart}");
         let table = comparison_table(&runs, None).unwrap();
         assert!(table.contains(" | 1.00 (to 30) |\n"), "{table}");
         assert_eq!(table.lines().count(), 4);

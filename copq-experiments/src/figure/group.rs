@@ -54,7 +54,7 @@ pub(super) struct Group {
     /// What made the first of them, if its folder says so.
     pub config: Option<Config>,
     pub seeds: Vec<Evaluated>,
-    limits: BTreeMap<String, f64>,
+    pub limits: BTreeMap<String, f64>,
     /// The seeds' numbers, of runs whose folders say so.
     numbers: Vec<u64>,
     folders: Vec<PathBuf>,

@@ -218,11 +218,10 @@ impl Report {
 
     fn of_trace(&self, world: &World, name: &str) -> Vec<Curve> {
         let labels = self.groups.labels.iter().zip(&world.runs);
-        let trace = |run: &Stored| {
-            run.traces.iter().find(|(known, _)| known == name).map(|(_, points)| points.clone())
-        };
         let curve = |(label, numbers): (&String, &Vec<usize>)| {
-            let lines: Vec<_> = self.far(numbers).into_iter().filter_map(trace).collect();
+            let runs = self.far(numbers);
+            let bin = runs.iter().map(|run| run.bin).max().unwrap_or(1);
+            let lines: Vec<_> = runs.iter().filter_map(|run| run.trace(name, bin)).collect();
             Curve::new(label, lines.len(), over_seeds(&lines), Vec::new())
         };
         labels.map(curve).collect()

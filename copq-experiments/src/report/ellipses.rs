@@ -1,7 +1,9 @@
 //! What critics disagreed about in training, and what bounds make of it.
 
-use copq::Result;
+use std::collections::BTreeMap;
+
 use copq::projection::{Disagreement, by_name};
+use copq::{Result, read_weights};
 use copq_render::Plane;
 use nalgebra::{DMatrix, DVector};
 
@@ -56,6 +58,11 @@ impl Stored {
         };
         let quantities = self.evaluated.as_ref()?.quantities();
         let titles: Vec<String> = quantities.iter().skip(1).map(|q| q.title()).collect();
+        let own = match self.own_weights(&titles) {
+            Some(own) => own,
+            None if titles.iter().all(|title| world.weights.contains_key(title)) => BTreeMap::new(),
+            None => return None,
+        };
         let [first, second, ..] = titles.as_slice() else { return None };
         let (name, correlation) = self
             .traces
@@ -66,7 +73,7 @@ impl Stored {
         // What a multiplier makes of a cost counts, where one is reported.
         let weight = |name: &str| match trace(&format!("multiplier/{name}")) {
             Some(multiplier) => -at(multiplier, f64::INFINITY) as f32,
-            None => world.weights.get(name).map_or(1.0, |&weight| weight as f32),
+            None => own.get(name).or(world.weights.get(name)).map_or(1.0, |&weight| weight as f32),
         };
         let weights = names.map(weight);
         let share = length(weights) / length(titles.iter().map(|name| weight(name)));
@@ -78,6 +85,23 @@ impl Stored {
             weights,
             share: if share.is_finite() { share } else { 1.0 },
         })
+    }
+}
+
+impl Stored {
+    /// The weights that its plan gives to objectives of these names; none if it cannot be told which.
+    fn own_weights(&self, titles: &[String]) -> Option<BTreeMap<String, f64>> {
+        let plan = self.plan();
+        let Some(weights) = plan.and_then(|plan| plan.weights.as_ref()) else {
+            return Some(BTreeMap::new());
+        };
+        // A list is in the task's own order.
+        if plan.is_some_and(|plan| plan.order.is_some()) && !weights.contains('=') {
+            return None;
+        }
+        let names: Vec<&str> = titles.iter().map(String::as_str).collect();
+        let weights = read_weights(weights, &names).ok()?.into_iter();
+        Some(weights.map(|(i, weight)| (titles[i].clone(), f64::from(weight))).collect())
     }
 }
 

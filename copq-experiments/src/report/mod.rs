@@ -13,6 +13,7 @@ mod seeds;
 mod stored;
 pub(crate) mod table;
 mod tables;
+mod together;
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -115,6 +116,7 @@ impl Report {
         if self.groups.worlds.len() > 1 {
             all.insert(0, ("all-tasks".to_owned(), self.overview()));
         }
+        all.extend(self.profiles().map(|figure| ("performance-profiles".to_owned(), figure)));
         all.extend(self.diagnostics().into_iter().map(|d| (file_name(&d.title), d.figure())));
         all
     }
@@ -151,7 +153,9 @@ impl Report {
         let mut known = BTreeSet::new();
         for (name, plane) in self.planes().into_iter().chain(self.ellipses()) {
             let name = distinct(name, &mut known);
-            plane.write(folder.join(format!("{name}.svg")))?;
+            for ending in ["svg", "png"] {
+                plane.write(folder.join(format!("{name}.{ending}")))?;
+            }
         }
         for (name, figure) in self.figures() {
             let name = distinct(name, &mut known);
@@ -370,6 +374,47 @@ mod tests {
         let shown: Vec<String> = together.rows.iter().map(|(_, cells)| cells[1].plain()).collect();
         assert_eq!(shown, ["1.00 (2)", ""]);
         assert!(!together.markdown().contains("Mean ± standard deviation"));
+        // Half of the runs is above every score under 0.5, none above 1.5.
+        let profiles = report.profiles().unwrap().svg().unwrap();
+        assert!(profiles.contains("score over the reference") && profiles.contains("both"));
+        assert!(Report::read("x", &runs).profiles().is_none());
+    }
+
+    /// Four seeds have a middle half; three have their mean in the other tables.
+    #[test]
+    fn the_middle_half_of_seeds() {
+        let folder = tempfile::tempdir().unwrap();
+        let runs: Vec<_> = (0..4)
+            .map(|i| {
+                stored(
+                    folder.path(),
+                    &i.to_string(),
+                    seed(i),
+                    &[0.0, [1.0, 2.0, 4.0, 99.0][i as usize]],
+                )
+            })
+            .collect();
+        let table = |runs: &[ReportRun]| {
+            let tables = Report::read("x", runs).tables();
+            tables.into_iter().find(|table| table.name == "interquartile")
+        };
+        assert!(table(&runs[..3]).is_none());
+        let cell = table(&runs).unwrap().rows[0].1[0].plain();
+        assert!(cell.starts_with("3.0") && cell.ends_with("(4)"), "{cell}");
+    }
+
+    /// Several worlds end a run beyond what was wanted.
+    #[test]
+    fn a_run_of_several_worlds_is_looked_at_to_its_end() {
+        let folder = tempfile::tempdir().unwrap();
+        let change = |plan: &mut Plan| {
+            plan.run.steps = 18;
+            plan.envs = 5;
+        };
+        let mut run = stored(folder.path(), "a", change, &[0.0, 1.0, 2.0, 3.0]);
+        let plan = crate::folder::read_plan(&run.folder).unwrap();
+        run.planned = Some((plan, toml::Table::new()));
+        assert_eq!(Report::read("x", &[run]).runs[0].end(), Some(20));
     }
 
     /// What critics expect at an episode's start, less what comes.
@@ -412,5 +457,17 @@ mod tests {
         let points = &curves[0].panels[0].curves[0].points;
         assert!(points.len() > 120 && points.iter().all(|point| point[1] == 0.5), "{points:?}");
         assert!(points.iter().all(|point| point[0] < 201_000.0));
+        // One that was wanted longer has wider bins.
+        let change = |plan: &mut Plan| {
+            plan.run.seed = 2;
+            plan.run.steps = 450_000;
+        };
+        let run = stored(folder.path(), "2", change, &[0.0, 1.0]);
+        let rows = (1..=200).map(|i| format!("{},{}\n", 1_000 * i, 0.5));
+        let text = "step,clip_rate\n".to_owned() + &rows.collect::<String>();
+        std::fs::write(run.folder.join("metrics.csv"), text).unwrap();
+        let curves = Report::read("x", &[&runs[..], &[run]].concat()).diagnostics();
+        let curve = &curves[0].panels[0].curves[0];
+        assert_eq!((curve.seeds, curve.points.len()), (3, 89));
     }
 }

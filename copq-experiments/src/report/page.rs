@@ -36,6 +36,7 @@ pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String>
     let training = training(report, with_seeds)?;
     let pictures = html! {
         (planes(report)?)
+        (profiles(report)?)
         (films(report, FILMS))
     };
     let judged = report.judged();
@@ -66,6 +67,12 @@ pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String>
         }
     };
     Ok(page.into_string())
+}
+
+/// All tasks together.
+fn profiles(report: &Report) -> Result<Markup> {
+    let picture = report.profiles().map(|figure| figure.svg()).transpose()?;
+    Ok(html! { @if let Some(picture) = picture { figure { (PreEscaped(picture)) } } })
 }
 
 fn head(report: &Report, every: Option<Duration>) -> Markup {

@@ -26,6 +26,9 @@ const TRACES: [&str; 7] = [
     "q_std/",
 ];
 
+/// The beginning of the traces that are of evaluations.
+const VALUE_ERROR: &str = "value_error/";
+
 /// A run for a [`Report`](super::Report): its folder, and what the folder does not say.
 ///
 /// ```
@@ -81,7 +84,9 @@ pub(crate) struct Stored {
     pub steps: u64,
     pub seconds: f64,
     pub rate: f64,
-    /// Columns of `metrics.csv`, and the critics' errors: step and value.
+    /// How many steps a point of a trace is of.
+    pub bin: u64,
+    /// Columns of `metrics.csv`, and the critics' errors at each evaluation: step and value.
     pub traces: Traces,
 }
 
@@ -103,10 +108,10 @@ impl Stored {
         let [steps, seconds, rate] = times.unwrap_or([0.0, 0.0, f64::NAN]);
         let planned = run.planned.as_ref().map(|(plan, _)| plan.run.steps);
         // A longer run in its place is looked at as far as it is wanted.
-        let end = planned.unwrap_or(u64::MAX);
+        let end = run.planned.as_ref().map_or(u64::MAX, |(plan, _)| plan.last_step());
         let evaluated = evaluated.map(|evaluated| evaluated.until(end));
         let wanted = config.as_ref().map(|config| config.plan.run.steps);
-        // Bins of the same width for all seeds, however far each has come.
+        // Of one width for all seeds of one length, however far each has come.
         let bin = (planned.or(wanted).unwrap_or(steps as u64) / POINTS).max(1);
         let traces = read_if_there(folder, "metrics.csv", |it| read_traces(it, bin), &mut problems);
         let (mut traces, damage) = traces.unwrap_or_default();
@@ -134,8 +139,18 @@ impl Stored {
             steps: steps as u64,
             seconds,
             rate,
+            bin,
             traces,
         }
+    }
+
+    /// A trace in bins that seeds share, of this width or wider.
+    pub(crate) fn trace(&self, name: &str, bin: u64) -> Option<Vec<[f64; 2]>> {
+        let (_, points) = self.traces.iter().find(|(known, _)| known == name)?;
+        if bin == self.bin || name.starts_with(VALUE_ERROR) {
+            return Some(points.clone());
+        }
+        Some(binned(points.iter().map(|&[at, value]| (at as u64, value)), bin))
     }
 
     /// The folder's own name.
@@ -201,19 +216,22 @@ fn read_traces(folder: &Path, bin: u64) -> Result<(Traces, Option<String>)> {
     let names = sheet.columns().iter();
     let names = names.filter(|name| TRACES.iter().any(|trace| name.starts_with(trace)));
     let trace = |name: &String| {
-        let mut bins: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
-        for (&step, value) in steps.iter().zip(sheet.column(name)?) {
-            if value.is_finite() {
-                // A row is of the steps before it.
-                let (sum, count) = bins.entry(step.saturating_sub(1) / bin).or_default();
-                *sum += value;
-                *count += 1.0;
-            }
-        }
-        let middle = |(index, (sum, count)): (u64, (f64, f64))| {
-            [(index as f64 + 0.5) * bin as f64, sum / count]
-        };
-        Some((name.clone(), bins.into_iter().map(middle).collect()))
+        // A row is of the steps before it.
+        let rows = steps.iter().map(|step| step.saturating_sub(1)).zip(sheet.column(name)?);
+        Some((name.clone(), binned(rows, bin)))
     };
     Ok((names.filter_map(trace).collect(), damage))
+}
+
+/// Means over bins of so many steps, each at its bin's middle.
+fn binned(points: impl Iterator<Item = (u64, f64)>, bin: u64) -> Vec<[f64; 2]> {
+    let mut bins: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
+    for (step, value) in points.filter(|(_, value)| value.is_finite()) {
+        let (sum, count) = bins.entry(step / bin).or_default();
+        *sum += value;
+        *count += 1.0;
+    }
+    let middle =
+        |(index, (sum, count)): (u64, (f64, f64))| [(index as f64 + 0.5) * bin as f64, sum / count];
+    bins.into_iter().map(middle).collect()
 }

@@ -78,7 +78,7 @@ impl Report {
     }
 
     /// What `*` means at a total, where a cost has a limit.
-    fn mark(&self) -> String {
+    pub(super) fn mark(&self) -> String {
         if self.groups.worlds.iter().all(|world| world.limits.is_empty()) {
             return String::new();
         }
@@ -104,7 +104,7 @@ impl Report {
     }
 
     /// A task's name and its steps.
-    fn headed(&self, world: &World) -> String {
+    pub(super) fn headed(&self, world: &World) -> String {
         let ends = self.all_ends(world);
         let steps = match (ends.first(), ends.last()) {
             (Some(first), Some(last)) if first == last => format!(" at {}", grouped(*last)),
@@ -145,9 +145,10 @@ pub(super) fn all(report: &Report) -> Vec<Table> {
         ),
     ];
     let mut tables: Vec<Table> = tables.into_iter().flatten().collect();
+    tables.extend(interquartile(report));
     tables.extend(improvement(report));
     tables.extend(reward_and_cost(report));
-    tables.extend(over_tasks(report));
+    tables.extend(report.together());
     tables
 }
 
@@ -159,7 +160,8 @@ fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
     }
     let lines: Vec<Vec<[f64; 2]>> = curves
         .into_iter()
-        .map(|seed| seed.into_iter().skip(1).map(|(step, value)| [step as f64, value]).collect())
+        .map(|seed| seed.into_iter().filter(|(step, _)| *step > 0))
+        .map(|seed| seed.map(|(step, value)| [step as f64, value]).collect())
         .collect();
     // At the steps that all seeds have, a list of them a seed.
     let shared: Vec<f64> = over_seeds(&lines).into_iter().map(|[step, ..]| step).collect();
@@ -185,6 +187,26 @@ fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
         begun: seeds.begun(),
         ..Cell::default()
     }
+}
+
+/// The interquartile means of the final totals, where a method has seeds enough for a middle half.
+fn interquartile(report: &Report) -> Option<Table> {
+    let cell = |seeds: &Seeds<'_>| {
+        let values = seeds.totals(Measure::Final);
+        Cell {
+            mean: Some(iqm(&values)).filter(|mean| mean.is_finite()),
+            interval: Bootstrap::default().interval(&[&values], iqm),
+            seeds: values.len(),
+            begun: seeds.begun(),
+            ..Cell::default()
+        }
+    };
+    let note = "The middle half of the seeds' last evaluations, a quarter (rounded down) being left \
+                out at either end: interquartile mean [bootstrap interval at 95 %] (seeds).";
+    let table =
+        report.by_task("interquartile", "Interquartile mean of the final total", note, cell);
+    let has_quarters = table.rows.iter().flat_map(|(_, cells)| cells).any(|cell| cell.seeds > 3);
+    has_quarters.then_some(Table { is_of_seeds: false, ..table })
 }
 
 /// How likely each method is better than the first, on each task.
@@ -273,46 +295,4 @@ fn reward_and_cost(report: &Report) -> Option<Table> {
     let of: Vec<_> =
         columns.iter().map(|(world, quantity, _)| (*world, Some(quantity.title()))).collect();
     Some(report.with_published(table, Measure::LastFive, &of))
-}
-
-/// All tasks together, each divided by its reference.
-fn over_tasks(report: &Report) -> Option<Table> {
-    let reference = |world: &World| report.paper.reference.get(&world.task).copied();
-    let worlds: Vec<(&World, f64)> =
-        report.groups.worlds.iter().filter_map(|world| Some((world, reference(world)?))).collect();
-    if worlds.len() < 2 {
-        return None;
-    }
-    let row = |(label, name): (usize, &String)| {
-        let scores = worlds.iter().map(|&(world, score)| {
-            let finals = report.seeds(world, label).totals(Measure::Final);
-            finals.into_iter().map(|value| value / score).collect::<Vec<f64>>()
-        });
-        let scores: Vec<Vec<f64>> = scores.collect();
-        let all: Vec<f64> = scores.concat();
-        // A method without one of the tasks is not comparable.
-        let is_complete = scores.iter().all(|seeds| !seeds.is_empty());
-        let of = |statistic: fn(&[f64]) -> f64| Cell {
-            mean: Some(statistic(&all)).filter(|value| value.is_finite() && is_complete),
-            interval: Bootstrap::default().interval(&scores, statistic).filter(|_| is_complete),
-            seeds: if is_complete { all.len() } else { 0 },
-            is_violated: worlds.iter().any(|(world, _)| report.exceeds(world, label)),
-            ..Cell::default()
-        };
-        (name.clone(), vec![of(iqm), of(mean)])
-    };
-    Some(Table {
-        name: "all-tasks",
-        title: format!("{} tasks together", worlds.len()),
-        note: format!(
-            "Final totals over the tasks' reference scores: interquartile mean and mean [stratified \
-             bootstrap interval at 95 %] (runs); of methods that have run on all. A task weighs as \
-             much as it has runs: {}.{}",
-            worlds.iter().map(|(world, _)| report.headed(world)).collect::<Vec<_>>().join(", "),
-            report.mark()
-        ),
-        is_of_seeds: false,
-        columns: ["interquartile mean", "mean"].map(str::to_owned).to_vec(),
-        rows: report.groups.labels.iter().enumerate().map(row).collect(),
-    })
 }

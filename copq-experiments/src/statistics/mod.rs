@@ -90,6 +90,14 @@ pub fn probability_of_improvement(first: &[f64], second: &[f64]) -> f64 {
     wins / (first.len() * second.len()) as f64
 }
 
+/// A performance profile at one threshold: the share of the values above it (Agarwal et al. 2021).
+pub fn profile(values: &[f64], threshold: f64) -> f64 {
+    if has_nan(values) {
+        return f64::NAN;
+    }
+    values.iter().filter(|value| **value > threshold).count() as f64 / values.len() as f64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -137,5 +145,8 @@ mod tests {
             assert!(probability_of_improvement(a, b).is_nan());
         }
         assert!(probability_of_improvement(&values, &[]).is_nan());
+        let shares = [0.0, 1.0, 2.5, 4.0].map(|threshold| profile(&values, threshold));
+        assert_eq!(shares, [1.0, 0.75, 0.5, 0.0]);
+        assert!(profile(&diverged, 0.0).is_nan() && profile(&[], 0.0).is_nan());
     }
 }

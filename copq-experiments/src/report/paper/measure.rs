@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::figure::LAST;
 use crate::statistics::{area_under, max, mean};
 
-/// A number that a seed's evaluations come to. It is too early for it before there are two (three
-/// for the swing, five for the last five): the first is of a policy that has not trained.
+/// A number that a seed's evaluations come to. It is too early for it before there is one (two for
+/// the swing, five for the last five) after step 0, whose policy has not trained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
@@ -31,14 +31,15 @@ impl Measure {
     pub(in crate::report) fn of(self, curve: &[(u64, f64)], limit: Option<f64>) -> f64 {
         let (steps, values): (Vec<f64>, Vec<f64>) =
             curve.iter().map(|&(step, value)| (step as f64, value)).unzip();
-        let trained = values.get(1..).unwrap_or_default();
+        let trained = curve.iter().filter(|(step, _)| *step > 0).map(|&(_, value)| value);
+        let trained: Vec<f64> = trained.collect();
         if values.iter().any(|value| value.is_nan()) {
             return f64::NAN;
         }
         match self {
             Self::Final => values.last().copied().unwrap_or(f64::NAN),
             Self::LastFive => mean(&values[values.len().saturating_sub(LAST)..]),
-            Self::Best => max(trained),
+            Self::Best => max(&trained),
             Self::BestOfMean => f64::NAN,
             Self::Area => area_under(&steps, &values),
             Self::Swing => {
