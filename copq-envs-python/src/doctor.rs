@@ -42,10 +42,11 @@ pub fn look(python: &Path) -> Found {
         Err(error) => return found(Err(error.to_string()), Vec::new()),
         Ok(said) => said,
     };
-    let mut lines = said.lines();
+    // Before it starts, a script around it may say something.
+    let mut lines = said.lines().skip_while(|line| !line.starts_with("Python "));
     let version = match lines.next() {
-        Some(version) if version.starts_with("Python ") => version.to_owned(),
-        _ => {
+        Some(version) => version.to_owned(),
+        None => {
             let last = complaint.lines().last().unwrap_or("it is no Python").to_owned();
             return found(Err(last), Vec::new());
         }

@@ -28,7 +28,7 @@ pub struct Options {
     #[serde(skip)]
     pub python: Option<PathBuf>,
     /// Names of the rewards in the environment's order, in place of `reward` or `reward.0`,
-    /// `reward.1` and so on.
+    /// `reward.1` and so on; of Safety-Gymnasium the cost's first, in place of `cost` and `reward`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub objectives: Vec<String>,
     /// Limits of an episode's costs by their names: these objectives are costs, told as positive

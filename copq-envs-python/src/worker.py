@@ -11,6 +11,7 @@ The status is one byte: 0 running, 1 terminated, 2 truncated; or 255, and then c
 prints goes to standard error.
 """
 
+import atexit
 import faulthandler
 import importlib
 import importlib.util
@@ -100,7 +101,8 @@ def seed(number):
 def make(settings):
     """The environment that the settings name."""
     name = PACKAGES[settings["package"]]
-    if settings["render"] and not {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys():
+    has_screen = {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys()
+    if settings["render"] and sys.platform == "linux" and not has_screen:
         # MuJoCo's pictures without a screen.
         os.environ.setdefault("MUJOCO_GL", "egl")
     try:
@@ -127,6 +129,7 @@ def make(settings):
             raise
         raise Refused(f"wanted an environment that draws itself (render_mode='rgb_array'), got one that says: {error}")
     if "rgb_array" not in env.metadata.get("render_modes", []):
+        env.close()
         raise Refused(f"wanted an environment that draws itself (rgb_array among its render_modes), got {env.metadata}")
     return env
 
@@ -141,8 +144,8 @@ def box(space, of, kinds, wanted, advice):
 class World:
     """An environment, and its spaces as flat arrays."""
 
-    def __init__(self, settings):
-        self.env = make(settings)
+    def __init__(self, env, settings):
+        self.env = env
         import numpy
 
         self.numpy = numpy
@@ -187,7 +190,7 @@ class World:
                 "with an action_space of Box(-1, 1, ...) can have some: register it wrapped, and --import that"
             )
         horizon = getattr(self.env.spec, "max_episode_steps", None)
-        if horizon is None:
+        if horizon is None or horizon < 1:
             raise Refused(
                 "length of episodes: wanted a limit, got none (max_episode_steps where it is registered, or "
                 """--env-kwargs '{"max_episode_steps": 1000}')"""
@@ -213,10 +216,14 @@ class World:
         return wanted if 0 < wanted < float("inf") else 30.0
 
     def reset(self, number):
-        """Begins an episode. Randomness that an environment takes from Python's or NumPy's own generators is the
-        seed's, too.
+        """Begins an episode. Randomness that an environment takes from Python's or NumPy's own generators, or from
+        its spaces, is the seed's, too.
         """
         seed(number)
+        for env in self.env, self.env.unwrapped:
+            for name in "action_space", "observation_space":
+                if space := getattr(env, name, None):
+                    space.seed(number)
         return bytes([RUNNING]) + self.seen(self.env.reset(seed=number)[0])
 
     def step(self, action):
@@ -301,20 +308,34 @@ def main():
     # Where a crash was, in words and not in a core file.
     faulthandler.enable()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    # What the environment's modules see of the command line is not copq's.
+    settings = json.loads(sys.argv.pop(1))
+    env = world = None
     try:
-        world = World(json.loads(sys.argv[1]))
+        env = make(settings)
+        world = World(env, settings)
         hello = world.describe()
     except BaseException as error:
-        world = None
         said = str(error) if isinstance(error, Refused) else last_lines(error)
         hello = {"error": said.encode(errors="backslashreplace").decode()}
     connection.sendall(text(json.dumps(hello)))
-    if world:
+    if "error" not in hello:
         world.serve(connection.makefile("rb"), connection)
-        world.env.close()
-    sys.stderr.flush()
-    # Threads that the environment has left do not keep it.
-    os._exit(0)
+    leave(env)
+
+
+def leave(env):
+    """Ends as Python does, but for threads that the environment has left: they do not keep it."""
+    try:
+        if env is not None:
+            env.close()
+        atexit._run_exitfuncs()
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(0)
 
 
 main()

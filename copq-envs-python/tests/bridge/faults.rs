@@ -115,6 +115,56 @@ fn what_cannot_be_used_is_refused_at_the_start() {
     assert!(error.contains("length of episodes: wanted a limit, got none"), "{error}");
 }
 
+/// An environment with these arguments.
+fn with(task: &str, kwargs: String) -> Option<Result<PythonEnv>> {
+    let options = Options {
+        python: Some(python(task)?),
+        kwargs,
+        imports: vec![format!("{}/copq_faulty.py", data())],
+        ..Options::default()
+    };
+    Some(PythonEnv::new(task, &options))
+}
+
+/// To the last bit; and the module sees no arguments of another program's.
+#[test]
+fn numbers_arrive_as_they_were_told() {
+    let kwargs = r#"{"fault": "told", "number": 0.10567641159200747}"#.to_owned();
+    let Some(env) = with("gymnasium:copq/Faulty-v0", kwargs) else { return };
+    let error = env.unwrap_err().to_string();
+    assert!(error.contains("RuntimeError: 0.10567641159200747 and []"), "{error}");
+}
+
+#[test]
+fn what_a_world_registered_for_its_end_is_done() {
+    let folder = tempfile::tempdir().unwrap();
+    for task in ["copq/Faulty-v0", "copq/Endless-v0"] {
+        let file = folder.path().join("simulator");
+        let kwargs = format!(r#"{{"file": {file:?}}}"#);
+        let Some(env) = with(&format!("gymnasium:{task}"), kwargs) else { return };
+        assert_eq!(env.is_ok(), task == "copq/Faulty-v0", "{task}");
+        assert!(file.exists() || env.is_err());
+        drop(env);
+        let deadline = Instant::now() + Duration::from_secs(10);
+        while file.exists() {
+            assert!(Instant::now() < deadline, "{task}: still there");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+#[test]
+fn a_seed_is_that_of_the_spaces_too() {
+    let reset = || {
+        let mut env = faulty("sampled")?.unwrap();
+        let mut obs = [0.0; 2];
+        env.reset(7, &mut obs).unwrap();
+        Some(obs)
+    };
+    let Some(first) = reset() else { return };
+    assert_eq!(reset(), Some(first));
+}
+
 #[test]
 fn what_is_not_there_is_said_with_what_would_help() {
     let at = |python: &str, task: &str| {

@@ -1,5 +1,6 @@
 """Environments that misbehave in one way each, from step 5 on or from the start."""
 
+import atexit
 import ctypes
 import os
 import random
@@ -18,7 +19,7 @@ NUMBER = Box(-np.inf, np.inf, (2,))
 class Faulty(gymnasium.Env):
     metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
 
-    def __init__(self, fault="none", render_mode=None):
+    def __init__(self, fault="none", render_mode=None, number=0.0, file=None):
         self.render_mode = render_mode
         self.fault = fault
         self.steps = 0
@@ -38,10 +39,17 @@ class Faulty(gymnasium.Env):
             raise RuntimeError("no licence")
         if fault == "slow start":
             time.sleep(1000)
+        if fault == "told":
+            raise RuntimeError(f"{number!r} and {sys.argv[1:]}")
+        if file is not None:
+            open(file, "w").close()
+            atexit.register(os.remove, file)
 
     def reset(self, seed=None, options=None):
         super().reset(seed=seed)
         self.steps = 0
+        if self.fault == "sampled":
+            return self.observation_space.sample(), {}
         return np.zeros(2), {}
 
     def step(self, action):
@@ -177,3 +185,4 @@ gymnasium.register("copq/Added-v0", added, max_episode_steps=10)
 gymnasium.register("copq/Faulty-v0", Faulty, max_episode_steps=10)
 gymnasium.register("copq/Once-v0", Once, max_episode_steps=10)
 gymnasium.register("copq/Endless-v0", Faulty)
+gymnasium.register("copq/Minus-v0", Faulty, max_episode_steps=-1)
