@@ -237,6 +237,7 @@ fn check_on_policy_name(
         config.constraint.map_or("none", |constraint| match constraint {
             on_policy::Constraint::Pid(_) => "pid",
             on_policy::Constraint::Adam(_) => "adam",
+            _ => "another",
         })
     };
     let is = |there: bool| if there { "one" } else { "none" };
@@ -289,6 +290,7 @@ fn constraint(method: &Method) -> &'static str {
         }
         Some(Constraint::Lagrangian(_)) => "a Lagrange multiplier",
         Some(Constraint::Pid(_)) => "a PID controller",
+        Some(_) => "a multiplier",
     }
 }
 
@@ -300,5 +302,6 @@ fn on_policy_constraint(config: &on_policy::Config) -> &'static str {
         Some(_) if config.natural.is_some() => "a Lagrange multiplier, natural steps",
         Some(on_policy::Constraint::Adam(_)) => "a Lagrange multiplier",
         Some(on_policy::Constraint::Pid(_)) => "a PID controller",
+        Some(_) => "a multiplier",
     }
 }

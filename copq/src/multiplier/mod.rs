@@ -150,6 +150,7 @@ impl Multiplier for Box<dyn Multiplier> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Constraint {
     /// A Lagrange multiplier for each cost, learned by gradient ascent.
     Lagrangian(LagrangianConfig),

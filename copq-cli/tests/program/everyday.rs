@@ -1,6 +1,5 @@
 //! What happens to runs in everyday life: readers that go away, closed terminals, odd folders,
 //! damaged files, and beginnings from other runs.
-#![cfg(unix)]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};

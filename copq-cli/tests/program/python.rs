@@ -1,6 +1,5 @@
 //! The program on environments of Python's, with the interpreter that scripts/python-worlds.sh
 //! makes.
-#![cfg(unix)]
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

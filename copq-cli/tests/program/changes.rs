@@ -1,5 +1,4 @@
 //! What has changed since a run began, or between two runs: its policy, its length, its films.
-#![cfg(unix)]
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

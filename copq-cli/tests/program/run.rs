@@ -238,6 +238,24 @@ fn lists() {
     assert!(run(&["--help"]).contains("copq train"));
 }
 
+/// A method's own bound takes nothing away, such as REDQ's subset.
+#[test]
+fn a_methods_own_bound_is_the_method_itself() {
+    let temporary = tempfile::tempdir().unwrap();
+    let settings = |method: &str, bound: &[&str]| {
+        let out = temporary.path().join(format!("{method}{}", bound.len()));
+        let out = out.to_str().unwrap();
+        let tiny = ["--steps", "10", "--eval-every", "0", "--set", "networks.hidden=[8]"];
+        run(&[&["train", method, "--out", out, "--task", "b/hopper"], bound, &tiny].concat());
+        let config = std::fs::read_to_string(Path::new(out).join("config.toml")).unwrap();
+        // All but the command.
+        config.split_once("[made_with]").unwrap().0.to_owned()
+    };
+    for (method, bound) in [("redq", "scalarised-min"), ("cal", "mean-std")] {
+        assert_eq!(settings(method, &["--bound", bound]), settings(method, &[]));
+    }
+}
+
 #[test]
 fn wrong_words_are_readable_errors() {
     for (line, wanted) in [
