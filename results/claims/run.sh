@@ -5,7 +5,7 @@ cd "$(dirname "$0")/../.."
 copq=${COPQ:-cargo run --release --features mujoco --}
 folder=$(mktemp -d)
 trap 'rm -r "$folder"' EXIT
-for name in default protocol figure-3 figure-4 figure-5 figure-6; do
+for name in default precision-rapier protocol figure-3 figure-4 figure-5 figure-6; do
   # In a folder of its own, so that no run counts that does not lie here.
   printf 'out = "%s"\nfiles = ["%s"]\n' "$folder/runs" "$PWD/experiments/$name.toml" > "$folder/$name.toml"
   $copq sweep report "$folder/$name.toml" --from results --out "$folder/page.html" --parts "$folder/$name"

@@ -2,7 +2,7 @@
 # The default on MuJoCo's hopper and clipped double-Q beside it, three seeds of 300,000 steps, two at a time: about four hours on two
 # cores without AVX-512.
 #   scripts/fetch-mujoco.sh && cargo build --release -p copq-cli --features mujoco && results/hopper-mujoco/run.sh
-#   results/plot.sh results/hopper-mujoco "cop-td3 on MuJoCo's hopper: its Cholesky bound and clipped double-Q's"
+#   results/plot.sh results/hopper-mujoco "cop-td3 on MuJoCo's hopper: its Cholesky bound and clipped double-Q's" --passes 1000
 # cop-td3's runs are of 30 November 2026, scalarised-min's of before sums were added in another order.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
