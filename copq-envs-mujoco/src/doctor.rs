@@ -106,6 +106,7 @@ fn files() -> Vec<String> {
     let usual = [
         "third_party/mujoco-3.17.0/lib",
         "/usr/lib/x86_64-linux-gnu",
+        "/usr/lib/aarch64-linux-gnu",
         "/usr/lib",
         "/usr/local/lib",
     ];

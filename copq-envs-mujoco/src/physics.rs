@@ -61,7 +61,8 @@ impl Mujoco {
     }
 
     fn update_contact_forces(&self) -> Result<()> {
-        if self.forces_are_old.replace(false) {
+        // A simulation that cannot go on has none: MuJoCo may only reset it.
+        if !self.broken && self.forces_are_old.replace(false) {
             let done = self.simulation.borrow_mut().call(Call::ContactForce, 1);
             done.map_err(|what| self.identity.error(what))?;
         }

@@ -2,9 +2,12 @@
 
 use rapier3d_f64::prelude::{Pose, Rotation, Vector};
 
-/// A rotation from (w, x, y, z), normalised.
+/// A rotation from (w, x, y, z), normalised; that of length 0 is none, as in MuJoCo.
 pub(crate) fn rotation([w, x, y, z]: [f64; 4]) -> Rotation {
-    Rotation::from_xyzw(x, y, z, w).normalize()
+    match Rotation::from_xyzw(x, y, z, w) {
+        none if none.length_squared() == 0.0 => Rotation::IDENTITY,
+        some => some.normalize(),
+    }
 }
 
 /// A pose from a position and (w, x, y, z).
@@ -51,5 +54,11 @@ mod tests {
         assert_eq!(long, aligned(&[[0.0, 1.0, 0.0], [0.0, 0.0, -1.0]]).unwrap());
         assert_eq!(long.1, [1, 2]);
         assert!(aligned(&[[1.0, 1.0, 0.0]]).is_none());
+    }
+
+    #[test]
+    fn a_quaternion_of_zeros_is_no_rotation() {
+        assert_eq!(rotation([0.0; 4]), rotation([1.0, 0.0, 0.0, 0.0]));
+        assert_eq!(rotation([0.0, 0.0, 3.0, 0.0]), rotation([0.0, 0.0, 1.0, 0.0]));
     }
 }
