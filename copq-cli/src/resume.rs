@@ -12,6 +12,9 @@ use crate::training::{leave, train};
 
 /// Goes on with a run from its last checkpoint, as if it had never stopped.
 ///
+/// To other numbers it goes on with a new episode, in worlds of Python's and after an error of a
+/// world, and without a replay, where the checkpoint has none (--replay).
+///
 /// Method, task, seed and settings are the run's own. Ctrl-C saves and exits with code 75 again.
 #[derive(clap::Args)]
 pub struct Resume {

@@ -1,5 +1,9 @@
 //! Environments of Python's for copq: any of Gymnasium's, MO-Gymnasium's or Safety-Gymnasium's with
-//! boxes of numbers as observations and actions, and those that you have registered yourself.
+//! boxes of numbers as observations and actions (floats within finite bounds) and a limit of steps,
+//! and those that you have registered yourself.
+//!
+//! Python's own generator, NumPy's and those of the spaces are seeded at every reset, others are not;
+//! `PYTHONHASHSEED` is 0. What an environment prints goes to standard error.
 //!
 //! Each lives in a process of its own, with the interpreter that you name: nothing of Python's is
 //! needed to build or install copq, and an environment that crashes is an error and no crash.

@@ -17,7 +17,8 @@
 //! constraints, as far as rapier's solver can. Random policies fall as soon as on MuJoCo, within
 //! 10 %, but for the ant's, which hang on the timestep: Brax's ant lasts 64 to 72 steps and 44 on
 //! MuJoCo, and 83 to 95 on both in timesteps of half the length or less. Returns are not comparable
-//! number for number. A world belongs to one environment and one thread.
+//! number for number. A world belongs to one environment, which any thread may
+//! step, one at a time.
 
 mod assemble;
 mod collider;

@@ -6,8 +6,9 @@ use sha2::{Digest, Sha256};
 
 use crate::plan::Plan;
 
-/// Sixteen letters that are the same for two runs if all that can change their numbers is: plan and
-/// settings, but neither threads nor folder nor how many checkpoints stay.
+/// Sixteen letters that are the same for two runs if all that can change their numbers is, as long
+/// as nothing interrupts them: plan and settings, but neither threads nor folder nor which
+/// checkpoints and replays stay, nor what happens after an error of the world.
 ///
 /// ```
 /// use copq::Method;

@@ -2,7 +2,8 @@
 //! figures.
 //!
 //! [`Run`] is the primary type: it drives a [`copq::Trainer`], evaluates, logs, saves, and goes on
-//! after any stop as if there had been none.
+//! after any stop as if there had been none (but in a world that cannot be saved, after an error of
+//! its world, and from a checkpoint without its replay).
 //!
 //! ```no_run
 //! use copq::{Agent, Env, Method, Result, Trainer};

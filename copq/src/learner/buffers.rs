@@ -14,15 +14,19 @@ pub(super) struct Buffers {
     /// deterministic one.
     pub(super) policy_noise: Vec<f32>,
     pub(super) log_prob: Vec<f32>,
-    /// Critic values, `critics x rows x objectives`.
+    /// The critics' values at the replayed actions after their step, `critics x rows x objectives`,
+    /// and the target critics' at the next ones.
     pub(super) q: Vec<f32>,
+    pub(super) next_q: Vec<f32>,
     /// The positions of all critics, the first few of them drawn for a target.
     pub(super) positions: Vec<usize>,
     /// TD targets, `rows x objectives`, or `critics x rows x objectives` if critics have targets of
     /// their own.
     pub(super) target: Vec<f32>,
-    /// Projected bounds and their gradients, `rows x objectives`.
+    /// The bounds at the replayed actions, and at the policy's own with what the actor's loss
+    /// changes by them, `rows x objectives`.
     pub(super) bound: Vec<f32>,
+    pub(super) actor_bound: Vec<f32>,
     pub(super) grad_bound: Vec<f32>,
     /// One number per objective.
     pub(super) losses: Vec<f64>,
@@ -60,9 +64,11 @@ impl Buffers {
             policy_noise: vec![0.0; rows * actor.noise_len()],
             log_prob: vec![0.0; rows * stochastic],
             q: vec![0.0; critics * rows * n],
+            next_q: vec![0.0; critics * rows * n],
             positions: (0..critics).collect(),
             target: vec![0.0; targets * rows * n],
             bound: row_values(),
+            actor_bound: row_values(),
             grad_bound: row_values(),
             losses: vec![0.0; n],
             losses_after: vec![0.0; n],

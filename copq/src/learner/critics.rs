@@ -59,7 +59,7 @@ impl Learner {
             return Ok(());
         }
         let Buffers { q, scratch, bound, mean, .. } = &mut self.buffers;
-        // FAMO has just asked for the same values, and perhaps a look at their rounding after it.
+        // FAMO has just asked for them.
         if self.famo.is_none() {
             self.critic.values(Net::Online, &self.batch.obs, &self.batch.action, q)?;
         }

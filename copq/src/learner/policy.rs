@@ -54,7 +54,8 @@ impl Learner {
         let Self {
             actor, critic, projection, multiplier, temperature, batch, config, steps, ..
         } = self;
-        let Buffers { scratch, bound, grad_bound, policy_noise, .. } = &mut self.buffers;
+        let Buffers { scratch, actor_bound: bound, grad_bound, policy_noise, .. } =
+            &mut self.buffers;
         let rows = config.batch as f64;
         let weights = multiplier.actor_weights();
         for row in grad_bound.chunks_exact_mut(weights.len()) {

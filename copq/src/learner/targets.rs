@@ -20,8 +20,8 @@ impl Learner {
         let critics = self.target_values()?;
         let n = self.objectives.len();
         let shared = self.batch.reward.len();
-        let Buffers { q, target, log_prob, scratch, mean, .. } = &mut self.buffers;
-        let chosen = QView::new(&q[..critics * shared], critics, n)?;
+        let Buffers { next_q, target, log_prob, scratch, mean, .. } = &mut self.buffers;
+        let chosen = QView::new(&next_q[..critics * shared], critics, n)?;
         let lower = self.config.lower(chosen, self.multiplier.weights());
         self.projection.project(lower, scratch, &mut target[..shared])?;
         let pessimism = margin(chosen, &target[..shared], self.multiplier.actor_weights());
@@ -34,7 +34,7 @@ impl Learner {
             }
         }
         if self.config.own_cost_targets {
-            bootstrap_own_costs(target, shared, q, &self.is_cost);
+            bootstrap_own_costs(target, shared, next_q, &self.is_cost);
         }
         for target in target.chunks_exact_mut(shared) {
             discount(target, &self.batch, self.config.discount as f32);
@@ -47,17 +47,17 @@ impl Learner {
     }
 
     /// The values at s', a' of the target critics that count: all, or a few drawn for this update
-    /// (REDQ). They come first in `q`; returns how many critics they are of.
+    /// (REDQ). They come first in `next_q`; returns how many critics they are of.
     fn target_values(&mut self) -> Result<usize> {
-        let Buffers { q, positions, next_action, .. } = &mut self.buffers;
+        let Buffers { next_q, positions, next_action, .. } = &mut self.buffers;
         let next_obs = &self.batch.next_obs;
         let Some(subset) = self.config.subset else {
-            self.critic.values(Net::Target, next_obs, next_action, q)?;
+            self.critic.values(Net::Target, next_obs, next_action, next_q)?;
             return Ok(self.critic.critics());
         };
         draw(&mut self.streams.subset, subset, positions);
-        let q = &mut q[..subset * self.batch.reward.len()];
-        self.critic.values_of(Net::Target, &positions[..subset], next_obs, next_action, q)?;
+        let next_q = &mut next_q[..subset * self.batch.reward.len()];
+        self.critic.values_of(Net::Target, &positions[..subset], next_obs, next_action, next_q)?;
         Ok(subset)
     }
 }

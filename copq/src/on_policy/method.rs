@@ -60,8 +60,8 @@ impl Method {
         Ok(Self { name: (*name).to_owned(), source: (*source).to_owned(), ..make() })
     }
 
-    /// PPO with clipped ratios, an early stop by KL, and a step size that falls to nothing. Costs
-    /// are not looked at.
+    /// PPO with clipped ratios, an early stop by KL, and a step size that falls to nothing. A cost
+    /// counts by its own weight, 0 unless it is given.
     ///
     /// | setting | value |
     /// |---|---|

@@ -14,8 +14,9 @@
 //! | CUP | [`Method::cup`] | a second step, weighed by a multiplier | clipped ratios |
 //! | PPOSaute | [`Method::ppo_saute`] | a budget in the observation ([`Saute`]) | clipped ratios |
 //!
-//! Rewards are one signal, weighed by the task's weights, with one critic; every cost is a signal
-//! with a critic and a multiplier of its own. Nothing here has a priority order.
+//! Rewards are one signal, weighed by the task's weights, with one critic. A method with multipliers
+//! has one for every cost, and a critic; in others but PPOSaute a cost counts in the signal by its
+//! own weight, 0 unless it is given. Nothing here has a priority order.
 
 mod advantage;
 mod agent;
