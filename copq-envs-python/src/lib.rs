@@ -3,7 +3,7 @@
 //! and those that you have registered yourself.
 //!
 //! Python's own generator, NumPy's and those of the spaces are seeded at every reset, others are not;
-//! `PYTHONHASHSEED` is 0. What an environment prints goes to standard error.
+//! `PYTHONHASHSEED` is 0 unless it is set. What an environment prints goes to standard error.
 //!
 //! Each lives in a process of its own, with the interpreter that you name: nothing of Python's is
 //! needed to build or install copq, and an environment that crashes is an error and no crash.
