@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Everything that must hold before a change lands, cheapest first. Needs Rust, a C compiler, python3 with pip, crates.io and PyPI.
+# Everything that must hold before a change lands, cheapest first. Needs Rust, a C compiler, python3 with pip and venv, crates.io and PyPI.
 # `./check.sh quick` is for between two edits: no MuJoCo, no documentation, and of the tests those that train little.
 set -euo pipefail
 cd "$(dirname "$0")"
+export CARGO_TARGET_DIR=$PWD/target
 
 run() {
     printf '\n== %s\n' "$*"
@@ -14,6 +15,8 @@ run() {
 mujoco=copq-envs-mujoco/render,copq-tests/mujoco-rs,copq-cli/render,copq-bench/mujoco
 
 run cargo fmt --all --check
+# A lock of its own, that of a user's workspace, which is run last.
+cargo metadata --locked --format-version 1 --manifest-path tests/foreign/Cargo.toml > /dev/null
 run cargo clippy --workspace --all-targets --locked -- -D warnings
 if test "${1:-}" = quick; then
     # As a part of the workspace, so that nothing is compiled twice.

@@ -2,6 +2,7 @@
 # Whether every crate compiles from the files in its package, with the other packages as its dependencies.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+export CARGO_TARGET_DIR=$PWD/target
 packages=target/check-packages
 rm -rf "$packages"
 mkdir -p "$packages"

@@ -10,6 +10,7 @@ Needs Debian's chromium (apt-get install chromium); says so where there is none.
 import csv
 import html
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -82,7 +83,9 @@ def check_tip(tip, runs, quantity):
 
 
 def main():
-    if not shutil.which("chromium"):
+    browser = shutil.which("chromium")
+    # Ubuntu's, of a snap, sees another /tmp.
+    if not browser or os.path.realpath(browser).startswith("/snap/") or "/snap/" in browser:
         print("!! SKIPPED: the page in a browser, for there is no chromium (Debian: apt-get install chromium)")
         return
     copq = pathlib.Path(sys.argv[1]).resolve()

@@ -21,7 +21,7 @@ python_of() {
 environment() {
     local name=$1 python folder=third_party/$1 wanted=scripts/python-worlds/$1.txt
     python=$(python_of "${@:2}")
-    if cmp -s "$wanted" "$folder/installed.txt"; then
+    if cmp -s "$wanted" "$folder/installed.txt" && "$folder/bin/python" -c ''; then
         echo "$folder is there already"
     elif test -z "$python"; then
         printf '\n!! SKIPPED: %s, for there is no Python %s with venv\n' "$folder" "${*:2}"

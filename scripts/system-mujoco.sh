@@ -20,7 +20,7 @@ unpack() {
         packages=$(apt-cache depends --recurse --no-recommends --no-suggests --no-conflicts --no-breaks --no-replaces \
             --no-enhances libmujoco-dev | grep '^lib' | grep -v -e '^libc6' -e '^libgcc' -e '^libstdc++' -e '^libcrypt')
         # shellcheck disable=SC2086 # a list of names
-        (cd "$work" && test -n "$packages" && apt-get download -qq $packages && find . -name '*.deb' -exec dpkg -x {} root \;) &&
+        (cd "$work" && test -n "$packages" && apt-get download -qq $packages && for package in *.deb; do dpkg -x "$package" root || exit 1; done) &&
             rm -rf $target && mv "$work/root" $target || { rm -rf "$work"; return 1; }
         rm -rf "$work"
     fi

@@ -11,7 +11,8 @@ program=$(realpath "${1:?which program, such as target/release/copq}")
 kills=${2:-1000}
 export RUST_BACKTRACE=0
 scripts=$(realpath "$(dirname "$0")")
-work=$(mktemp -d)
+work=$(realpath "$(mktemp -d)")
+case $work in *[[:space:]:]*) echo "$work: a preloaded library needs a TMPDIR without spaces and colons" >&2; exit 2 ;; esac
 cc -shared -fPIC -O1 -o "$work/faults.so" "$scripts/faults.c" -ldl
 
 methods=("cop-td3" "sac --task b/hopper" "redq --set updates_per_step=2")
@@ -99,6 +100,7 @@ for kind in enospc eio short torn rename; do
         past=0
         verdict "$kind" "$method" "$run"
     done
+    test -n "${tally[$kind: same bytes]:-}" || failed "$kind: no write has failed" "$work"
 done
 
 for ((i = 0; i < kills * 3 / 10; i++)); do

@@ -6,8 +6,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
-out=results/hopper-mujoco-augmentation
+out=${OUT:-results/hopper-mujoco-augmentation}
 
 printf '%s\n' "--steps 60000 --set constraint.lagrangian.augmentation=0.1 --out $out/cop-cal-c0.1-s0" \
-    "--steps 45000 --log-every 1 --out runs/cop-cal-c10-every-update" | xargs -P 2 -I {} sh -c \
+    "--steps 45000 --log-every 1 --out runs/cop-cal-c10-every-update" | xargs -P 2 -I {} bash -o pipefail -c \
     "$copq train cop-cal --engine mujoco --preset paper --seed 0 {} 2>&1 | tail -n 3"

@@ -6,7 +6,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
-out=results/hopper-mujoco-constrained
+out=${OUT:-results/hopper-mujoco-constrained}
 
-printf '%s\n' cop-cal cal saclag-ucb sac-lagrangian | xargs -P 2 -I {} sh -c \
+printf '%s\n' cop-cal cal saclag-ucb sac-lagrangian | xargs -P 2 -I {} bash -o pipefail -c \
     "$copq train {} --engine mujoco --preset paper --steps 200000 --seed 0 --out $out/{}-s0 2>&1 | tail -n 3"

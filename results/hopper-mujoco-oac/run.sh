@@ -7,7 +7,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
-out=results/hopper-mujoco-oac
+out=${OUT:-results/hopper-mujoco-oac}
 famo="--set famo.separate=true"
 
 runs() {
@@ -20,4 +20,4 @@ runs() {
     echo "--bound cholesky --set famo=none --seed 1 --out $out/cholesky-no-famo-s1"
 }
 
-runs | xargs -P 2 -I {} sh -c "$copq train cop-td3-oac --engine mujoco --preset paper --steps 300000 {} 2>&1 | tail -n 3"
+runs | xargs -P 2 -I {} bash -o pipefail -c "$copq train cop-td3-oac --engine mujoco --preset paper --steps 300000 {} 2>&1 | tail -n 3"

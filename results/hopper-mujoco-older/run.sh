@@ -6,8 +6,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
-out=results/hopper-mujoco-older
+out=${OUT:-results/hopper-mujoco-older}
 
 for seed in 0 1 2; do
     echo "--seed $seed --out $out/cop-td3-s$seed"
-done | xargs -P 2 -I {} sh -c "$copq train --engine mujoco --steps 300000 {} 2>&1 | tail -n 3"
+done | xargs -P 2 -I {} bash -o pipefail -c "$copq train --engine mujoco --steps 300000 {} 2>&1 | tail -n 3"

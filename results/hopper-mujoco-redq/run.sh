@@ -7,7 +7,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
-out=results/hopper-mujoco-redq
+out=${OUT:-results/hopper-mujoco-redq}
 
 runs() {
     echo "redq --seed 0 --out $out/redq-s0"
@@ -16,4 +16,4 @@ runs() {
     echo "redq-oac --set optimism.shift=1 --seed 0 --out $out/redq-cop-oac-shift1-s0"
 }
 
-runs | xargs -P 2 -I {} sh -c "$copq train {} --engine mujoco --preset paper --steps 20000 --eval-every 1000 2>&1 | tail -n 3"
+runs | xargs -P 2 -I {} bash -o pipefail -c "$copq train {} --engine mujoco --preset paper --steps 20000 --eval-every 1000 2>&1 | tail -n 3"

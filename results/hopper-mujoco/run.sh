@@ -7,9 +7,9 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
-out=results/hopper-mujoco
+out=${OUT:-results/hopper-mujoco}
 
 for seed in 0 1 2; do
     echo "--seed $seed --out $out/cop-td3-s$seed"
     echo "--bound scalarised-min --seed $seed --out $out/scalarised-min-s$seed"
-done | xargs -P 2 -I {} sh -c "$copq train --engine mujoco --steps 300000 {} 2>&1 | tail -n 3"
+done | xargs -P 2 -I {} bash -o pipefail -c "$copq train --engine mujoco --steps 300000 {} 2>&1 | tail -n 3"

@@ -7,8 +7,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
-out=results/hopper-rapier-fresh
+out=${OUT:-results/hopper-rapier-fresh}
 
 for seed in 5 6 7 8 9; do
     echo "--seed $seed --out $out/cop-td3-s$seed"
-done | xargs -P 2 -I {} sh -c "$copq train {} 2>&1 | tail -n 3"
+done | xargs -P 2 -I {} bash -o pipefail -c "$copq train {} 2>&1 | tail -n 3"

@@ -5,7 +5,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
-out=results/hopper-rapier-oac
+out=${OUT:-results/hopper-rapier-oac}
 
 {
     for seed in 0 1 2; do
@@ -17,4 +17,4 @@ out=results/hopper-rapier-oac
     # Made when FAMO was on for separate critics, too.
     famo="--set famo.separate=true"
     echo "--bound independent-min $famo --steps 60000 --out $out/independent-min-s0"
-} | xargs -P 2 -I {} sh -c "$copq train cop-td3-oac {} 2>&1 | tail -n 3"
+} | xargs -P 2 -I {} bash -o pipefail -c "$copq train cop-td3-oac {} 2>&1 | tail -n 3"

@@ -10,8 +10,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
-out=results/hopper-rapier
+out=${OUT:-results/hopper-rapier}
 
 for seed in 0 1 2 3 4; do
     echo "--seed $seed --steps 150000 --out $out/cop-td3-s$seed"
-done | xargs -P 2 -I {} sh -c "$copq train {} 2>&1 | tail -n 3"
+done | xargs -P 2 -I {} bash -o pipefail -c "$copq train {} 2>&1 | tail -n 3"

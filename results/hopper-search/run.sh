@@ -5,7 +5,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
-out=results/hopper-search
+out=${OUT:-results/hopper-search}
 # Today's preset with yesterday's noise; config.toml has the commands of their day, over another preset.
 near="cop-td3 --set discount=0.99"
 old="$near --set exploration_std=0.1"
@@ -38,4 +38,4 @@ runs() {
     done
 }
 
-runs | xargs -P 2 -I {} sh -c "$copq train {} 2>&1 | tail -n 3"
+runs | xargs -P 2 -I {} bash -o pipefail -c "$copq train {} 2>&1 | tail -n 3"

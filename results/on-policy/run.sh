@@ -5,10 +5,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
-out=results/on-policy
+out=${OUT:-results/on-policy}
 
 for seed in 0 1 2; do
     for method in cppo-pid rcpo cup ppo-saute; do
         echo "$method --seed $seed --out $out/$method-s$seed"
     done
-done | xargs -P 2 -I {} sh -c "$copq train {} --task b/hopper --engine mujoco --preset paper 2>&1 | tail -n 3"
+done | xargs -P 2 -I {} bash -o pipefail -c "$copq train {} --task b/hopper --engine mujoco --preset paper 2>&1 | tail -n 3"

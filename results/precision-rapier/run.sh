@@ -6,10 +6,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
-out=results/precision-rapier
+out=${OUT:-results/precision-rapier}
 
 for seed in 0 1 2 3 4 5 6 7 8 9; do
     for precision in backward careful; do
         echo "--seed $seed --set networks.precision=$precision --out $out/$precision-s$seed"
     done
-done | xargs -P 2 -I {} sh -c "$copq train --steps 100000 {} 2>&1 | tail -n 3"
+done | xargs -P 2 -I {} bash -o pipefail -c "$copq train --steps 100000 {} 2>&1 | tail -n 3"

@@ -8,6 +8,6 @@ copq=${COPQ:-target/release/copq}
 
 for robot in ant humanoid halfcheetah walker2d; do
     for engine in rapier mujoco; do
-        echo "--engine $engine --robot $robot --steps 20000 --out results/robots/$engine-$robot"
+        echo "--engine $engine --robot $robot --steps 20000 --out ${OUT:-results/robots}/$engine-$robot"
     done
-done | xargs -P 2 -I {} sh -c "$copq train cop-td3-oac {} 2>&1 | tail -n 3"
+done | xargs -P 2 -I {} bash -o pipefail -c "$copq train cop-td3-oac {} 2>&1 | tail -n 3"
