@@ -39,8 +39,9 @@ pub type MakeModule = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Resul
 ///
 /// Variables are drawn by candle's rules from copq's random numbers, saved by their paths, and
 /// stepped by the same Adam as all other networks; only [`Networks`]' step sizes count, its layers
-/// and activation are yours to heed. A module must have a gradient back to its input: candle's fused
-/// `LayerNorm` with a bias, `RmsNorm` and `softmax_last_dim` have none, `layer_norm_no_bias` has.
+/// and activation are yours to heed. All that a module draws, and its input, must have a gradient:
+/// candle's fused `LayerNorm` with a bias, `RmsNorm` and `softmax_last_dim` pass none on,
+/// `layer_norm_no_bias` does.
 ///
 /// ```
 /// use candle_core::Module;

@@ -163,7 +163,17 @@ class World:
         self.obs_len = int(numpy.prod(self.observations.shape, dtype=int))
         if self.obs_len > LONGEST_OBSERVATION:
             raise Refused(f"observations: wanted at most {LONGEST_OBSERVATION} numbers, got {self.observations.shape}")
+        self.layers = self.unwrapped()
         self.rewards = self.count_rewards()
+
+    def unwrapped(self):
+        """The environment and, within each wrapper, what it wraps."""
+        from gymnasium import Wrapper
+
+        layers = [self.env]
+        while isinstance(layers[-1], Wrapper):
+            layers.append(layers[-1].env)
+        return layers
 
     def count_rewards(self):
         """How many numbers a reward has, by the outermost wrapper that says so; None if it is one and not a vector."""
@@ -220,7 +230,7 @@ class World:
         its spaces, is the seed's, too.
         """
         seed(number)
-        for env in self.env, self.env.unwrapped:
+        for env in self.layers:
             for name in "action_space", "observation_space":
                 if space := getattr(env, name, None):
                     space.seed(number)
@@ -318,24 +328,27 @@ def main():
     except BaseException as error:
         said = str(error) if isinstance(error, Refused) else last_lines(error)
         hello = {"error": said.encode(errors="backslashreplace").decode()}
-    connection.sendall(text(json.dumps(hello)))
-    if "error" not in hello:
-        world.serve(connection.makefile("rb"), connection)
+    try:
+        connection.sendall(text(json.dumps(hello)))
+        if "error" not in hello:
+            world.serve(connection.makefile("rb"), connection)
+    except OSError:
+        # Nobody is there any more.
+        pass
     leave(env)
 
 
 def leave(env):
     """Ends as Python does, but for threads that the environment has left: they do not keep it."""
-    try:
-        if env is not None:
-            env.close()
-        atexit._run_exitfuncs()
-    except BaseException:
-        traceback.print_exc()
-    finally:
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(0)
+    ends = [atexit._run_exitfuncs] if env is None else [env.close, atexit._run_exitfuncs]
+    for end in ends:
+        try:
+            end()
+        except BaseException:
+            traceback.print_exc()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)
 
 
 main()

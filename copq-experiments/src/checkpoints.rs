@@ -66,7 +66,9 @@ impl Checkpoints {
             remove_replay(&mut older);
             older.write_file(aside)?;
         }
-        for age in (1..self.keep - 1).rev() {
+        // Up to the first that is missing: what a kill has left half done is not done twice.
+        let gap = (1..self.keep - 1).find(|&age| !self.file(age).exists());
+        for age in (1..gap.unwrap_or(self.keep - 1)).rev() {
             move_if_there(&self.file(age), &self.file(age + 1))?;
         }
         move_if_there(aside, &self.file(1))
@@ -102,6 +104,7 @@ impl Checkpoints {
     /// The run shall go on from the youngest checkpoint before the last one that reads back well;
     /// whether the last one does. Nothing moves before [`Checkpoints::take_up`].
     pub(crate) fn go_back(&mut self) -> Result<bool> {
+        self.tidy()?;
         let what = format!("run folder '{}'", self.folder.display());
         let mut error = Error::invalid(what, "a checkpoint before the last", "none");
         for age in (1..=MAX_KEEP).filter(|&age| self.file(age).exists()) {
@@ -123,10 +126,12 @@ impl Checkpoints {
         self.folder.join(".checkpoint.before")
     }
 
-    /// Ends what a kill has left half done: the one before is in its place, if it is another.
+    /// Ends what a kill has left half done: the one before is in its place, if it is another and
+    /// whole.
     fn tidy(&self) -> Result<()> {
         let before = self.before();
-        if self.keep > 1 && before.exists() && !is_same(&before, &self.file(0)) {
+        let is_another = self.keep > 1 && before.exists() && !is_same(&before, &self.file(0));
+        if is_another && State::read_file(&before).is_ok() {
             return self.age(&before);
         }
         remove_if_there(&before);

@@ -308,9 +308,11 @@ fn begin(path: &Path, config: &str, is_new: bool) -> Result<File> {
         return Err(taken(path));
     }
     let written = files::replace(&path.join("config.toml"), config.as_bytes());
+    if written.is_err() {
+        fs::remove_file(path.join("config.toml")).unwrap_or_default();
+    }
     if written.is_err() && is_new {
         // Why it failed says more than that an empty folder was left.
-        fs::remove_file(path.join("config.toml")).unwrap_or_default();
         fs::remove_file(path.join(LOCK)).unwrap_or_default();
         fs::remove_dir(path).unwrap_or_default();
     }

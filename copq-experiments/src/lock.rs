@@ -3,6 +3,7 @@
 use std::fs::{self, File, TryLockError};
 use std::io::Write;
 use std::path::Path;
+use std::sync::OnceLock;
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -40,9 +41,11 @@ pub(crate) fn lock(path: &Path) -> Result<File> {
     Ok(lock)
 }
 
-/// What this process writes into a lock.
-fn own_name() -> String {
-    format!("process {} on {}\n", std::process::id(), gethostname().display())
+/// What this process writes into a lock: one name, even if its machine gets another one meanwhile.
+fn own_name() -> &'static str {
+    static NAME: OnceLock<String> = OnceLock::new();
+    let name = || format!("process {} on {}\n", std::process::id(), gethostname().display());
+    NAME.get_or_init(name)
 }
 
 /// An error unless the folder of this name is the one that this process has taken.

@@ -167,10 +167,9 @@ impl Plan {
         Ok(method)
     }
 
-    /// Where it ends: several worlds may go beyond the last step that is wanted.
+    /// Where it ends at the latest: several worlds may go beyond the last step that is wanted.
     pub(crate) fn last_step(&self) -> u64 {
-        let worlds = self.envs.max(1) as u64;
-        self.run.steps.div_ceil(worlds).saturating_mul(worlds)
+        self.run.steps.saturating_add(self.envs.max(1) as u64 - 1)
     }
 
     /// An error that names the first setting that cannot be used.

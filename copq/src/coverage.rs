@@ -293,9 +293,10 @@ impl Sums {
 
     fn means(mut self) -> Result<Coverage> {
         if self.actions == 0 {
-            let wanted = "a time limit that leaves nine tenths of an action's return before it (a smaller \
-                 discount, a longer horizon)";
-            return Err(Error::invalid("coverage", wanted, format!("{} steps", self.horizon)));
+            let wanted = "episodes long enough to have nine tenths of an action's return in them (a \
+                 smaller discount, a longer horizon)";
+            let got = format!("none among those of at most {} steps", self.horizon);
+            return Err(Error::invalid("coverage", wanted, got));
         }
         let count = self.actions as f64;
         for (i, of) in self.of.iter_mut().enumerate() {

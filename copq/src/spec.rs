@@ -34,9 +34,9 @@ impl Objective {
 
     /// A cost with its limit, and weight 0: only methods with a [`Constraint`](crate::Constraint),
     /// such as [`Method::cop_cal`](crate::Method::cop_cal), hold the limit, by a multiplier. For
-    /// any other it counts as much as the negative weight that you give it. Put one of weight 0
-    /// last: of objectives after it, [`Cholesky`](crate::projection::Cholesky) lowers only what
-    /// this one's disagreement does not explain.
+    /// any other it counts as much as the negative weight that you give it. For those put one of
+    /// weight 0 last: of objectives after it, [`Cholesky`](crate::projection::Cholesky) lowers only
+    /// what this one's disagreement does not explain.
     pub fn cost(name: impl Into<String>, limit: f32) -> Self {
         Self { name: name.into(), weight: 0.0, limit: Some(limit) }
     }

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use candle_core::backprop::GradStore;
 use candle_core::{DType, Device, Module, Result, Tensor, Var};
 use candle_nn::VarBuilder;
-use copq::{Net, Rng, Stream};
+use copq::{Error, Net, Rng, Stream};
 
 use super::seeded::{Seeded, Variables};
 use super::{failed, values};
@@ -71,6 +71,23 @@ impl Network {
             variables.push(Variable { online, target, m: zeros.clone(), v: zeros });
         }
         Ok(Self { online, target, variables, arrays, steps: 0 })
+    }
+
+    /// An error for a module with a part that would never learn, for no gradient reaches it.
+    pub fn check_gradients(&self, input: usize, device: &Device) -> copq::Result<()> {
+        let rows = Var::ones((2, input), DType::F32, device).map_err(failed)?;
+        let output = self.forward(Net::Online, &rows).map_err(failed)?;
+        let grads = output.sum_all().and_then(|sum| sum.backward()).map_err(failed)?;
+        let named = self.arrays.iter().map(|array| array.name.as_str()).zip(self.online());
+        let mut all = named.chain([("input", &rows)]);
+        match all.find(|(_, variable)| grads.get(variable).is_none()) {
+            None => Ok(()),
+            Some((name, _)) => Err(Error::invalid(
+                format!("a module's '{name}'"),
+                "a gradient (what shall not learn is drawn without the VarBuilder)",
+                "none; candle's fused LayerNorm with a bias, RmsNorm and softmax_last_dim pass none on",
+            )),
+        }
     }
 
     /// The variables, in the order in which the module asked for them.

@@ -1,8 +1,8 @@
 //! The multilayer perceptron of all backends, of candle-nn's linear layers.
 
-use candle_core::{DType, Device, Module, Result, Tensor, Var};
+use candle_core::{DType, Device, Module, Result, Tensor};
 use candle_nn::{Linear, VarBuilder, linear};
-use copq::{Activation, Error, Net, Networks, Rng, Stream};
+use copq::{Activation, Networks, Rng, Stream};
 
 use super::failed;
 use super::network::Network;
@@ -55,25 +55,11 @@ pub(super) fn network(
     match make {
         Some(make) => {
             let network = Network::new(make, input, output, rng, device).map_err(failed)?;
-            check_gradient(&network, input, device)?;
+            network.check_gradients(input, device)?;
             Ok(network)
         }
         None => perceptron(&Shape::new(input, &networks.hidden, output), networks, rng, device),
     }
-}
-
-/// An error for a module that no gradient passes through: what lies below would never learn, nor an
-/// actor by such critics.
-fn check_gradient(network: &Network, input: usize, device: &Device) -> copq::Result<()> {
-    let rows = Var::ones((2, input), DType::F32, device).map_err(failed)?;
-    let output = network.forward(Net::Online, &rows).map_err(failed)?;
-    let grads = output.sum_all().and_then(|sum| sum.backward()).map_err(failed)?;
-    if grads.get(&rows).is_some() {
-        return Ok(());
-    }
-    let wanted = "a gradient back to its input";
-    let got = "none: candle's fused LayerNorm with a bias, RmsNorm and softmax_last_dim have none";
-    Err(Error::invalid("a module", wanted, got))
 }
 
 /// A network of this shape whose fresh weights are those of the fused one from an equal `rng`.

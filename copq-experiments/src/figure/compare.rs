@@ -163,10 +163,12 @@ impl Group {
     /// up to which step, where not all of both go to it.
     fn chance_to_beat(&self, other: &Self) -> String {
         let world = |group: &Self| {
-            let plan = group.config.as_ref().map(|config| &config.plan)?;
-            let Plan { task, engine, preset, weights, world, .. } = plan;
-            let names = [task, engine, preset].map(String::clone);
-            Some((names, weights.clone(), world.clone(), group.limits.clone()))
+            let plan = group.config.as_ref().map(|config| &config.plan);
+            let of_plan = plan.map(|plan| {
+                let Plan { task, engine, preset, weights, world, .. } = plan;
+                ([task, engine, preset].map(String::clone), weights.clone(), world.clone())
+            });
+            (of_plan, group.limits.clone())
         };
         if world(self) != world(other) {
             return "another world".to_owned();

@@ -241,6 +241,7 @@ impl Run {
     }
 
     fn log(&mut self) -> Result<()> {
+        self.folder.check_held()?;
         let step = self.trainer.steps();
         if self.env_errors > 0 {
             self.records.metrics.scalar(step, "env_errors", self.env_errors as f64);

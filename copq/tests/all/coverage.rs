@@ -294,5 +294,5 @@ fn what_cannot_be_looked_at_is_an_error() {
     let (critic, actor) = (Box::new(Unsure { objectives: 1 }), Box::new(Resting));
     let mut far = Learner::with_networks(method, &short.spec, critic, actor, 0).unwrap();
     let error = coverage(&mut far, short, CoverageConfig::default()).unwrap_err().to_string();
-    assert!(error.contains("got 10 steps"), "{error}");
+    assert!(error.contains("those of at most 10 steps"), "{error}");
 }
