@@ -86,9 +86,9 @@ fn paper(folder: &Path, weights: [f32; 2]) -> anyhow::Result<()> {
     write(folder, "figure-1a", &scalarised(weights)?)?;
     write(folder, "figure-1b", &independent()?)?;
     write(folder, "figure-1c", &usual.bounds_of_cholesky(weights)?)?;
-    write(folder, "figure-2a", &usual.clip("No clip: the bound lies below", weights)?)?;
+    write(folder, "figure-2a", &usual.clip(None, weights)?)?;
     let against = Critics::new([1.0, 2.4], -0.95)?;
-    write(folder, "figure-2b", &against.clip("Clipped: turned onto the line", weights)?)?;
+    write(folder, "figure-2b", &against.clip(None, weights)?)?;
     for (name, correlation) in [("figure-b1a", 0.6), ("figure-b1b", -0.6)] {
         let title = format!("Lower bounds, correlation {correlation}");
         let critics = Critics::new([1.0, 1.6], correlation)?;
@@ -100,7 +100,7 @@ fn paper(folder: &Path, weights: [f32; 2]) -> anyhow::Result<()> {
             let share = i as f64 / (PICTURES - 1) as f64;
             let correlation = 0.98 * (std::f64::consts::TAU * share).cos();
             let title = format!("Correlation {correlation:+.2}");
-            Critics::new([1.0, 2.0], correlation)?.clip(&title, weights)
+            Critics::new([1.0, 2.0], correlation)?.clip(Some(title), weights)
         })
         .collect::<copq::Result<_>>()?;
     Ok(Plane::write_gif(&films, SHOWN_FOR, folder.join("clip.gif"))?)
@@ -176,17 +176,22 @@ impl Critics {
     }
 
     /// Figure 2: L u, and what the clip makes of it.
-    fn clip(&self, title: &str, weights: [f32; 2]) -> copq::Result<Plane> {
+    fn clip(&self, title: Option<String>, weights: [f32; 2]) -> copq::Result<Plane> {
         let length = f64::from(weights[0]).hypot(f64::from(weights[1]));
         let u = weights.map(|weight| f64::from(weight) / length);
         let l = self.0.factor();
         let mean = self.mean();
         let free = [0, 1].map(|i| mean[i] - l[(i, 0)] * u[0] - l[(i, 1)] * u[1]);
+        let bound = self.bound("cholesky", weights, -1.0)?;
+        // But for rounding to f32, which bounds are.
+        let is_free = (0..2).all(|i| (bound[i] - free[i]).abs() < 1e-5 * (1.0 + free[i].abs()));
+        let what =
+            if is_free { "No clip: the bound lies below" } else { "Clipped: turned onto the line" };
         Ok(self
-            .plane(title)?
+            .plane(&title.unwrap_or_else(|| what.to_owned()))?
             .line("same total", same_total(mean, weights))
             .arrow("without clip", [mean, free])
-            .arrow("cholesky", [mean, self.bound("cholesky", weights, -1.0)?]))
+            .arrow("cholesky", [mean, bound]))
     }
 }
 

@@ -33,6 +33,11 @@ impl Series {
         Self { label: label.into(), points, thin: Vec::new() }
     }
 
+    /// Whether there is anything to see of it.
+    pub(crate) fn is_drawn(&self) -> bool {
+        self.points.iter().any(Point::is_drawable) || self.thin.iter().any(|line| !line.is_empty())
+    }
+
     /// With thin lines of the same colour under it, such as one a seed: steps and values.
     pub fn thin(self, thin: Vec<Vec<[f64; 2]>>) -> Self {
         Self { thin, ..self }

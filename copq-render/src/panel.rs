@@ -108,7 +108,7 @@ fn is_finite(at: &[f64; 2]) -> bool {
 }
 
 impl Point {
-    fn is_drawable(&self) -> bool {
+    pub(crate) fn is_drawable(&self) -> bool {
         self.middle.is_finite() && self.low.is_finite() && self.high.is_finite()
     }
 }
@@ -139,7 +139,7 @@ pub(crate) fn draw(pen: &mut Pen, frame: &Frame, panel: &Panel) {
     }
     if curves.iter().all(Vec::is_empty) {
         let middle = (0.5 * (frame.left + frame.right), 0.5 * (frame.top + frame.bottom));
-        pen.word("no run yet", middle, 14.0, Anchor::Top);
+        pen.word("nothing to draw", middle, 14.0, Anchor::Top);
     }
     names(pen, frame, panel);
     pen.end();

@@ -150,6 +150,11 @@ impl Pen {
         });
     }
 
+    /// A word's size that fits into some room, at most this.
+    pub(crate) fn fitted(&self, text: &str, size: f64, room: f64) -> f64 {
+        size * (room / self.width(text, size)).min(1.0)
+    }
+
     /// A word's width in layout units.
     pub(crate) fn width(&self, text: &str, size: f64) -> f64 {
         let height = self.font.height_unscaled() / self.font.units_per_em().unwrap_or(1.0);

@@ -6,12 +6,13 @@ use copq::{Error, Result, files};
 
 use crate::animation::gif;
 use crate::canvas;
-use crate::layout::{colour, series_attributes};
-use crate::pen::{Anchor, At, Colour, GRID, INK, Pen};
+use crate::layout::{colour, round, series_attributes};
+use crate::pen::{Anchor, At, GRID, INK, Pen};
 use crate::ticks::{label, ticks};
 
 const WIDTH: u32 = 480;
-const HEIGHT: u32 = 460;
+/// So that the axes are as high as they are wide.
+const HEIGHT: u32 = 512;
 /// Room around the axes: left, right, top, bottom.
 const ROOM: [f64; 4] = [72.0, 18.0, 44.0, 78.0];
 const SMALL: f64 = 12.0;
@@ -132,7 +133,11 @@ impl Plane {
         let end = f64::from(WIDTH) - right;
         let mut at = (left, 0);
         let mut places = Vec::new();
-        for (name, _) in &self.marks {
+        for (name, mark) in &self.marks {
+            if mark.is_empty() {
+                places.push(at);
+                continue;
+            }
             let width = 30.0 + pen.width(name, SMALL);
             if at.0 + width > end && at.0 > left {
                 at = (left, at.1 + 1);
@@ -145,7 +150,8 @@ impl Plane {
 
     fn draw(&self, pen: &mut Pen, legend: &[(f64, usize)]) {
         let axes = Axes::new([0, 1].map(|axis| self.range(axis)));
-        pen.word(&self.title, (f64::from(WIDTH) / 2.0, 12.0), 16.0, Anchor::Top);
+        let size = pen.fitted(&self.title, 16.0, f64::from(WIDTH) - 20.0);
+        pen.word(&self.title, (f64::from(WIDTH) / 2.0, 12.0), size, Anchor::Top);
         axes.draw(pen, &self.axes);
         if let Some(limit) = self.limit {
             let (across, _) = axes.at([limit, axes.ranges[1][0]]);
@@ -155,15 +161,19 @@ impl Plane {
         pen.begin_clipped(axes.frame);
         for (n, (_, mark)) in self.marks.iter().enumerate() {
             pen.begin(series_attributes(n));
-            mark.draw(pen, &axes, colour(n));
+            mark.draw(pen, &axes, n);
             pen.end();
         }
         pen.end();
-        for (n, ((name, _), &(x, row))) in self.marks.iter().zip(legend).enumerate() {
+        for (n, ((name, mark), &(x, row))) in self.marks.iter().zip(legend).enumerate() {
+            if mark.is_empty() {
+                continue;
+            }
             let y = f64::from(HEIGHT) - 18.0 + row as f64 * ROW;
             pen.begin(series_attributes(n));
-            pen.dot((x + 5.0, y), 5.0, colour(n));
-            pen.word(name, (x + 15.0, y), SMALL, Anchor::Left);
+            spot(pen, (x + 5.0, y), 5.0, n);
+            let room = f64::from(WIDTH) - x - 20.0;
+            pen.word(name, (x + 15.0, y), pen.fitted(name, SMALL, room), Anchor::Left);
             pen.end();
         }
     }
@@ -202,10 +212,19 @@ impl Plane {
 }
 
 impl Mark {
-    fn draw(&self, pen: &mut Pen, axes: &Axes, colour: Colour) {
+    /// Whether there is nothing to see of it.
+    fn is_empty(&self) -> bool {
+        matches!(self, Self::Points(points) if !points.iter().any(is_finite))
+    }
+
+    fn draw(&self, pen: &mut Pen, axes: &Axes, n: usize) {
+        let colour = colour(n);
         match self {
             Self::Points(points) => {
-                points.iter().for_each(|&point| pen.dot(axes.at(point), 3.0, colour))
+                points
+                    .iter()
+                    .filter(|at| is_finite(at))
+                    .for_each(|&at| spot(pen, axes.at(at), 3.5, n));
             }
             Self::Closed(points) => {
                 let edge = points.iter().chain(points.first());
@@ -219,6 +238,25 @@ impl Mark {
             }
             Self::Line(from_to) => pen.dashes(from_to.map(|end| axes.at(end)), 1.5, colour),
         }
+    }
+}
+
+fn is_finite(at: &[f64; 2]) -> bool {
+    at.iter().all(|x| x.is_finite())
+}
+
+/// The n-th mark's dot: a disc, and when all colours are used up a ring, a square, a diamond.
+fn spot(pen: &mut Pen, (x, y): At, r: f64, n: usize) {
+    let square = [(x - r, y - r), (x + r, y - r), (x + r, y + r), (x - r, y + r)];
+    let diamond = [(x - r, y), (x, y - r), (x + r, y), (x, y + r)];
+    match round(n) % 4 {
+        0 => pen.dot((x, y), r, colour(n)),
+        1 => {
+            pen.dot((x, y), r, colour(n));
+            pen.dot((x, y), 0.55 * r, [255; 3]);
+        }
+        2 => pen.fill(&square, colour(n), 1.0),
+        _ => pen.fill(&diamond, colour(n), 1.0),
     }
 }
 

@@ -26,9 +26,10 @@ pub(crate) fn label(value: f64, largest: f64) -> String {
         _ => (1.0, ""),
     };
     let size = (value / unit).abs();
-    let is_small = largest.abs() < 1e-3;
-    let digits = if is_small { format!("{size:.1e}") } else { format!("{size:.4}") };
-    let digits = if is_small {
+    let is_extreme = largest.abs() < 1e-3 || largest.abs() >= 1e9;
+    let (size, suffix) = if is_extreme { (value.abs(), "") } else { (size, suffix) };
+    let digits = if is_extreme { format!("{size:.1e}") } else { format!("{size:.6}") };
+    let digits = if is_extreme {
         digits.replace(".0e", "e").replace("e-", "e\u{2212}")
     } else {
         digits.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -53,6 +54,9 @@ mod tests {
         assert_eq!(labels(&[0.0, 200_000.0, 1_000_000.0, 1_500_000.0]), "0 200k 1M 1.5M");
         assert_eq!(labels(&[-500.0, 0.0, 1_500.0]), "\u{2212}500 0 1500");
         assert_eq!(labels(&[-0.05, 0.1 + 0.2]), "\u{2212}0.05 0.3");
+        assert_eq!(labels(&[1e6, 1_000_100.0]), "1M 1.0001M");
+        assert_eq!(labels(&[1e6, 1_000_050.0]), "1M 1.00005M");
+        assert_eq!(labels(&[0.0, 5e21, 1e22]), "0 5e21 1e22");
         assert_eq!(labels(&[0.0, -2e-5, 1.5e-4]), "0 \u{2212}2e\u{2212}5 1.5e\u{2212}4");
     }
 

@@ -15,6 +15,9 @@ use crate::statistics::{mean, std};
 const NOTE: &str = "Line: mean of the seeds. Band: standard deviation (of one seed: lowest to \
      highest episode).";
 
+/// What a dashed line is.
+const DASHED: &str = " Dashed: the limit.";
+
 /// The same of training's own numbers.
 const TRAINING: &str = "Line: mean of the seeds. Band: standard deviation. value_error: what critics \
      expect at an episode's start, a stochastic policy's entropy bonus with it, less what came.";
@@ -107,7 +110,7 @@ impl Report {
             limit: world.limits.get(&quantity.title()).copied(),
             curves: self.of_quantity(world, quantity, with_seeds),
         };
-        let dashed = if world.limits.is_empty() { "" } else { " Dashed: the limit." };
+        let dashed = if world.limits.is_empty() { "" } else { DASHED };
         Curves {
             title: world.name.clone(),
             note: format!("{NOTE}{dashed}"),
@@ -118,13 +121,19 @@ impl Report {
     /// One panel a task, and one for its most important objective.
     pub(super) fn overview(&self) -> Figure {
         let worlds = &self.groups.worlds;
-        let mut figure = Figure::new(&self.title, NOTE).columns(worlds.len());
+        let dashed = if worlds.iter().all(|world| world.limits.is_empty()) { "" } else { DASHED };
+        let mut figure = Figure::new(&self.title, format!("{NOTE}{dashed}")).columns(worlds.len());
         for row in 0..2 {
             for world in worlds {
-                if let Some(panel) = self.curves(world, false).panels.get(row) {
-                    let title = format!("{}: {}", world.short, panel.title);
-                    figure = figure.panel(CurvePanel { title, ..panel.clone() }.panel());
-                }
+                let panel = match self.curves(world, false).panels.get(row) {
+                    Some(panel) => {
+                        let title = format!("{}: {}", world.short, panel.title);
+                        CurvePanel { title, ..panel.clone() }.panel()
+                    }
+                    // Those of other tasks stay in their columns.
+                    None => Panel::new(&world.short),
+                };
+                figure = figure.panel(panel);
             }
         }
         figure

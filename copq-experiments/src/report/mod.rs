@@ -104,7 +104,12 @@ impl Report {
         let steps: u64 = self.runs.iter().map(|run| run.steps).sum();
         let time = duration(self.runs.iter().map(|run| run.seconds).sum());
         let (runs, states, steps) = (self.runs.len(), states.join(", "), grouped(steps));
-        format!("{runs} runs: {states}; {steps} steps in {time} of training")
+        let troubled = self.runs.iter().filter(|run| !run.problems.is_empty()).count();
+        let troubles = match troubled {
+            0 => String::new(),
+            some => format!("; {some} with problems, which the page names"),
+        };
+        format!("{runs} runs: {states}; {steps} steps in {time} of training{troubles}")
     }
 
     /// The curves of each task, as they are on the page: a name for its file, and the figure.

@@ -16,8 +16,8 @@ for (const figure of document.querySelectorAll("figure.curves")) {
   const place = (event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
   const isShown = (series) => document.querySelector("#m" + series)?.checked !== false;
 
-  figure.addEventListener("pointerleave", hide);
-  figure.addEventListener("pointermove", (event) => {
+  figure.addEventListener("pointerleave", (event) => { if (event.pointerType === "mouse") hide(); });
+  for (const kind of ["pointermove", "pointerdown"]) figure.addEventListener(kind, (event) => {
     const at = place(event);
     const panel = panels.find((p) => at.x >= p.left && at.x <= p.right && at.y >= p.top && at.y <= p.bottom);
     if (!panel) return hide();

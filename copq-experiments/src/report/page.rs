@@ -72,7 +72,12 @@ pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String>
 /// All tasks together.
 fn profiles(report: &Report) -> Result<Markup> {
     let picture = report.profiles().map(|figure| figure.svg()).transpose()?;
-    Ok(html! { @if let Some(picture) = picture { figure { (PreEscaped(picture)) } } })
+    Ok(html! {
+        @if let Some(picture) = picture {
+            h2 id="together" { "All tasks together" }
+            figure.by-method.alone { (PreEscaped(picture)) }
+        }
+    })
 }
 
 fn head(report: &Report, every: Option<Duration>) -> Markup {

@@ -120,6 +120,7 @@ impl Stored {
         traces.iter_mut().for_each(|(_, line)| line.retain(|point| point[0] <= end as f64));
         let made = config.as_ref().map(|config| (config.plan.clone(), config.settings.clone()));
         let done = read_done(folder);
+        problems.extend(missing(folder, config.as_ref(), done.is_some()));
         if done.is_some() && run.fingerprint.is_some() && done != run.fingerprint {
             problems.push("done by other settings than the sweep's file has now".to_owned());
         }
@@ -183,6 +184,19 @@ fn standing(folder: &Path, has_all: bool, is_short: bool) -> Standing {
         Standing::Done if is_short => Standing::Stopped,
         standing => standing,
     }
+}
+
+/// The files that a run must have left, of those that are not there.
+fn missing(
+    folder: &Path,
+    config: Option<&RunConfig<toml::Table>>,
+    is_done: bool,
+) -> impl Iterator<Item = String> {
+    let evaluates = config.is_none_or(|config| config.plan.run.eval_every > 0);
+    let names = [("config.toml", true), ("metrics.csv", true), ("evaluations.csv", evaluates)];
+    let lost = names.into_iter().filter(|&(name, must)| must && !folder.join(name).exists());
+    let lost: Vec<_> = lost.map(|(name, _)| format!("{name} is not there")).collect();
+    lost.into_iter().filter(move |_| is_done)
 }
 
 /// What is read of a file, if it is there; what cannot be read is a problem.
