@@ -153,6 +153,10 @@ fn quantities(spec: &EnvSpec, each: &[Played]) -> Vec<Quantity> {
     ];
     for (i, name) in spec.names().into_iter().enumerate() {
         quantities.push(Quantity::new(name, &of(&|played| played.returns[i])));
+        if let Some(limit) = spec.limit(i) {
+            let is_over = of(&|played| f64::from(played.returns[i] > f64::from(limit)));
+            quantities.push(Quantity::new(&format!("{name} over its limit of {limit}"), &is_over));
+        }
     }
     let terminated = of(&|played| f64::from(played.terminated));
     quantities.push(Quantity::new("terminated", &terminated));

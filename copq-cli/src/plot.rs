@@ -22,14 +22,14 @@ pub struct Plot {
     #[arg(long, default_value = "Evaluation without exploration")]
     title: String,
 
-    /// Draw a dashed line at this return of an objective, such as cost=740.2. May be given several
-    /// times.
+    /// Draw a dashed line at this return of an objective, such as cost=740.2; may be given several
+    /// times. [default: the runs' own limits, where all have the same]
     #[arg(long, value_name = "OBJECTIVE=RETURN", value_parser = limit, requires = "out")]
     limit: Vec<Limit>,
 
     /// Also say, seed by seed, at which step the mean of five evaluations' weighted totals first
     /// passes this.
-    #[arg(long, value_name = "TOTAL", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TOTAL", allow_negative_numbers = true, value_parser = finite)]
     passes: Option<f64>,
 
     /// Also write the markdown table that is printed to this file.
@@ -62,8 +62,12 @@ fn labelled(text: &str) -> Result<Labelled, String> {
 
 fn limit(text: &str) -> Result<Limit, String> {
     let (objective, value) = text.split_once('=').ok_or("wanted OBJECTIVE=RETURN")?;
-    let value = value.parse().map_err(|_| format!("wanted a number after the =, got {value}"))?;
-    Ok(Limit { objective: objective.to_owned(), value })
+    Ok(Limit { objective: objective.to_owned(), value: finite(value)? })
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or_else(|| format!("wanted a finite number, got {text}"))
 }
 
 impl Plot {

@@ -31,7 +31,8 @@ pub struct PythonWorld {
     env_kwargs: Option<String>,
 
     /// A module to import first, which registers environments of your own: its name, or its file
-    /// PATH.py; may be given several times.
+    /// PATH.py; may be given several times. Runs do not notice when it changes: give those of
+    /// another version another folder.
     #[arg(long, value_name = "MODULE")]
     import: Vec<String>,
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{bail, ensure};
 use copq::{Ensemble, Method, projection};
 use copq_envs_python::is_task;
-use copq_experiments::{Plan, RunSettings};
+use copq_experiments::{Plan, RunSettings, fingerprint};
 
 use crate::keeping::Keeping;
 use crate::options::{count, number_of, positive, whole};
@@ -157,6 +157,10 @@ pub struct Train {
     python: PythonWorld,
 }
 
+/// A folder's name that is longer says its settings shortly; systems take 255 letters, and a sweep
+/// puts an arm's name before it.
+const LONGEST_NAME: usize = 180;
+
 /// What to train, and the usual name of its folder.
 pub struct Prepared {
     pub recipe: Recipe,
@@ -192,7 +196,11 @@ impl Train {
             }
             Recipe::OnPolicy(_) => plan,
         };
-        Ok(Prepared { name: self.folder_name(&plan), recipe, plan })
+        let name = match self.folder_name(&plan) {
+            long if long.len() > LONGEST_NAME => short_name(&plan, &recipe)?,
+            name => name,
+        };
+        Ok(Prepared { name, recipe, plan })
     }
 
     /// What the options change: the plan and method of another run, or a method's usual ones.
@@ -278,6 +286,15 @@ impl Train {
             arguments.into_iter().chain(settings).map(|change| format!("-{change}")).collect();
         format!("{stem}{}{seed}", changes.concat())
     }
+}
+
+/// The name of a folder whose settings are too many for one: letters of their own.
+fn short_name(plan: &Plan, recipe: &Recipe) -> anyhow::Result<String> {
+    let any_seed = Plan { run: RunSettings { seed: 0, ..plan.run }, ..plan.clone() };
+    let letters = fingerprint(&any_seed, &recipe.settings()?)?;
+    let stem: String = any_seed.folder_name().chars().take(LONGEST_NAME / 2).collect();
+    let stem = stem.strip_suffix("-s0").unwrap_or(&stem);
+    Ok(format!("{stem}-{letters}-s{}", plan.run.seed))
 }
 
 /// The method with another bound; an error for one that has its own.

@@ -169,7 +169,7 @@ pub fn with_changes<S: Serialize + DeserializeOwned>(
         }
         let old = at.remove(name);
         if value != "none" {
-            at.insert(name.to_owned(), parse_value(value, old.as_ref()));
+            at.insert(name.to_owned(), merged(old, parse_value(value)));
         } else if old.is_none() {
             return Err(invalid("a setting that there is", format!("none at {key}")));
         } else {
@@ -198,13 +198,25 @@ fn value_at<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
     }
 }
 
-/// A value as TOML has it, or else a text; an integer where a number with a fraction was becomes
-/// one.
-fn parse_value(text: &str, old: Option<&toml::Value>) -> toml::Value {
-    let value = text.parse().unwrap_or_else(|_| toml::Value::String(text.to_owned()));
-    match (value.as_integer(), old) {
-        (Some(integer), Some(toml::Value::Float(_))) => toml::Value::Float(integer as f64),
-        _ => value,
+/// A value as TOML has it, or else a text.
+fn parse_value(text: &str) -> toml::Value {
+    text.parse().unwrap_or_else(|_| toml::Value::String(text.to_owned()))
+}
+
+/// A value in the place of another: of a table only what it names is another, and an integer where
+/// a number with a fraction was becomes one.
+fn merged(old: Option<toml::Value>, new: toml::Value) -> toml::Value {
+    use toml::Value::{Float, Integer, Table};
+    match (old, new) {
+        (Some(Float(_)), Integer(integer)) => Float(integer as f64),
+        (Some(Table(mut table)), Table(changes)) => {
+            for (key, value) in changes {
+                let value = merged(table.remove(&key), value);
+                table.insert(key, value);
+            }
+            Table(table)
+        }
+        (_, new) => new,
     }
 }
 
@@ -365,5 +377,18 @@ mod tests {
                 assert_eq!(read, settings, "{name}");
             }
         }
+    }
+
+    /// Of a table only what is named is another.
+    #[test]
+    fn a_table_keeps_what_is_not_named() {
+        let ppo = copq::on_policy::Method::ppo().config;
+        let with = |change: &str| with_changes(&ppo, &[change.to_owned()]);
+        let narrow = with("networks={hidden=[3], critic_lr=1}").unwrap();
+        assert_eq!(narrow.networks.hidden, [3]);
+        assert_eq!(narrow.networks.critic_lr, 1.0);
+        assert_eq!(narrow.networks.activation, ppo.networks.activation);
+        assert_eq!(narrow, with_changes(&narrow, &[]).unwrap());
+        assert!(with("networks={hiden=[3]}").unwrap_err().to_string().contains("hiden"));
     }
 }

@@ -19,6 +19,8 @@ struct Flags {
     idle: Arc<AtomicBool>,
     /// A signal came while a run trained.
     asked: Arc<AtomicBool>,
+    /// One of them was SIGINT; the next of its kind ends the process.
+    interrupted: Arc<AtomicBool>,
 }
 
 /// The handlers' flags, once there are handlers, and how many runs train.
@@ -52,6 +54,7 @@ impl Stop {
         };
         if *count == 0 {
             flags.asked.store(false, Ordering::SeqCst);
+            flags.interrupted.store(false, Ordering::SeqCst);
             flags.idle.store(false, Ordering::SeqCst);
         }
         *count += 1;
@@ -107,8 +110,11 @@ fn install() -> std::io::Result<Flags> {
         if before == Disposition::Default {
             flag::register_conditional_default(signal, flags.idle.clone())?;
             if signal == SIGINT {
-                // 128 + signal is the shell's custom.
-                flag::register_conditional_shutdown(signal, 128 + signal, flags.asked.clone())?;
+                // 128 + signal is the shell's custom. Only a second SIGINT: a SIGTERM that comes with
+                // the first, as from a pool of runs, is no second one.
+                let second = flags.interrupted.clone();
+                flag::register_conditional_shutdown(signal, 128 + signal, second)?;
+                flag::register(signal, flags.interrupted.clone())?;
             }
         }
         flag::register(signal, flags.asked.clone())?;

@@ -67,7 +67,8 @@ const FILE: &str = r#"A sweep's file is TOML. Its keys are copq train's long opt
   is = "above"               # or below; near or not-below, with within = 0.1
   than = "minimum"           # several in a list; limit is that of the cost in quantity
 
-`files = ["other.toml"]` takes in the runs of other files. experiments/ has examples."#;
+`files = ["other.toml"]` takes in the runs of other files, which lie beside this one. All other
+paths, `out` too, begin in the folder where copq is called. experiments/ has examples."#;
 
 /// Trains many runs that one file describes: methods, tasks, seeds and whatever else copq train
 /// has.

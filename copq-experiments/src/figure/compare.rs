@@ -47,7 +47,8 @@ pub struct Limit {
 ///
 /// One colour a label: the line is the median of its seeds, the band goes from the lowest to the
 /// highest seed; with one seed they are the mean and the range of the evaluation episodes. A step
-/// that not all seeds reached is left out. A dashed line goes across at the `limits`.
+/// that not all seeds reached is left out. A dashed line goes across at the `limits`, and at those
+/// of the runs' costs that are the same for all.
 pub fn compare(title: &str, runs: &[Labelled], limits: &[Limit], out: &Path) -> Result<()> {
     let groups = group(runs)?;
     let quantities = quantities(&groups);
@@ -56,9 +57,12 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[Limit], out: &Path) -> 
         let wanted = objectives.join(" or ");
         return Err(Error::invalid("objective of a limit", wanted, &unknown.objective));
     }
-    let limit =
-        |title: &str| limits.iter().find(|limit| limit.objective == title).map(|limit| limit.value);
-    let note = note(&groups).to_owned() + if limits.is_empty() { "" } else { LIMIT_NOTE };
+    let limit = |title: &str| {
+        let given = limits.iter().find(|limit| limit.objective == title);
+        given.map(|limit| limit.value).or_else(|| shared_limit(&groups, title))
+    };
+    let has_limit = quantities.iter().any(|quantity| limit(&quantity.title()).is_some());
+    let note = note(&groups).to_owned() + if has_limit { LIMIT_NOTE } else { "" };
     let mut figure = Figure::new(title, note);
     for quantity in &quantities {
         let panel = Panel::new(quantity.title()).limit(limit(&quantity.title()));
@@ -107,6 +111,13 @@ pub fn comparison_table(runs: &[Labelled], passes: Option<f64>) -> Result<String
         text += &markdown_row(&cells);
     }
     Ok(text + &remarks(&groups))
+}
+
+/// The limit of an objective in all runs that have one.
+fn shared_limit(groups: &[Group], objective: &str) -> Option<f64> {
+    let mut limits = groups.iter().filter_map(|group| group.limits.get(objective));
+    let first = *limits.next()?;
+    limits.all(|limit| *limit == first).then_some(first)
 }
 
 /// What stands beneath the table.
@@ -190,6 +201,9 @@ impl Group {
     fn passes(&self, threshold: f64) -> String {
         let step = |seed: &Evaluated| {
             let (steps, totals) = seed.trained(&Quantity::WeightedTotal, seed.last_step());
+            if totals.len() < LAST {
+                return "too early".to_owned();
+            }
             let step = steps_to(threshold, LAST, &steps, &totals);
             step.map_or("never".to_owned(), |step| grouped(step as u64))
         };
@@ -327,11 +341,12 @@ mod tests {
         let ends: Vec<&str> =
             passed.lines().map(|line| line.rsplit(" | ").next().unwrap()).collect();
         assert_eq!(ends[0], "passes 3.5 at |");
-        assert_eq!(ends[2..], ["6,000; 6,000 |", "never |"]);
+        assert_eq!(ends[2..], ["6,000; 6,000 |", "too early |"]);
+        assert!(table(&runs, Some(99.0)).contains("| never; never |"));
         // A seed that has come further is looked at to its own end.
         let short = at(folder.path(), "a-s2", &rising[..5]);
         let passed = table(&[&runs[..], &[short]].concat(), Some(3.5));
-        assert!(passed.contains("| 6,000; 6,000; never |"), "{passed}");
+        assert!(passed.contains("| 6,000; 6,000; too early |"), "{passed}");
         assert!(!table(&runs, None).contains("limit"));
         for (limit, mark) in [(1.9, "*"), (5.1, "")] {
             runs.iter_mut().for_each(|run| run.limits = [("cost".to_owned(), limit)].into());

@@ -164,6 +164,9 @@ impl Run {
             self.step(&stop)?;
         }
         if self.saved_step != Some(self.trainer.steps()) {
+            if stop.is_asked() {
+                self.progress.line("stopping: it saves (Ctrl-C once more gives that up)");
+            }
             self.checkpoint()?;
         }
         let ending = self.close(&stop)?;
