@@ -183,3 +183,24 @@ fn json(text: &str) -> Result<String, String> {
         Err(error) => Err(format!("wanted an object as JSON ({error})")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A benchmark's limit stays with its task; one that was given goes along.
+    #[test]
+    fn limits_that_were_given() {
+        let mut plan = Plan::new(&copq::Method::cop_cal());
+        let mut given = |task: &str, limits: &[(&str, f64)]| {
+            task.clone_into(&mut plan.task);
+            let limits = limits.iter().map(|(name, limit)| ((*name).to_owned(), *limit));
+            plan.limits = limits.collect();
+            limits_given(&plan).unwrap().into_iter().collect::<Vec<_>>()
+        };
+        let goal = "safety-gymnasium:SafetyPointGoal1-v0";
+        assert_eq!(given(goal, &[("cost", 25.0)]), []);
+        assert_eq!(given(goal, &[("cost", 10.0)]), [("cost".to_owned(), 10.0)]);
+        assert_eq!(given("b/hopper", &[("cost", 25.0)]), [("cost".to_owned(), 25.0)]);
+    }
+}

@@ -161,4 +161,19 @@ mod tests {
         assert_eq!(late_cost(&Method::cal(), &late), None);
         assert_eq!(late_cost(&Method::cop_td3(), &late), None);
     }
+
+    #[test]
+    fn what_counts_for_nothing_belongs_last() {
+        let first = EnvSpec::new("x", 1, 1).cost("cost", 1.0).reward("speed", 1.0);
+        let words = "cost has weight 0 and comes before speed, whose bound is then lowered only by what \
+                     cost's disagreement does not explain; see --order";
+        assert_eq!(idle_first(&Method::cop_td3(), &first).unwrap(), words);
+        let extremum = Method::cop_td3().bound(copq::projection::Extremum);
+        let last = EnvSpec::new("x", 1, 1).reward("speed", 1.0).cost("cost", 1.0);
+        let weighed = EnvSpec::new("x", 1, 1).reward("safety", 1.0).reward("speed", 1.0);
+        assert_eq!(idle_first(&extremum, &first), None);
+        assert_eq!(idle_first(&Method::cop_cal(), &first), None);
+        assert_eq!(idle_first(&Method::cop_td3(), &last), None);
+        assert_eq!(idle_first(&Method::cop_td3(), &weighed), None);
+    }
 }

@@ -149,6 +149,8 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
+    use crate::config::{self, MadeWith, RunConfig};
+    use crate::plan::Plan;
     use crate::report::ReportRun;
 
     #[test]
@@ -185,5 +187,27 @@ mod tests {
         );
         assert_eq!(weights, [1.0, 1.0]);
         assert!((share - (2f32 / 3.0).sqrt()).abs() < 1e-6, "{share}");
+    }
+
+    /// The weights of a task of Python's are in its plan alone.
+    #[test]
+    fn a_plans_own_weights_count() {
+        let folder = tempfile::tempdir().unwrap();
+        let weights = |weights: Option<&str>, order: Option<&str>| {
+            let mut plan = Plan::new(&copq::Method::cop_td3());
+            plan.weights = weights.map(str::to_owned);
+            plan.order = order.map(str::to_owned);
+            let config =
+                RunConfig { plan, settings: toml::Table::new(), made_with: MadeWith::here() };
+            config::write(&folder.path().join("config.toml"), &config).unwrap();
+            let run = Stored::read(&ReportRun::new(folder.path()));
+            let own = run.own_weights(&["a".to_owned(), "b".to_owned()])?;
+            Some(["a", "b"].map(|name| own.get(name).copied()))
+        };
+        assert_eq!(weights(None, None), Some([None, None]));
+        assert_eq!(weights(Some("1,100"), None), Some([Some(1.0), Some(100.0)]));
+        assert_eq!(weights(Some("b=3"), Some("ba")), Some([None, Some(3.0)]));
+        // The list is in another order than these names, and nobody knows which.
+        assert_eq!(weights(Some("1,100"), Some("ba")), None);
     }
 }

@@ -61,15 +61,16 @@ fn wait_until(what: impl Fn() -> bool) {
 }
 
 #[cfg(unix)]
-fn stop_with(signal: &str) {
+fn stop_with(signals: &[&str]) {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path().join("run");
     let child = spawn(&folder, 1_000_000_000);
     let metrics = folder.join("metrics.csv");
     wait_until(|| Sheet::read(&metrics).is_ok_and(|sheet| sheet.steps().len() > 3));
-    assert!(
-        Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success()
-    );
+    for signal in signals {
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args([signal, &*id]).status().unwrap().success());
+    }
     let output = child.wait_with_output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{text}");
@@ -91,13 +92,20 @@ fn stop_with(signal: &str) {
 #[test]
 #[cfg(unix)]
 fn sigterm_saves_and_ends_well() {
-    stop_with("-TERM");
+    stop_with(&["-TERM"]);
 }
 
 #[test]
 #[cfg(unix)]
 fn sigint_saves_and_ends_well() {
-    stop_with("-INT");
+    stop_with(&["-INT"]);
+}
+
+/// A terminal's Ctrl-C goes to all, and then a pool tells its runs to stop: both are seen at once.
+#[test]
+#[cfg(unix)]
+fn sigint_beside_sigterm_saves_and_ends_well() {
+    stop_with(&["-STOP", "-INT", "-TERM", "-CONT"]);
 }
 
 #[test]
