@@ -120,11 +120,12 @@ impl Report {
 
     /// One panel a task, and one for its most important objective.
     pub(super) fn overview(&self) -> Figure {
-        let worlds = &self.groups.worlds;
+        let all = self.groups.worlds.iter();
+        let worlds: Vec<_> = all.filter(|world| !self.curves(world, false).is_empty()).collect();
         let dashed = if worlds.iter().all(|world| world.limits.is_empty()) { "" } else { DASHED };
         let mut figure = Figure::new(&self.title, format!("{NOTE}{dashed}")).columns(worlds.len());
         for row in 0..2 {
-            for world in worlds {
+            for &world in &worlds {
                 let panel = match self.curves(world, false).panels.get(row) {
                     Some(panel) => {
                         let title = format!("{}: {}", world.short, panel.title);
