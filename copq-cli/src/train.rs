@@ -157,9 +157,8 @@ pub struct Train {
     python: PythonWorld,
 }
 
-/// A folder's name that is longer says its settings shortly; systems take 255 letters, and a sweep
-/// puts an arm's name before it.
-const LONGEST_NAME: usize = 180;
+/// The longest name of a folder that systems take.
+const LONGEST_NAME: usize = 255;
 
 /// What to train, and the usual name of its folder.
 pub struct Prepared {
@@ -289,10 +288,10 @@ impl Train {
 }
 
 /// The name of a folder whose settings are too many for one: letters of their own.
-fn short_name(plan: &Plan, recipe: &Recipe) -> anyhow::Result<String> {
+pub fn short_name(plan: &Plan, recipe: &Recipe) -> anyhow::Result<String> {
     let any_seed = Plan { run: RunSettings { seed: 0, ..plan.run }, ..plan.clone() };
     let letters = fingerprint(&any_seed, &recipe.settings()?)?;
-    let stem: String = any_seed.folder_name().chars().take(LONGEST_NAME / 2).collect();
+    let stem: String = any_seed.folder_name().chars().take(100).collect();
     let stem = stem.strip_suffix("-s0").unwrap_or(&stem);
     Ok(format!("{stem}-{letters}-s{}", plan.run.seed))
 }

@@ -78,8 +78,9 @@ pub struct ObjectiveCoverage {
 
 /// Plays a learner's policy in the episodes in which it is evaluated, and holds the discounted
 /// return after some of its actions against what the critics say of them. Actions so near to an
-/// episode's time limit that over a tenth of a return may come after it are left out, however the
-/// episode ends; what comes after the limit counts as the critics have it.
+/// episode's time limit, or to where its world cut it off, that over a tenth of a return may come
+/// after that are left out, also of episodes that end by themselves; what comes after counts as the
+/// critics have it.
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }

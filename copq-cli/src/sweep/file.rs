@@ -11,7 +11,7 @@ use copq_experiments::{Plan, fingerprint, quoted, read_config, read_done, read_p
 use super::raw::{Combination, Options, REPEATED, Raw, SUBMITTED};
 use super::report::check_paper;
 use crate::saved;
-use crate::train::{Prepared, Train};
+use crate::train::{Prepared, Train, short_name};
 use crate::training::try_out;
 
 /// Longest name of a folder that every file system takes, with room for an ending.
@@ -89,8 +89,11 @@ impl Task {
         let arguments = arguments(&combination.options).with_context(|| format!("'{file}'"))?;
         let mut prepared = prepare(&arguments)
             .with_context(|| format!("'{file}', copq train {}", arguments.join(" ")))?;
-        let name = combination.name.as_ref();
-        let name = name.map_or(String::new(), |name| format!("{name}-")) + &prepared.name;
+        let arm = combination.name.as_ref().map_or(String::new(), |name| format!("{name}-"));
+        let mut name = format!("{arm}{}", prepared.name);
+        if name.len() > LONGEST {
+            name = arm + &short_name(&prepared.plan, &prepared.recipe)?;
+        }
         ensure!(
             name.len() <= LONGEST,
             "'{file}': wanted a folder's name of at most {LONGEST} letters (name an arm), got {name}"

@@ -425,3 +425,25 @@ fn a_papers_numbers_and_claims_stand_beside_the_runs() {
         assert!(text.contains(words), "{action}: {text}");
     }
 }
+
+/// A dozen settings are no name for a folder.
+#[test]
+fn many_settings_make_a_short_name() {
+    let temporary = tempfile::tempdir().unwrap();
+    let keys = ["tau", "pessimism", "exploration_std", "networks.critic_lr", "networks.actor_lr"];
+    let set: Vec<String> =
+        keys.iter().map(|key| format!("\"{key}=0.0012345678901234567890\"")).collect();
+    let file = format!(
+        "[grid]\nseed = [0, 1]\n[all]\nset = [{}]\n[[arm]]\nname = \"{}\"\n",
+        set.join(", "),
+        "a".repeat(60)
+    );
+    std::fs::write(temporary.path().join("long.toml"), file).unwrap();
+    let output = sweep(temporary.path(), &["plan", "long.toml"]).output().unwrap();
+    let said = text(&output);
+    assert!(output.status.success(), "{said}");
+    let names: std::collections::BTreeSet<&str> =
+        said.split_whitespace().filter(|word| word.contains("aaaa")).collect();
+    assert_eq!(names.len(), 2, "{said}");
+    assert!(names.iter().all(|name| name.len() < 200), "{said}");
+}
