@@ -239,6 +239,10 @@ impl Train {
         };
         let benchmark = base.task.split('/').next().unwrap_or_default();
         let of_robot = self.robot.as_ref().map(|robot| format!("{benchmark}/{robot}"));
+        for (i, (cost, limit)) in self.limit.iter().enumerate() {
+            let is_first = self.limit[..i].iter().all(|(known, _)| known != cost);
+            ensure!(is_first, "--limit {cost}={limit}: wanted one limit of a cost, got two");
+        }
         let task = self.task.clone().or(of_robot).unwrap_or_else(|| base.task.clone());
         let is_elsewhere = task != base.task || self.python.renames();
         let inherited = if is_elsewhere { limits_given(&base)? } else { base.limits.clone() };

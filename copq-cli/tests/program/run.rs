@@ -276,6 +276,10 @@ fn wrong_words_are_readable_errors() {
             "train redq-oac --set optimism.projection=choleski",
             "unknown projection 'choleski'; known: cholesky",
         ),
+        (
+            "train --limit cost=1 --limit cost=2",
+            "Error: --limit cost=2: wanted one limit of a cost, got two",
+        ),
         ("train --set bach=3", "unknown field `bach`, expected one of `discount`"),
         ("train --seed -1", "invalid value '-1' for '--seed <N>': wanted a whole number from 0 on"),
         ("train --steps 0", "invalid value '0' for '--steps <N>': wanted a whole number from 1 on"),
