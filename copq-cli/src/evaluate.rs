@@ -170,7 +170,10 @@ impl Report {
             format!("{method} on {task} ({engine}), {episodes} episodes of seed {seed}\n\n");
         table += "| | mean | std | min | max |\n|---|--:|--:|--:|--:|\n";
         for Quantity { name, mean, std, min, max } in &self.quantities {
-            table += &format!("| {name} | {mean:.1} | {std:.1} | {min:.1} | {max:.1} |\n");
+            // A share of the episodes, or as small as one.
+            let digits = if *min >= 0.0 && *max <= 1.0 { 2 } else { 1 };
+            let cells = [mean, std, min, max].map(|value| format!("{value:.digits$}"));
+            table += &format!("| {name} | {} |\n", cells.join(" | "));
         }
         table
     }

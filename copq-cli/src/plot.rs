@@ -23,7 +23,8 @@ pub struct Plot {
     title: String,
 
     /// Draw a dashed line at this return of an objective, such as cost=740.2; may be given several
-    /// times. [default: the runs' own limits, where all have the same]
+    /// times. [default: the runs' own limits, where all that
+    /// have one have the same]
     #[arg(long, value_name = "OBJECTIVE=RETURN", value_parser = limit, requires = "out")]
     limit: Vec<Limit>,
 

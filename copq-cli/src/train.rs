@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{bail, ensure};
 use copq::{Ensemble, Method, projection};
 use copq_envs_python::is_task;
-use copq_experiments::{Plan, RunSettings, fingerprint};
+use copq_experiments::{Plan, RunSettings, letters_of};
 
 use crate::keeping::Keeping;
 use crate::options::{count, number_of, positive, whole};
@@ -145,9 +145,9 @@ pub struct Train {
     ///
     /// config.toml lists them, and a wrong name says which there are on its level, those that are
     /// not in use among them: networks.precision=backward (products of the backward pass in bf16),
-    /// famo.lr.
-    /// Deeper ones have dots, lists brackets: "networks.hidden=[64, 64]", networks.activation=tanh,
-    /// smoothing.std=0.1. none takes away what a run can do without, such as smoothing=none. With
+    /// famo.lr. Deeper ones have dots, lists brackets: "networks.hidden=[64, 64]",
+    /// networks.activation=tanh, smoothing.std=0.1, or smoothing={std=0.1}: what a table does not
+    /// name stays. none takes away what a run can do without, such as smoothing=none. With
     /// cop-td3-oac, optimism.projection=extremum explores towards another upper bound than
     /// --bound's.
     #[arg(long, value_name = "KEY=VALUE")]
@@ -196,7 +196,7 @@ impl Train {
             Recipe::OnPolicy(_) => plan,
         };
         let name = match self.folder_name(&plan) {
-            long if long.len() > LONGEST_NAME => short_name(&plan, &recipe)?,
+            long if long.len() > LONGEST_NAME => short_name(&long),
             name => name,
         };
         Ok(Prepared { name, recipe, plan })
@@ -292,12 +292,10 @@ impl Train {
 }
 
 /// The name of a folder whose settings are too many for one: letters of their own.
-pub fn short_name(plan: &Plan, recipe: &Recipe) -> anyhow::Result<String> {
-    let any_seed = Plan { run: RunSettings { seed: 0, ..plan.run }, ..plan.clone() };
-    let letters = fingerprint(&any_seed, &recipe.settings()?)?;
-    let stem: String = any_seed.folder_name().chars().take(100).collect();
-    let stem = stem.strip_suffix("-s0").unwrap_or(&stem);
-    Ok(format!("{stem}-{letters}-s{}", plan.run.seed))
+pub fn short_name(long: &str) -> String {
+    let (stem, seed) = long.rsplit_once("-s").unwrap_or((long, "0"));
+    let start: String = stem.chars().take(100).collect();
+    format!("{start}-{}-s{seed}", letters_of(stem))
 }
 
 /// The method with another bound; an error for one that has its own.

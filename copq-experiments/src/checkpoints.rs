@@ -102,7 +102,8 @@ impl Checkpoints {
     }
 
     /// The run shall go on from the youngest checkpoint before the last one that reads back well;
-    /// whether the last one does. Nothing moves before [`Checkpoints::take_up`].
+    /// whether the last one does. Nothing moves before [`Checkpoints::take_up`], but for what a kill
+    /// has left half done.
     pub(crate) fn go_back(&mut self) -> Result<bool> {
         self.tidy()?;
         let what = format!("run folder '{}'", self.folder.display());
@@ -127,14 +128,14 @@ impl Checkpoints {
     }
 
     /// Ends what a kill has left half done: the one before is in its place, if it is another and
-    /// whole.
+    /// whole. (What cannot be read stays until the next one is saved.)
     fn tidy(&self) -> Result<()> {
         let before = self.before();
-        let is_another = self.keep > 1 && before.exists() && !is_same(&before, &self.file(0));
-        if is_another && State::read_file(&before).is_ok() {
+        if self.keep == 1 || is_same(&before, &self.file(0)) {
+            remove_if_there(&before);
+        } else if before.exists() && State::read_file(&before).is_ok() {
             return self.age(&before);
         }
-        remove_if_there(&before);
         Ok(())
     }
 

@@ -203,13 +203,13 @@ fn parse_value(text: &str) -> toml::Value {
     text.parse().unwrap_or_else(|_| toml::Value::String(text.to_owned()))
 }
 
-/// A value in the place of another: of a table only what it names is another, and an integer where
-/// a number with a fraction was becomes one.
+/// A value in the place of another: of a table only what it names is another, unless it is of
+/// another kind, and an integer where a number with a fraction was becomes one.
 fn merged(old: Option<toml::Value>, new: toml::Value) -> toml::Value {
     use toml::Value::{Float, Integer, Table};
     match (old, new) {
         (Some(Float(_)), Integer(integer)) => Float(integer as f64),
-        (Some(Table(mut table)), Table(changes)) => {
+        (Some(Table(mut table)), Table(changes)) if !are_kinds(&table, &changes) => {
             for (key, value) in changes {
                 let value = merged(table.remove(&key), value);
                 table.insert(key, value);
@@ -218,6 +218,15 @@ fn merged(old: Option<toml::Value>, new: toml::Value) -> toml::Value {
         }
         (_, new) => new,
     }
+}
+
+/// Whether these are two kinds of one thing, such as `{ lagrangian = { .. } }` and `{ pid = { .. } }`.
+fn are_kinds(old: &toml::Table, new: &toml::Table) -> bool {
+    let kind = |table: &toml::Table| match table.iter().next() {
+        Some((name, toml::Value::Table(_))) if table.len() == 1 => Some(name.clone()),
+        _ => None,
+    };
+    kind(old).zip(kind(new)).is_some_and(|(old, new)| old != new)
 }
 
 /// A learner's settings with the defaults of those that its run did not know yet; other settings as
@@ -390,5 +399,9 @@ mod tests {
         assert_eq!(narrow.networks.activation, ppo.networks.activation);
         assert_eq!(narrow, with_changes(&narrow, &[]).unwrap());
         assert!(with("networks={hiden=[3]}").unwrap_err().to_string().contains("hiden"));
+        // One kind in the place of another.
+        let cal = copq::Method::cop_cal().config;
+        let pid = with_changes(&cal, &["constraint={pid={integral=0.02}}".to_owned()]).unwrap();
+        assert!(matches!(pid.constraint, Some(copq::Constraint::Pid(pid)) if pid.integral == 0.02));
     }
 }

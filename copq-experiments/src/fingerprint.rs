@@ -30,6 +30,16 @@ pub fn fingerprint<S: Serialize>(plan: &Plan, settings: &S) -> Result<String> {
     Ok(letters(Sha256::new_with_prefix(text)))
 }
 
+/// Sixteen letters that stand for a text.
+///
+/// ```
+/// assert_ne!(copq_experiments::letters_of("tau=0.1"), copq_experiments::letters_of("tau=0.2"));
+/// assert_eq!(copq_experiments::letters_of("tau=0.1").len(), 16);
+/// ```
+pub fn letters_of(text: &str) -> String {
+    letters(Sha256::new_with_prefix(text))
+}
+
 /// Sixteen letters that are the same for two policies if all that
 /// [`read_policy`](crate::read_policy) finds in their files is, whichever format these have.
 ///

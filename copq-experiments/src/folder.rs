@@ -250,9 +250,10 @@ impl RunFolder {
     }
 
     /// Goes back to the checkpoint before the last one, or the next one before that is sound, as
-    /// soon as the run is taken up ([`RunFolder::take_up`]; nothing moves before); whether the last
-    /// one reads back well. It stays: as `checkpoint.later.safetensors` if it does, or else as
-    /// `checkpoint.damaged.safetensors`, with a number behind it where there is such a file.
+    /// soon as the run is taken up ([`RunFolder::take_up`]; nothing moves before, but for what a kill
+    /// has left half done); whether the last one reads back well. It stays: as
+    /// `checkpoint.later.safetensors` if it does, or else as `checkpoint.damaged.safetensors`, with a
+    /// number behind it where there is such a file.
     pub fn go_back(&mut self) -> Result<bool> {
         self.checkpoints.go_back()
     }

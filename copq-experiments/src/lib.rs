@@ -64,7 +64,7 @@ pub use checkpoints::{checkpoint_files, read_checkpoint};
 pub use config::{MadeWith, RunConfig, with_changes};
 pub use ending::{Ending, quoted};
 pub use figure::{Labelled, Limit, compare, comparison_table};
-pub use fingerprint::{fingerprint, policy_checksum};
+pub use fingerprint::{fingerprint, letters_of, policy_checksum};
 pub use folder::{RunFolder, read_config, read_done, read_plan};
 pub use lock::held_by;
 pub use metrics::Metrics;

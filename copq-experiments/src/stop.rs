@@ -66,6 +66,11 @@ impl Stop {
         self.0.asked.load(Ordering::Relaxed)
     }
 
+    /// Whether a signal was SIGINT, so that one more ends the process.
+    pub(crate) fn is_interrupted(&self) -> bool {
+        self.0.interrupted.load(Ordering::Relaxed)
+    }
+
     /// An error once a signal has come.
     pub(crate) fn check(&self) -> Result<()> {
         if self.is_asked() {

@@ -92,7 +92,7 @@ impl Task {
         let arm = combination.name.as_ref().map_or(String::new(), |name| format!("{name}-"));
         let mut name = format!("{arm}{}", prepared.name);
         if name.len() > LONGEST {
-            name = arm + &short_name(&prepared.plan, &prepared.recipe)?;
+            name = arm + &short_name(&prepared.name);
         }
         ensure!(
             name.len() <= LONGEST,

@@ -20,9 +20,9 @@ const WARNING: u32 = 120;
 /// Leaves what it submits in a folder in submit/ beside the runs, one for the sweep's file as it is
 /// now: the runs, this program, the scripts, and each run's words. Whatever becomes of the file or
 /// of the program, what waits in a queue stays what it was (but for worlds in Python, which are not
-/// copied). Slurm starts a run again that it has
-/// stopped at its time limit, or whose node died; it goes on from its last checkpoint. The same
-/// command submits what is not done, once the queue is empty.
+/// copied). Slurm starts a run again that it has stopped at its time limit, or whose node died; it
+/// goes on from its last checkpoint. The same command submits what is not done, once the queue is
+/// empty.
 #[derive(clap::Args)]
 pub struct Submit {
     #[command(flatten)]

@@ -165,7 +165,8 @@ impl Run {
         }
         if self.saved_step != Some(self.trainer.steps()) {
             if stop.is_asked() {
-                self.progress.line("stopping: it saves (Ctrl-C once more gives that up)");
+                let again = if stop.is_interrupted() { " (Ctrl-C again: without)" } else { "" };
+                self.progress.line(&format!("stops after saving{again}"));
             }
             self.checkpoint()?;
         }
