@@ -114,7 +114,7 @@ pub struct RunFolder {
     /// The configuration of a run that goes on, if it is to be another.
     changed: Option<String>,
     /// After so many steps it has had a checkpoint, whoever began it.
-    first_checkpoint: u64,
+    pub(crate) first_checkpoint: u64,
     // Held for as long as the run writes; the system lets go of it when the process ends, however
     // it ends.
     _lock: File,
@@ -242,11 +242,6 @@ impl RunFolder {
     /// and another run may have one of its name.
     pub(crate) fn check_held(&self) -> Result<()> {
         check_held(&self.path)
-    }
-
-    /// How many steps a run of this folder may have done without a checkpoint.
-    pub(crate) fn first_checkpoint(&self) -> u64 {
-        self.first_checkpoint
     }
 
     /// Goes back to the checkpoint before the last one, or the next one before that is sound, as

@@ -190,7 +190,7 @@ fn check_not_begun(folder: &RunFolder, worlds: u64) -> Result<()> {
         last = last.max(all_rows(folder, name)?.steps().last().copied());
     }
     match last {
-        Some(step) if step >= folder.first_checkpoint().saturating_add(worlds) => {
+        Some(step) if step >= folder.first_checkpoint.saturating_add(worlds) => {
             let what = format!("run folder '{}'", folder.path().display());
             let wanted = "its checkpoint.safetensors, to go on from (a run like it in a new folder: \
                  copq train --like)";

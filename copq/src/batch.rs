@@ -34,13 +34,15 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// Room for `rows` transitions, so that sampling allocates nothing.
-    pub fn reserve(&mut self, spec: &EnvSpec, rows: usize) {
-        self.obs.reserve(rows * spec.obs_len);
-        self.action.reserve(rows * spec.action_len());
-        self.reward.reserve(rows * spec.objectives.len());
-        self.next_obs.reserve(rows * spec.obs_len);
-        self.alive.reserve(rows);
+    /// An empty batch with room for `rows` transitions, so that sampling allocates nothing.
+    pub fn with_capacity(spec: &EnvSpec, rows: usize) -> Self {
+        Self {
+            obs: Vec::with_capacity(rows * spec.obs_len),
+            action: Vec::with_capacity(rows * spec.action_len()),
+            reward: Vec::with_capacity(rows * spec.objectives.len()),
+            next_obs: Vec::with_capacity(rows * spec.obs_len),
+            alive: Vec::with_capacity(rows),
+        }
     }
 
     pub(crate) fn clear(&mut self) {

@@ -74,8 +74,6 @@ impl Learner {
         let temperature = entropy.map(|entropy| Temperature::new(entropy, spec)).transpose()?;
         let famo = config.famo.filter(|famo| famo.separate || critic.shared());
         let famo = famo.map(|famo| Famo::new(famo, n)).transpose()?;
-        let mut batch = Batch::default();
-        batch.reserve(spec, config.batch);
         Ok(Self {
             replay: Replay::new(spec, config.capacity)?,
             projection: bound,
@@ -99,11 +97,11 @@ impl Learner {
             scales: Scales::new(spec),
             has_warned_of_rounding: false,
             has_lost_replay: false,
+            batch: Batch::with_capacity(spec, config.batch),
             config,
             actor,
             critic,
             famo,
-            batch,
         })
     }
 

@@ -155,30 +155,28 @@ impl Env for Late {
     }
 }
 
-#[test]
-fn how_an_episode_ends_does_not_decide_what_is_looked_at() {
-    let spec = EnvSpec::new("late", 1, 1).reward("time", 1.0).horizon(10);
+/// How many actions of 40 such episodes are looked at, under a time limit.
+fn looked_at(horizon: usize) -> usize {
+    let spec = EnvSpec::new("late", 1, 1).reward("time", 1.0).horizon(horizon);
     let mut method = Method::cop_td3();
     method.config.discount = 0.5;
     let (critic, actor) = (Box::new(Unsure { objectives: 1 }), Box::new(Resting));
     let mut learner = Learner::with_networks(method, &spec, critic, actor, 0).unwrap();
     let config = CoverageConfig { episodes: 40, stride: 1, bare: true };
     let late = Late { spec, step: 0, falls: false };
+    coverage(&mut learner, late, config).unwrap().actions
+}
+
+#[test]
+fn how_an_episode_ends_does_not_decide_what_is_looked_at() {
     // 0.5^4 is less than a tenth: the first seven actions of every episode.
-    assert_eq!(coverage(&mut learner, late, config).unwrap().actions, 7 * 40);
+    assert_eq!(looked_at(10), 7 * 40);
 }
 
 /// What a world cuts off before its time has no return of its own near its end.
 #[test]
 fn an_episode_that_is_cut_short_is_known_up_to_there() {
-    let spec = EnvSpec::new("late", 1, 1).reward("time", 1.0).horizon(1_000);
-    let mut method = Method::cop_td3();
-    method.config.discount = 0.5;
-    let (critic, actor) = (Box::new(Unsure { objectives: 1 }), Box::new(Resting));
-    let mut learner = Learner::with_networks(method, &spec, critic, actor, 0).unwrap();
-    let config = CoverageConfig { episodes: 40, stride: 1, bare: true };
-    let late = Late { spec, step: 0, falls: false };
-    let actions = coverage(&mut learner, late, config).unwrap().actions;
+    let actions = looked_at(1_000);
     // Seven of ten steps where it is cut off, all eight where it falls.
     assert!(actions > 7 * 40 && actions < 8 * 40, "{actions}");
 }
