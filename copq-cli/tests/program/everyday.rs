@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::common::{assert_well, copq, words};
+
 const TINY: [&str; 12] = [
     "--eval-every",
     "100",
@@ -20,12 +22,6 @@ const TINY: [&str; 12] = [
     "batch=8",
 ];
 
-fn copq() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_copq"));
-    command.env("RUST_BACKTRACE", "0").stdin(Stdio::null());
-    command
-}
-
 /// A tiny run for so many steps into a folder.
 fn train(out: &Path, steps: &str) -> Command {
     let mut command = copq();
@@ -35,14 +31,6 @@ fn train(out: &Path, steps: &str) -> Command {
 
 fn resume(folder: &Path, steps: &str) -> Output {
     copq().arg("resume").arg(folder).args(["--steps", steps]).output().unwrap()
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn assert_well(output: &Output) {
-    assert!(output.status.success(), "{:?}: {}", output.status, words(output));
 }
 
 /// What may not depend on how a run was interrupted.

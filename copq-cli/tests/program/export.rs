@@ -1,10 +1,12 @@
 //! Policies that leave their run, and runs that begin with them.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use copq::State;
 use copq_experiments::read_policy;
+
+use crate::common::{assert_well, copq, words};
 
 const TINY: [&str; 10] = [
     "--eval-every",
@@ -19,12 +21,6 @@ const TINY: [&str; 10] = [
     "batch=8",
 ];
 
-fn copq() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_copq"));
-    command.env("RUST_BACKTRACE", "0");
-    command
-}
-
 /// A tiny run, with a few words more.
 fn train(out: &Path, more: &[&str]) -> Output {
     let mut command = copq();
@@ -34,14 +30,6 @@ fn train(out: &Path, more: &[&str]) -> Output {
 
 fn export(from: &Path, more: &[&str]) -> Output {
     copq().arg("export").arg(from).args(more).output().unwrap()
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn assert_well(output: &Output) {
-    assert!(output.status.success(), "{:?}: {}", output.status, words(output));
 }
 
 fn text(path: &Path) -> &str {

@@ -2,6 +2,7 @@
 
 #[cfg(unix)]
 mod changes;
+mod common;
 #[cfg(unix)]
 mod everyday;
 mod export;
