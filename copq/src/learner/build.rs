@@ -69,11 +69,10 @@ impl Learner {
         // the task.
         let multiplier = multiplier(&config, spec)?;
         check_parts(&config, spec, critic.as_ref(), actor.as_ref())?;
-        let n = spec.objectives.len();
         let entropy = config.entropy.as_ref();
         let temperature = entropy.map(|entropy| Temperature::new(entropy, spec)).transpose()?;
         let famo = config.famo.filter(|famo| famo.separate || critic.shared());
-        let famo = famo.map(|famo| Famo::new(famo, n)).transpose()?;
+        let famo = famo.map(|famo| Famo::new(famo, spec.objectives.len())).transpose()?;
         Ok(Self {
             replay: Replay::new(spec, config.capacity)?,
             projection: bound,
