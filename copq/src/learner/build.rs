@@ -10,8 +10,8 @@ use crate::multiplier::FixedWeights;
 use crate::temperature::Temperature;
 use crate::{
     Actor, ActorKind, Backend, Batch, Config, Critic, Ensemble, EnvSpec, Error, Explore, Famo,
-    GaussianNoise, Method, Multiplier, Normaliser, Objective, Optimistic, PolicySamples, Replay,
-    Result, Rng, Stream, UniformActions, WarmUp, memory,
+    GaussianNoise, Method, Multiplier, Normaliser, Objective, Optimistic, PolicySamples,
+    Projection, Replay, Result, Rng, Stream, UniformActions, WarmUp, memory,
 };
 
 impl Learner {
@@ -69,6 +69,7 @@ impl Learner {
         // the task.
         let multiplier = multiplier(&config, spec)?;
         check_parts(&config, spec, critic.as_ref(), actor.as_ref())?;
+        check_bounds(&config, bound.as_ref(), critic.as_ref())?;
         let entropy = config.entropy.as_ref();
         let temperature = entropy.map(|entropy| Temperature::new(entropy, spec)).transpose()?;
         let famo = config.famo.filter(|famo| famo.separate || critic.shared());
@@ -175,6 +176,23 @@ fn own_noise(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
     match actor.noise_len() {
         0 => Box::new(GaussianNoise { std: config.exploration_std as f32 }),
         _ => Box::<PolicySamples>::default(),
+    }
+}
+
+/// The bounds of covariances between objectives.
+const OF_COVARIANCES: [&str; 3] = ["cholesky", "eigen", "extremum"];
+
+/// An error for a bound of covariances over separate networks: which of one objective goes with
+/// which of another is an accident of their numbers, and so are covariances.
+fn check_bounds(config: &Config, bound: &dyn Projection, critic: &dyn Critic) -> Result<()> {
+    let upper = config.optimism.as_ref().and_then(|optimism| optimism.projection.as_deref());
+    let unfit = |name: &&str| OF_COVARIANCES.contains(name);
+    match [Some(bound.name()), upper].into_iter().flatten().find(unfit) {
+        Some(name) if !critic.shared() && critic.objectives() > 1 => {
+            let wanted = "one that heeds no covariances, for critics of separate objectives";
+            Err(Error::invalid("the bound", wanted, name))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the critics say of one action.
 
 use super::Learner;
-use super::policy::{Actions, target_actions};
+use super::update::{Actions, target_actions};
 use crate::error::check_len;
 use crate::loss::{check_finite, mean_and_std};
 use crate::{Net, QView, Result, Rng};
@@ -37,7 +37,8 @@ pub struct QEstimate {
     pub bound: Vec<f64>,
     /// The weights of that total.
     pub weights: Vec<f64>,
-    /// The standard deviation of that total.
+    /// The standard deviation of that total; of separate critics as if objectives erred
+    /// independently.
     pub total_std: f64,
 }
 
@@ -50,7 +51,8 @@ impl Learner {
         let values = &self.buffers.q[..critics * n];
         check_finite("Q", values, &self.objectives, self.steps)?;
         let q = QView::new(values, critics, n)?;
-        let (mean, std) = (0..n).map(|objective| mean_and_std(q, objective)).unzip();
+        let (mean, std): (Vec<_>, Vec<_>) =
+            (0..n).map(|objective| mean_and_std(q, objective)).unzip();
         let weights = self.multiplier.weights();
         let mut bound = vec![0.0; n];
         let query = self.config.lower(q, weights);
@@ -59,8 +61,18 @@ impl Learner {
         let total = |values: &[f32]| -> f32 {
             values.iter().zip(&weights).map(|(&q, w)| f64::from(q) * w).sum::<f64>() as f32
         };
-        let totals: Vec<_> = values.chunks_exact(n).map(total).collect();
-        let (_, total_std) = mean_and_std(QView::new(&totals, critics, 1)?, 0);
+        let total_std = if self.critic.shared() {
+            let totals: Vec<_> = values.chunks_exact(n).map(total).collect();
+            mean_and_std(QView::new(&totals, critics, 1)?, 0).1
+        } else {
+            // Which network of one objective goes with which of another means nothing.
+            weights
+                .iter()
+                .zip(&std)
+                .map(|(w, std): (&f64, &f64)| (w * std).powi(2))
+                .sum::<f64>()
+                .sqrt()
+        };
         let bound = bound.into_iter().map(f64::from).collect();
         Ok(QEstimate { mean, std, bound, weights, total_std })
     }

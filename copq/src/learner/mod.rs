@@ -6,8 +6,8 @@ use std::sync::Arc;
 use crate::policy::{About, begin_with, exported};
 use crate::temperature::Temperature;
 use crate::{
-    Actor, Batch, Config, Critic, EnvSpec, Explore, Famo, Multiplier, Normaliser, Observer,
-    Projection, Replay, Result, State,
+    Actor, Batch, Config, Critic, EnvSpec, Explore, Famo, Multiplier, Normaliser, Projection,
+    Replay, Result, State,
 };
 use buffers::{Buffers, Names};
 pub use estimate::QEstimate;
@@ -17,13 +17,12 @@ use streams::Streams;
 mod agent;
 mod buffers;
 mod build;
-mod critics;
 mod estimate;
-mod policy;
 mod rounding;
 pub(crate) mod scales;
 mod streams;
 mod targets;
+mod update;
 
 /// Learns a policy and a vector of values from replayed experience: sample, next actions, targets,
 /// fit the critics, every so often improve the actor; targets follow.
@@ -104,32 +103,6 @@ impl fmt::Debug for Learner {
 }
 
 impl Learner {
-    /// One update on one batch: the whole algorithm, in order.
-    fn update_once(&mut self, log: &mut dyn Observer) -> Result<()> {
-        self.updates += 1;
-        let tracking = self.updates.is_multiple_of(self.config.target_period);
-        let tau = if tracking { self.config.tau as f32 } else { 0.0 };
-        self.replay.sample(self.config.batch, &mut self.streams.batch, &mut self.batch)?;
-        if let Some(normaliser) = &self.normaliser {
-            normaliser.normalise(&mut self.batch.obs)?;
-            normaliser.normalise(&mut self.batch.next_obs)?;
-        }
-        self.next_actions()?;
-        self.targets(log)?;
-        self.fit_critics(tau, log)?;
-        self.look_at_rounding(log)?;
-        if self.updates.is_multiple_of(self.config.actor_delay) {
-            self.estimate_costs()?;
-            self.improve_actor(log)?;
-            self.multiplier.log(self.steps, log);
-            self.multiplier.update();
-        }
-        if tracking {
-            self.actor.update_target(tau)?;
-        }
-        Ok(())
-    }
-
     /// Writes the policy to a small file, without the replay: [`Policy::read`](crate::Policy::read)
     /// reads it back.
     pub fn save_policy(&self, path: impl AsRef<std::path::Path>) -> Result<()> {
