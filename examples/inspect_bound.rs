@@ -5,13 +5,14 @@
 
 use copq::projection::{Disagreement, QView, by_name};
 use copq::{Critic, Env, Net, Networks, Result, Rng, Stream};
+use copq_candle::fused;
 use copq_render::Plane;
 
 fn main() -> Result<()> {
     // Four critics of three values each, fresh: they disagree about everything.
     let mut env = copq_envs_rapier::make("a/hopper")?;
     let mut rng = Rng::new(0, Stream::Init);
-    let mut critic = copq_candle::critic(env.spec(), 4, &Networks::default(), &mut rng)?;
+    let mut critic = fused::Critics::new(env.spec(), 4, &Networks::default(), &mut rng)?;
     let mut obs = vec![0.0; env.spec().obs_len];
     env.reset(0, &mut obs)?;
     let mut q = [0.0; 4 * 3];

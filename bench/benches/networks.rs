@@ -9,7 +9,7 @@ use copq::{
     QView, Result, Rng, Sample, SampleGrad, State, Stream,
 };
 use copq_bench::workload::{Inputs, Workload};
-use copq_candle::{Candle, Device, plain};
+use copq_candle::{Candle, Device, fused, plain};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 
@@ -32,7 +32,7 @@ fn critic(implementation: &str) -> Box<dyn Critic> {
         "plain" => Box::new(
             plain::Critics::new(&spec, w.critics, &networks, &mut rng, &Device::Cpu).unwrap(),
         ),
-        _ => Box::new(copq_candle::critic(&spec, w.critics, &networks, &mut rng).unwrap()),
+        _ => Box::new(fused::Critics::new(&spec, w.critics, &networks, &mut rng).unwrap()),
     }
 }
 
@@ -45,7 +45,7 @@ fn actor(implementation: &str) -> Box<dyn Actor> {
         "plain" => {
             Box::new(plain::Deterministic::new(&spec, &networks, &mut rng, &Device::Cpu).unwrap())
         }
-        _ => Box::new(copq_candle::actor(&spec, &networks, &mut rng).unwrap()),
+        _ => Box::new(fused::Deterministic::new(&spec, &networks, &mut rng).unwrap()),
     }
 }
 
@@ -97,7 +97,7 @@ fn fit_with(bencher: Bencher<'_, '_>, activation: Activation) {
     let w = workload();
     let mut rng = Rng::new(0, Stream::Init);
     let networks = Networks { activation, ..w.networks() };
-    let mut critic = copq_candle::critic(&w.spec(), w.critics, &networks, &mut rng).unwrap();
+    let mut critic = fused::Critics::new(&w.spec(), w.critics, &networks, &mut rng).unwrap();
     let Inputs { obs, action, .. } = w.batch();
     let (forward, hidden) = critics_operations();
     bencher

@@ -7,6 +7,7 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use candle_core::{Device, Tensor};
 use copq::{Actor, Critic, EnvSpec, Networks, Precision, Rng, State, Stream};
+use copq_candle::fused;
 
 /// The discount.
 pub const DISCOUNT: f32 = 0.99;
@@ -104,9 +105,9 @@ impl Workload {
         let networks = self.networks();
         let mut rng = Rng::new(0, Stream::Init);
         let mut weights = State::default();
-        let critics = copq_candle::critic(&spec, self.critics, &networks, &mut rng)?;
+        let critics = fused::Critics::new(&spec, self.critics, &networks, &mut rng)?;
         critics.save(weights.child_mut("critics"))?;
-        let actor = copq_candle::actor(&spec, &networks, &mut rng)?;
+        let actor = fused::Deterministic::new(&spec, &networks, &mut rng)?;
         actor.save(weights.child_mut("actor"))?;
         weights.write_file(folder.join("networks.safetensors"))?;
         let mut arrays = HashMap::new();

@@ -25,7 +25,7 @@
 //!     .reward("velocity", 1.0)
 //!     .reward("control", 1.0);
 //! let mut rng = Rng::new(0, Stream::Init);
-//! let mut critic = copq_candle::critic(&spec, 4, &Networks::default(), &mut rng)?;
+//! let mut critic = copq_candle::fused::Critics::new(&spec, 4, &Networks::default(), &mut rng)?;
 //!
 //! let mut q = [0.0; 4 * 1 * 3]; // critics x rows x objectives
 //! critic.values(Net::Online, &[0.1; 11], &[0.5; 3], &mut q)?;
@@ -33,8 +33,8 @@
 //! ```
 //!
 //! There are two implementations of each network, with the same initial weights and the same saved
-//! state: [`fused`], hand-written passes around matrix products for CPUs, which [`critic`] and
-//! [`actor`] return; and [`plain`], candle-nn's modules and autograd on any [`Device`], which is
+//! state: [`fused`], hand-written passes around matrix products for CPUs, which [`Candle`]
+//! makes; and [`plain`], candle-nn's modules and autograd on any [`Device`], which is
 //! easy to read and is what the fused one must equal.
 //!
 //! Architectures of your own, as candle-nn modules, are [`Modules`].
@@ -56,33 +56,6 @@ pub use candle_core::{self, Device};
 pub use candle_nn;
 use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Networks, Result, Rng, on_policy};
 pub use modules::{MakeModule, Modules};
-
-/// K critics for an environment, in the fast implementation, with fresh weights from `rng`
-/// ([`copq::Stream::Init`]).
-pub fn critic(
-    spec: &EnvSpec,
-    critics: usize,
-    networks: &Networks,
-    rng: &mut Rng,
-) -> Result<fused::Critics> {
-    fused::Critics::new(spec, critics, networks, rng)
-}
-
-/// A deterministic actor for an environment, in the fast implementation, with fresh weights from
-/// `rng`.
-pub fn actor(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<fused::Deterministic> {
-    fused::Deterministic::new(spec, networks, rng)
-}
-
-/// A squashed Gaussian actor (SAC) for an environment, in the fast implementation, with fresh
-/// weights from `rng`.
-pub fn gaussian_actor(
-    spec: &EnvSpec,
-    networks: &Networks,
-    rng: &mut Rng,
-) -> Result<fused::Gaussian> {
-    fused::Gaussian::new(spec, networks, rng)
-}
 
 /// The networks of a [`copq::Learner`], in the fast implementation.
 ///
@@ -150,7 +123,7 @@ impl Backend for Candle {
         count: usize,
         rng: &mut Rng,
     ) -> Result<Box<dyn Critic>> {
-        Ok(Box::new(critic(spec, count, networks, rng)?.threads(self.threads)?))
+        Ok(Box::new(fused::Critics::new(spec, count, networks, rng)?.threads(self.threads)?))
     }
 
     fn actor(
@@ -162,10 +135,10 @@ impl Backend for Candle {
     ) -> Result<Box<dyn Actor>> {
         Ok(match kind {
             ActorKind::Deterministic => {
-                Box::new(actor(spec, networks, rng)?.threads(self.threads)?)
+                Box::new(fused::Deterministic::new(spec, networks, rng)?.threads(self.threads)?)
             }
             ActorKind::Gaussian => {
-                Box::new(gaussian_actor(spec, networks, rng)?.threads(self.threads)?)
+                Box::new(fused::Gaussian::new(spec, networks, rng)?.threads(self.threads)?)
             }
             ActorKind::Normal => Box::new(fused::Normal::new(spec, networks, rng)?),
         })

@@ -5,6 +5,7 @@ use anyhow::{Context, Result};
 use candle_core::{D, Device, Tensor, Var};
 use candle_nn::{AdamW, Linear, Module, Optimizer, ParamsAdamW};
 use copq::{Actor, Critic, Rng, State, Stream};
+use copq_candle::fused;
 
 use super::{Losses, Update};
 use crate::workload::{DISCOUNT, Inputs, LR, TAU, Workload};
@@ -30,9 +31,9 @@ impl Autograd {
         let mut rng = Rng::new(0, Stream::Init);
         let mut saved_critics = State::default();
         let mut saved_actor = State::default();
-        copq_candle::critic(&spec, workload.critics, &networks, &mut rng)?
+        fused::Critics::new(&spec, workload.critics, &networks, &mut rng)?
             .save(&mut saved_critics)?;
-        copq_candle::actor(&spec, &networks, &mut rng)?.save(&mut saved_actor)?;
+        fused::Deterministic::new(&spec, &networks, &mut rng)?.save(&mut saved_actor)?;
         let critics = || {
             (0..workload.critics).map(|k| Mlp::load(saved_critics.child(&format!("critic.{k}"))?))
         };

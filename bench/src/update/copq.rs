@@ -5,7 +5,7 @@ use std::sync::Arc;
 use anyhow::Result;
 use copq::projection::Cholesky;
 use copq::{Actor, BoundQuery, Critic, Net, Projection, QView, Rng, Scratch, Stream};
-use copq_candle::{Device, plain};
+use copq_candle::{Device, fused, plain};
 
 use super::{Losses, Update};
 use crate::workload::{DISCOUNT, Inputs, TAU, Workload};
@@ -36,9 +36,10 @@ impl Copq {
         let spec = workload.spec();
         let networks = workload.networks();
         let mut rng = Rng::new(0, Stream::Init);
-        let critic = copq_candle::critic(&spec, workload.critics, &networks, &mut rng)?
+        let critic = fused::Critics::new(&spec, workload.critics, &networks, &mut rng)?
             .threads(workload.threads)?;
-        let actor = copq_candle::actor(&spec, &networks, &mut rng)?.threads(workload.threads)?;
+        let actor =
+            fused::Deterministic::new(&spec, &networks, &mut rng)?.threads(workload.threads)?;
         Ok(Self::new(workload, Box::new(critic), Box::new(actor), projection))
     }
 

@@ -4,6 +4,7 @@ use crate::common;
 
 use common::{Case, given, given_action, init};
 use copq::{Activation, Actor, Critic, Net, Networks, Precision};
+use copq_candle::fused;
 
 fn allocations(work: impl FnMut()) -> u64 {
     allocation_counter::measure(work).count_total
@@ -26,8 +27,8 @@ fn warm_updates() {
     ] {
         let networks = Networks { precision, ..case.networks() };
         let mut critic =
-            copq_candle::critic(&case.spec(), case.critics, &networks, &mut init(1)).unwrap();
-        let mut actor = copq_candle::actor(&case.spec(), &networks, &mut init(1)).unwrap();
+            fused::Critics::new(&case.spec(), case.critics, &networks, &mut init(1)).unwrap();
+        let mut actor = fused::Deterministic::new(&case.spec(), &networks, &mut init(1)).unwrap();
         let obs = case.obs(1);
         let act = case.act(1);
         let dq = vec![0.1; case.q_len()];
@@ -56,8 +57,7 @@ fn warm_gaussian_updates() {
         Case::new(1, 1, &[256, 256], 256),
         Case::new(1, 1, &[7, 9, 4], 37),
     ] {
-        let mut actor =
-            copq_candle::gaussian_actor(&case.spec(), &case.networks(), &mut init(1)).unwrap();
+        let mut actor = fused::Gaussian::new(&case.spec(), &case.networks(), &mut init(1)).unwrap();
         let obs = case.obs(1);
         let noise = case.noise(1);
         let mut action = case.act(1);

@@ -4,6 +4,7 @@ use crate::common;
 
 use common::{Case, fit, given, given_action, improve, init, normals, saved};
 use copq::{Actor, Critic, Error, State};
+use copq_candle::fused;
 
 fn case() -> Case {
     Case::new(4, 3, &[33, 17], 37)
@@ -77,12 +78,12 @@ fn more_threads_change_no_bit() {
     let wide = Case { critics: 5, hidden: vec![64, 144], rows: 257, ..case() };
     let run = |threads| {
         let mut critic =
-            copq_candle::critic(&wide.spec(), 5, &wide.networks(), &mut init(1)).unwrap();
+            fused::Critics::new(&wide.spec(), 5, &wide.networks(), &mut init(1)).unwrap();
         critic = critic.threads(threads).unwrap();
-        let actor = copq_candle::actor(&wide.spec(), &wide.networks(), &mut init(1)).unwrap();
+        let actor =
+            fused::Deterministic::new(&wide.spec(), &wide.networks(), &mut init(1)).unwrap();
         let mut actor = actor.threads(threads).unwrap();
-        let gaussian =
-            copq_candle::gaussian_actor(&wide.spec(), &wide.networks(), &mut init(1)).unwrap();
+        let gaussian = fused::Gaussian::new(&wide.spec(), &wide.networks(), &mut init(1)).unwrap();
         let mut gaussian = gaussian.threads(threads).unwrap();
         let mut gradient = vec![0.0; wide.rows * wide.action];
         for i in 0..5 {
@@ -120,7 +121,7 @@ fn other_tools_read_saved_matrices_as_matrices() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("critics.safetensors");
     let case = case();
-    let critic = copq_candle::critic(&case.spec(), 4, &case.networks(), &mut init(3)).unwrap();
+    let critic = fused::Critics::new(&case.spec(), 4, &case.networks(), &mut init(3)).unwrap();
     saved(&critic as &dyn Critic).write_file(&path).unwrap();
     let bytes = std::fs::read(path).unwrap();
     let tensors = safetensors::SafeTensors::deserialize(&bytes).unwrap();

@@ -101,15 +101,15 @@ fn settings_are_checked() {
     let spec = case().spec();
     let good = case().networks();
     let critic =
-        |critics, networks: &Networks| copq_candle::critic(&spec, critics, networks, &mut init(1));
+        |critics, networks: &Networks| fused::Critics::new(&spec, critics, networks, &mut init(1));
     assert_says(critic(0, &good), &["critics", "at least 1", "0"]);
     assert_says(critic(2, &Networks { hidden: vec![], ..good.clone() }), &["networks.hidden"]);
     assert_says(critic(2, &good).unwrap().threads(0), &["threads", "at least 1", "0"]);
-    let actor = copq_candle::actor(&spec, &good, &mut init(1)).unwrap();
+    let actor = fused::Deterministic::new(&spec, &good, &mut init(1)).unwrap();
     assert_says(actor.threads(0), &["threads", "at least 1", "0"]);
     let mut spec = spec.clone();
     spec.obs_len = 0;
-    assert_says(copq_candle::actor(&spec, &good, &mut init(1)), &["observation"]);
+    assert_says(fused::Deterministic::new(&spec, &good, &mut init(1)), &["observation"]);
 }
 
 #[test]

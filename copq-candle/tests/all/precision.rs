@@ -16,7 +16,7 @@ fn networks(precision: Precision) -> Networks {
 }
 
 fn critics(precision: Precision) -> fused::Critics {
-    copq_candle::critic(&case().spec(), 4, &networks(precision), &mut init(1)).unwrap()
+    fused::Critics::new(&case().spec(), 4, &networks(precision), &mut init(1)).unwrap()
 }
 
 /// Critics of several ages, which have learned a function of observations and actions.
@@ -153,7 +153,7 @@ fn every_shape_and_activation_steps_as_f32_does() {
         let step = |precision| {
             let networks = Networks { precision, ..case.networks() };
             let mut critics =
-                copq_candle::critic(&case.spec(), case.critics, &networks, &mut init(1)).unwrap();
+                fused::Critics::new(&case.spec(), case.critics, &networks, &mut init(1)).unwrap();
             let mut grad = vec![0.0; case.rows * case.action];
             let (obs, act, dq) = (case.obs(1), case.act(1), normals(7, case.q_len()));
             critics.action_grad(&obs, &act, &mut given(&dq), &mut grad).unwrap();

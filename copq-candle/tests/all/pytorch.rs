@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use common::{Case, assert_close};
 use copq::{Activation, Actor, Critic, EnvSpec, Net, Networks, State};
-use copq_candle::{Device, plain};
+use copq_candle::{Device, fused, plain};
 use safetensors::SafeTensors;
 use serde_json::Value;
 
@@ -54,8 +54,8 @@ impl Reference {
 }
 
 fn fused(spec: &EnvSpec, critics: usize, networks: &Networks) -> (Box<dyn Critic>, Box<dyn Actor>) {
-    let critic = copq_candle::critic(spec, critics, networks, &mut common::init(0)).unwrap();
-    let actor = copq_candle::actor(spec, networks, &mut common::init(0)).unwrap();
+    let critic = fused::Critics::new(spec, critics, networks, &mut common::init(0)).unwrap();
+    let actor = fused::Deterministic::new(spec, networks, &mut common::init(0)).unwrap();
     (Box::new(critic), Box::new(actor))
 }
 

@@ -8,7 +8,7 @@ use copq::{
     Activation, Actor, Critic, EnvSpec, Networks, QView, Result, Rng, Sample, SampleGrad, State,
     Stream,
 };
-use copq_candle::{Device, plain};
+use copq_candle::{Device, fused, plain};
 
 /// Sizes of a test.
 #[derive(Clone, Debug)]
@@ -84,7 +84,7 @@ impl Case {
     pub fn critics(&self, seed: u64) -> [Box<dyn Critic>; 2] {
         let spec = self.spec();
         let networks = self.networks();
-        let fused = copq_candle::critic(&spec, self.critics, &networks, &mut init(seed)).unwrap();
+        let fused = fused::Critics::new(&spec, self.critics, &networks, &mut init(seed)).unwrap();
         let plain =
             plain::Critics::new(&spec, self.critics, &networks, &mut init(seed), &Device::Cpu)
                 .unwrap();
@@ -95,7 +95,7 @@ impl Case {
     pub fn actors(&self, seed: u64) -> [Box<dyn Actor>; 2] {
         let spec = self.spec();
         let networks = self.networks();
-        let fused = copq_candle::actor(&spec, &networks, &mut init(seed)).unwrap();
+        let fused = fused::Deterministic::new(&spec, &networks, &mut init(seed)).unwrap();
         let plain =
             plain::Deterministic::new(&spec, &networks, &mut init(seed), &Device::Cpu).unwrap();
         [Box::new(fused), Box::new(plain)]
@@ -105,7 +105,7 @@ impl Case {
     pub fn gaussians(&self, seed: u64) -> [Box<dyn Actor>; 2] {
         let spec = self.spec();
         let networks = self.networks();
-        let fused = copq_candle::gaussian_actor(&spec, &networks, &mut init(seed)).unwrap();
+        let fused = fused::Gaussian::new(&spec, &networks, &mut init(seed)).unwrap();
         let plain = plain::Gaussian::new(&spec, &networks, &mut init(seed), &Device::Cpu).unwrap();
         [Box::new(fused), Box::new(plain)]
     }
