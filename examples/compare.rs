@@ -10,7 +10,7 @@ use copq::{Learner, Method, Result, Trainer};
 use copq_candle::Candle;
 use copq_experiments::statistics::{Sample, area_under};
 use copq_experiments::{
-    Ending, Labelled, Plan, Run, RunFolder, RunSettings, Sheet, compare, comparison_table,
+    Ending, Plan, ReportRun, Run, RunFolder, RunSettings, Sheet, compare, comparison_table,
 };
 
 const TASK: &str = "a/hopper";
@@ -58,11 +58,11 @@ fn main() -> Result<()> {
             let label = method.bound.name();
             let folder = train(method, seed, steps)?;
             totals.push(mean_total(&folder)?);
-            runs.push(Labelled::new(label, folder));
+            runs.push(ReportRun::new(folder).called(label));
         }
     }
     print!("{}", comparison_table(&runs, None)?);
-    compare("Two bounds", &runs, &[], Path::new("runs/compare/compare.svg"))?;
+    compare("Two bounds", &runs, &[].into(), Path::new("runs/compare/compare.svg"))?;
     let [ours, theirs] = totals.map(|totals| Sample::of(&totals));
     if let Some([low, high]) = ours.difference(&theirs) {
         println!("cholesky's mean total is {low:.0} to {high:.0} higher (95 %, three seeds each)");

@@ -7,7 +7,7 @@ use copq_candle::Candle;
 use copq_envs_python::is_task;
 use copq_experiments::{read_policy, write_onnx};
 
-use crate::options::say;
+use crate::options::{not_of_a_run, say};
 use crate::saved::{Learned, newest_policy};
 
 /// Writes what a run has learned to one small file, without the replay: network, normaliser, action
@@ -78,7 +78,7 @@ impl Export {
         Ok(format)
     }
 
-    /// The file to write; an error for the one that is read.
+    /// The file to write; an error for the one that is read, and for what else a run has.
     fn out(&self, format: Format) -> Result<PathBuf> {
         let is_file = self.run.is_file();
         let usual = if is_file {
@@ -92,6 +92,9 @@ impl Export {
         if is_file && (out == self.run || is_usual && out.exists()) {
             let what = format!("'{}'", out.display());
             return Err(Error::invalid(what, "a new file (--out)", "one that is there"));
+        }
+        if out.file_stem().is_none_or(|name| name != "policy") {
+            not_of_a_run(&out)?;
         }
         Ok(out)
     }

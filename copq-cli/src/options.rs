@@ -1,18 +1,32 @@
 //! What comes from the command line, and what goes out to it.
 
 use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+use copq::Error;
 
 /// Prints a text; a reader that has seen enough (`copq methods | head`) is no error.
 pub fn say(text: &str) -> std::io::Result<()> {
     match std::io::stdout().write_all(text.as_bytes()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-        written => written,
+        Err(e) => Err(std::io::Error::new(e.kind(), format!("writing to standard output: {e}"))),
+        Ok(()) => Ok(()),
     }
 }
 
 /// A word on the side, on standard error; that nobody listens is no reason to stop.
 pub fn note(text: &str) {
     writeln!(std::io::stderr(), "note: {text}").unwrap_or_default();
+}
+
+/// An error for a file that a run has in its folder: what is told of it must not take its place.
+pub fn not_of_a_run(out: &Path) -> Result<(), Error> {
+    let folder = out.parent().unwrap_or(Path::new(""));
+    if out.exists() && folder.join("config.toml").is_file() {
+        let what = format!("'{}'", out.display());
+        return Err(Error::invalid(what, "a new file, or one outside a run", "one of a run"));
+    }
+    Ok(())
 }
 
 /// The largest number that a file of settings (TOML) holds.

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use copq_experiments::{Labelled, Limit, ReportRun, compare, comparison_table, read_plan};
+use copq_experiments::{ReportRun, compare, comparison_table};
 
-use crate::options::{note, say};
-use crate::report::of_task;
+use crate::options::{not_of_a_run, note, say};
+use crate::report::of_folder;
 
 /// Draws and compares runs: one colour a label, runs of one label are its seeds.
 ///
@@ -26,7 +26,7 @@ pub struct Plot {
     /// times. [default: the runs' own limits, where all that
     /// have one have the same]
     #[arg(long, value_name = "OBJECTIVE=RETURN", value_parser = limit, requires = "out")]
-    limit: Vec<Limit>,
+    limit: Vec<(String, f64)>,
 
     /// Also say, seed by seed, at which step the mean of five evaluations' weighted totals first
     /// passes this.
@@ -39,10 +39,10 @@ pub struct Plot {
 
     /// A name for the legend and the folder of a run.
     #[arg(required = true, value_name = "LABEL=DIR", value_parser = labelled)]
-    runs: Vec<Labelled>,
+    runs: Vec<ReportRun>,
 }
 
-fn labelled(text: &str) -> Result<Labelled, String> {
+fn labelled(text: &str) -> Result<ReportRun, String> {
     let (label, folder) =
         text.split_once('=').filter(|(label, _)| !label.is_empty()).ok_or("wanted LABEL=DIR")?;
     if !std::path::Path::new(folder).join("evaluations.csv").is_file() {
@@ -50,20 +50,12 @@ fn labelled(text: &str) -> Result<Labelled, String> {
             "wanted the folder of a run, got '{folder}', which has no evaluations.csv"
         ));
     }
-    let run = Labelled::new(label, folder);
-    Ok(match read_plan(&run.folder) {
-        Ok(plan) => {
-            let limits = of_task(ReportRun::new(&run.folder), &plan).limits;
-            Labelled { limits, ..run }
-        }
-        // A folder need not say what it is of.
-        Err(_) => run,
-    })
+    Ok(of_folder(std::path::Path::new(folder)).called(label))
 }
 
-fn limit(text: &str) -> Result<Limit, String> {
+fn limit(text: &str) -> Result<(String, f64), String> {
     let (objective, value) = text.split_once('=').ok_or("wanted OBJECTIVE=RETURN")?;
-    Ok(Limit { objective: objective.to_owned(), value: finite(value)? })
+    Ok((objective.to_owned(), finite(value)?))
 }
 
 fn finite(text: &str) -> Result<f64, String> {
@@ -73,19 +65,21 @@ fn finite(text: &str) -> Result<f64, String> {
 
 impl Plot {
     pub fn run(mut self) -> anyhow::Result<()> {
+        self.table.as_deref().map_or(Ok(()), not_of_a_run)?;
         for run in &mut self.runs {
-            for Limit { objective, value } in &self.limit {
+            for (objective, value) in &self.limit {
                 run.limits.entry(objective.clone()).and_modify(|limit| *limit = *value);
             }
         }
-        let labels: String = self.runs.iter().map(|run| run.label.as_str()).collect();
+        let labels: String = self.runs.iter().filter_map(|run| run.label.as_deref()).collect();
+        let limits = self.limit.iter().cloned().collect();
         let missing = copq_render::missing_letters(&format!("{}{labels}", self.title));
         for out in &self.out {
             if !missing.is_empty() && out.extension().is_some_and(|ending| ending == "png") {
                 let shown = out.display();
                 note(&format!("{shown} has no letters for {missing}; a figure as .svg has"));
             }
-            compare(&self.title, &self.runs, &self.limit, out)?;
+            compare(&self.title, &self.runs, &limits, out)?;
         }
         let table = comparison_table(&self.runs, self.passes)?;
         say(&table)?;

@@ -153,7 +153,8 @@ fn named(text: &str) -> String {
     if text.starts_with('.') { name.unwrap_or_else(|| text.to_owned()) } else { text.to_owned() }
 }
 
-fn of_folder(folder: &Path) -> ReportRun {
+/// A run with what is known of its task, if its folder says which.
+pub fn of_folder(folder: &Path) -> ReportRun {
     let run = ReportRun::new(folder);
     match read_plan(folder) {
         Ok(plan) => of_task(run, &plan),

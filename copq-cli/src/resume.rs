@@ -53,7 +53,7 @@ impl Resume {
             saved::note_other_build(&self.run);
             let mut folder = recipe.resume(&self.run, plan)?;
             if self.previous && folder.go_back()? {
-                note("the last checkpoint is sound, and stays as checkpoint.later.safetensors");
+                note("the last checkpoint is sound: it is kept as checkpoint.later.safetensors");
             }
             Ok(folder)
         })?;

@@ -63,7 +63,7 @@ mod timings;
 pub use checkpoints::{checkpoint_files, read_checkpoint};
 pub use config::{MadeWith, RunConfig, with_changes};
 pub use ending::{Ending, quoted};
-pub use figure::{Labelled, Limit, compare, comparison_table};
+pub use figure::{compare, comparison_table};
 pub use fingerprint::{fingerprint, letters_of, policy_checksum};
 pub use folder::{RunFolder, read_config, read_done, read_plan};
 pub use lock::held_by;

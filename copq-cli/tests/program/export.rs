@@ -36,6 +36,29 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
+/// A run's checkpoint, its best policy or its rows under a policy or a table would be lost.
+#[test]
+fn what_a_run_has_is_not_written_over() {
+    let temporary = tempfile::tempdir().unwrap();
+    let run = temporary.path().join("run");
+    assert_well(&train(&run, &[]));
+    let refused = |name: &str, write: &dyn Fn(&Path) -> Output| {
+        let file = run.join(name);
+        let before = std::fs::read(&file).unwrap();
+        let output = write(&file);
+        let wanted = "wanted a new file, or one outside a run, got one of a run";
+        assert!(words(&output).contains(wanted), "{name}: {}", words(&output));
+        assert!(before == std::fs::read(&file).unwrap(), "{name}");
+    };
+    for name in ["checkpoint.safetensors", "policy-best.safetensors", "config.toml"] {
+        refused(name, &|file| export(&run, &["--out", text(file)]));
+    }
+    let labelled = format!("a={}", run.display());
+    refused("evaluations.csv", &|file| {
+        copq().arg("plot").arg("--table").arg(file).arg(&labelled).output().unwrap()
+    });
+}
+
 #[test]
 fn both_formats_hold_the_same_policy() {
     let temporary = tempfile::tempdir().unwrap();

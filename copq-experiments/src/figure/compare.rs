@@ -7,10 +7,11 @@ use copq::{Error, Result};
 use copq_render::{Figure, Panel, Point, Series};
 
 use super::LIMIT_NOTE;
-use super::curves::{Evaluated, LAST, Quantity, common_end};
-use super::group::{Group, Labelled, group};
+use super::curves::{Evaluated, LAST, Quantity, common_end, quantities};
+use super::group::{Group, group};
 use crate::numbers::grouped;
 use crate::plan::Plan;
+use crate::report::ReportRun;
 use crate::report::table::markdown_row;
 use crate::statistics::{
     Bootstrap, FEWEST, max, mean, median, min, probability_of_improvement, steps_to,
@@ -19,7 +20,12 @@ use crate::statistics::{
 /// What `*` means.
 const EXCEEDED: &str = "`*`: the mean cost of the last five evaluations exceeds its limit.";
 
-/// A line across one objective's returns, such as a cost's limit.
+/// Draws the runs' evaluation curves to `out`, whose ending decides the format: `.svg` or `.png`.
+///
+/// One colour a label: the line is the median of its seeds, the band goes from the lowest to the
+/// highest seed; with one seed they are the mean and the range of the evaluation episodes. A step
+/// that not all seeds reached is left out. A dashed line goes across at the `limits`, and at those
+/// of the runs' costs that are the same for all.
 ///
 /// ```
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
@@ -28,39 +34,27 @@ const EXCEEDED: &str = "`*`: the mean cost of the last five evaluations exceeds 
 /// # let columns = "step,weighted_total/mean,return/speed/mean,return/speed/min,return/speed/max";
 /// # let text = format!("{columns}\n0,1,20,20,20\n5000,2,30,30,30\n");
 /// # copq::files::replace(&run.join("evaluations.csv"), text.as_bytes())?;
-/// use copq_experiments::{Labelled, Limit, compare};
+/// use copq_experiments::{ReportRun, compare};
 ///
-/// let runs = [Labelled::new("cholesky", run)];
-/// let limit = Limit { objective: "speed".to_owned(), value: 20.5 };
-/// compare("COP-Q", &runs, &[limit], &folder.path().join("curve.svg"))?;
+/// let runs = [ReportRun::new(run).called("cholesky")];
+/// let limits = [("speed".to_owned(), 20.5)].into();
+/// compare("COP-Q", &runs, &limits, &folder.path().join("curve.svg"))?;
 /// # Ok::<(), copq::Error>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct Limit {
-    /// The objective's name.
-    pub objective: String,
-    /// Its return there.
-    pub value: f64,
-}
-
-/// Draws the runs' evaluation curves to `out`, whose ending decides the format: `.svg` or `.png`.
-///
-/// One colour a label: the line is the median of its seeds, the band goes from the lowest to the
-/// highest seed; with one seed they are the mean and the range of the evaluation episodes. A step
-/// that not all seeds reached is left out. A dashed line goes across at the `limits`, and at those
-/// of the runs' costs that are the same for all.
-pub fn compare(title: &str, runs: &[Labelled], limits: &[Limit], out: &Path) -> Result<()> {
+pub fn compare(
+    title: &str,
+    runs: &[ReportRun],
+    limits: &BTreeMap<String, f64>,
+    out: &Path,
+) -> Result<()> {
     let groups = group(runs)?;
-    let quantities = quantities(&groups);
+    let quantities = quantities(groups.iter().flat_map(|group| &group.seeds));
     let objectives: Vec<_> = quantities.iter().skip(1).map(Quantity::title).collect();
-    if let Some(unknown) = limits.iter().find(|limit| !objectives.contains(&limit.objective)) {
+    if let Some(unknown) = limits.keys().find(|name| !objectives.contains(name)) {
         let wanted = objectives.join(" or ");
-        return Err(Error::invalid("objective of a limit", wanted, &unknown.objective));
+        return Err(Error::invalid("objective of a limit", wanted, unknown));
     }
-    let limit = |title: &str| {
-        let given = limits.iter().find(|limit| limit.objective == title);
-        given.map(|limit| limit.value).or_else(|| shared_limit(&groups, title))
-    };
+    let limit = |title: &str| limits.get(title).copied().or_else(|| shared_limit(&groups, title));
     let has_limit = quantities.iter().any(|quantity| limit(&quantity.title()).is_some());
     let note = note(&groups).to_owned() + if has_limit { LIMIT_NOTE } else { "" };
     let mut figure = Figure::new(title, note);
@@ -82,9 +76,25 @@ pub fn compare(title: &str, runs: &[Labelled], limits: &[Limit], out: &Path) -> 
 /// With a threshold a column says at which step the mean of five evaluations' weighted totals first
 /// passes it, seed by seed. Beneath stands what `*` at a label means, and which seeds of a label
 /// are evaluated at other steps, or by other episodes, than its first.
-pub fn comparison_table(runs: &[Labelled], passes: Option<f64>) -> Result<String> {
+///
+/// ```
+/// # let folder = tempfile::tempdir().expect("a temporary folder");
+/// use copq_experiments::{ReportRun, comparison_table};
+///
+/// // Two seeds of one method.
+/// let runs = ["s0", "s1"].map(|seed| ReportRun::new(folder.path().join(seed)).called("cholesky"));
+/// # for (run, total) in runs.iter().zip(["10", "30"]) {
+/// #     std::fs::create_dir(&run.folder).expect("a new folder");
+/// #     let text = format!("step,weighted_total/mean\n5000,{total}\n");
+/// #     copq::files::replace(&run.folder.join("evaluations.csv"), text.as_bytes())?;
+/// # }
+/// let table = comparison_table(&runs, None)?;
+/// assert!(table.ends_with("| cholesky | 2 | 5,000 | 20.0 (10.0 to 30.0) | 20.0 |\n"));
+/// # Ok::<(), copq::Error>(())
+/// ```
+pub fn comparison_table(runs: &[ReportRun], passes: Option<f64>) -> Result<String> {
     let groups = group(runs)?;
-    let quantities = quantities(&groups);
+    let quantities = quantities(groups.iter().flat_map(|group| &group.seeds));
     let others = groups.len() > 1;
     let head = ["label", "seeds", "steps"]
         .map(str::to_owned)
@@ -137,17 +147,6 @@ fn with_interval(values: &[f64]) -> String {
         None => format!("{middle:.1}"),
         Some([low, high]) => format!("{middle:.1} [{low:.1}, {high:.1}]"),
     }
-}
-
-/// Every quantity that some run has, in the runs' order: the weighted total, then objectives.
-fn quantities(groups: &[Group]) -> Vec<Quantity> {
-    let mut all = Vec::new();
-    for quantity in groups.iter().flat_map(|group| &group.seeds).flat_map(Evaluated::quantities) {
-        if !all.contains(&quantity) {
-            all.push(quantity);
-        }
-    }
-    all
 }
 
 fn note(groups: &[Group]) -> &'static str {
@@ -273,7 +272,7 @@ mod tests {
     fn the_table_gives_the_median_of_the_seeds() {
         let folder = tempfile::tempdir().unwrap();
         let labelled =
-            |label: &str, name, ends| Labelled::new(label, run(folder.path(), name, ends));
+            |label: &str, name, ends| ReportRun::new(run(folder.path(), name, ends)).called(label);
         let runs = [
             labelled("cholesky", "c0", [1.0, 2.0, 3.0]),
             labelled("minimum", "m0", [0.0, 0.5, 1.0]),
@@ -303,29 +302,29 @@ mod tests {
         let seeds = ["m1", "m2"].map(|name| labelled("minimum", name, [9.0, 9.0, -900.0]));
         let table = comparison_table(&[&runs[..], &seeds].concat(), None).unwrap();
         assert!(table.contains("| -145.3 [-218.2, 0.5] | 0.67 (to 1,000) |"), "{table}");
-        let limit = |objective: &str, value| Limit { objective: objective.to_owned(), value };
+        let limit = |objective: &str, value| [(objective.to_owned(), value)].into();
         for name in ["x.svg", "x.png"] {
-            compare("COP-Q", &runs, &[limit("speed", 20.5)], &folder.path().join(name)).unwrap();
+            compare("COP-Q", &runs, &limit("speed", 20.5), &folder.path().join(name)).unwrap();
         }
         let svg = std::fs::read_to_string(folder.path().join("x.svg")).unwrap();
         let words =
             ["COP-Q", "cholesky", "minimum", "weighted total", "speed", "Dashed: the limit.", "20"];
         assert!(words.iter().all(|text| svg.contains(text)));
-        assert!(compare("COP-Q", &runs, &[], Path::new("x.pdf")).is_err());
-        let error = compare("COP-Q", &runs, &[limit("sped", 1.0)], Path::new("x.svg"))
+        assert!(compare("COP-Q", &runs, &[].into(), Path::new("x.pdf")).is_err());
+        let error = compare("COP-Q", &runs, &limit("sped", 1.0), Path::new("x.svg"))
             .unwrap_err()
             .to_string();
         assert!(["limit", "speed", "sped"].iter().all(|text| error.contains(text)), "{error}");
     }
 
     /// A run whose returns at these steps are these.
-    fn at(folder: &Path, name: &str, rows: &[(u64, f64)]) -> Labelled {
+    fn at(folder: &Path, name: &str, rows: &[(u64, f64)]) -> ReportRun {
         let path = folder.join(name);
         std::fs::create_dir(&path).unwrap();
         let rows = rows.iter().map(|(step, x)| format!("{step},10,{x},{x}\n"));
         let text = "step,episodes,weighted_total/mean,return/cost/mean\n".to_owned();
         std::fs::write(path.join("evaluations.csv"), text + &rows.collect::<String>()).unwrap();
-        Labelled::new(name.split_once('-').unwrap().0, path)
+        ReportRun::new(path).called(name.split_once('-').unwrap().0)
     }
 
     /// What is over its limit is marked, and where a total is passed is said seed by seed.
@@ -335,7 +334,7 @@ mod tests {
         let rising: Vec<(u64, f64)> = (0..8).map(|i| (1_000 * i, i as f64)).collect();
         let mut runs = [("a-s0", &rising[..]), ("a-s1", &rising[..]), ("b-s0", &rising[..5])]
             .map(|(name, rows)| at(folder.path(), name, rows));
-        let table = |runs: &[Labelled], passes| comparison_table(runs, passes).unwrap();
+        let table = |runs: &[ReportRun], passes| comparison_table(runs, passes).unwrap();
         // Of steps 1,000 to 5,000 the mean is 3, of 2,000 to 6,000 it is 4.
         let passed = table(&runs, Some(3.5));
         let ends: Vec<&str> =
@@ -369,7 +368,7 @@ mod tests {
         // 1,000 where the others are not evaluated any more.
         let often = [(0, 0.0), (10, 1.0), (20, 2.0), (30, 3.0), (40, 1_000.0)];
         let rare = [(0, 0.0), (30, 4.0), (60, 4.0)];
-        let runs: Vec<Labelled> = [("a", &often[..]), ("b", &rare[..])]
+        let runs: Vec<ReportRun> = [("a", &often[..]), ("b", &rare[..])]
             .into_iter()
             .flat_map(|(label, rows)| [0, 1, 2].map(|seed| (format!("{label}-s{seed}"), rows)))
             .map(|(name, rows)| at(folder.path(), &name, rows))
@@ -382,7 +381,7 @@ mod tests {
         assert!(table.contains(" | 1.00 (to 30) |\n"), "{table}");
         assert_eq!(table.lines().count(), 4);
         // Seeds of one method that are evaluated otherwise are told.
-        let other = Labelled { label: "a".to_owned(), ..runs[3].clone() };
+        let other = runs[3].clone().called("a");
         let table = comparison_table(&[runs[0].clone(), other], None).unwrap();
         let wanted = "\na: b-s0 is not evaluated as a-s0: 2 evaluations of 10 episodes before \
                       step 40, not 4 evaluations of 10 episodes.\n";

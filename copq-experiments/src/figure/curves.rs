@@ -198,6 +198,17 @@ impl Evaluated {
     }
 }
 
+/// Every quantity that some run has: the weighted total, then objectives in the runs' order.
+pub(crate) fn quantities<'a>(runs: impl Iterator<Item = &'a Evaluated>) -> Vec<Quantity> {
+    let mut all = vec![Quantity::WeightedTotal];
+    for quantity in runs.flat_map(Evaluated::quantities) {
+        if !all.contains(&quantity) {
+            all.push(quantity);
+        }
+    }
+    all
+}
+
 /// The step to which runs are compared, each by its evaluations until then: of the last ones up to
 /// a step that all have reached, the one that leaves the other runs' least behind.
 pub(crate) fn common_end<'a>(runs: impl Iterator<Item = &'a Evaluated> + Clone) -> u64 {

@@ -9,41 +9,8 @@ use super::curves::{Evaluated, LAST, Quantity, common_end};
 use crate::config::{RunConfig, complete, difference};
 use crate::folder::read_config;
 use crate::plan::Plan;
+use crate::report::ReportRun;
 use crate::statistics::mean;
-
-/// A run and what it is called in the legend; runs of one label are seeds of one method.
-///
-/// ```
-/// # let folder = tempfile::tempdir().expect("a temporary folder");
-/// use copq_experiments::{Labelled, comparison_table};
-///
-/// // Two seeds of one method; compare() draws what comparison_table() tells.
-/// let runs = ["s0", "s1"].map(|seed| Labelled::new("cholesky", folder.path().join(seed)));
-/// # for (run, total) in runs.iter().zip(["10", "30"]) {
-/// #     std::fs::create_dir(&run.folder).expect("a new folder");
-/// #     let text = format!("step,weighted_total/mean\n5000,{total}\n");
-/// #     copq::files::replace(&run.folder.join("evaluations.csv"), text.as_bytes())?;
-/// # }
-/// let table = comparison_table(&runs, None)?;
-/// assert!(table.ends_with("| cholesky | 2 | 5,000 | 20.0 (10.0 to 30.0) | 20.0 |\n"));
-/// # Ok::<(), copq::Error>(())
-/// ```
-#[derive(Clone, Debug)]
-pub struct Labelled {
-    /// The name in the legend.
-    pub label: String,
-    /// The run's folder.
-    pub folder: PathBuf,
-    /// The limits of its task's costs.
-    pub limits: BTreeMap<String, f64>,
-}
-
-impl Labelled {
-    /// A run whose costs have no limits that are known.
-    pub fn new(label: impl Into<String>, folder: impl Into<PathBuf>) -> Self {
-        Self { label: label.into(), folder: folder.into(), limits: BTreeMap::new() }
-    }
-}
 
 /// A run's plan, and its settings whatever they are.
 type Config = RunConfig<toml::Table>;
@@ -60,10 +27,11 @@ pub(super) struct Group {
     folders: Vec<PathBuf>,
 }
 
-/// The runs, label by label.
-pub(super) fn group(runs: &[Labelled]) -> Result<Vec<Group>> {
+/// The runs, label by label; one without a label is called like its folder.
+pub(super) fn group(runs: &[ReportRun]) -> Result<Vec<Group>> {
     let mut groups: Vec<Group> = Vec::new();
-    for Labelled { label, folder, limits } in runs {
+    for ReportRun { label, folder, limits, .. } in runs {
+        let label = &label.clone().unwrap_or_else(|| name(folder));
         let seed = Evaluated::read(folder)?;
         let place = folder.canonicalize().map_err(files::failed("reading", folder))?;
         let config =
@@ -115,9 +83,6 @@ impl Group {
 
     /// Seeds whose evaluations are others than the first one's, in words.
     pub fn unlike(&self) -> Vec<String> {
-        let name = |folder: &PathBuf| {
-            folder.file_name().unwrap_or_default().to_string_lossy().into_owned()
-        };
         let seeds = self.seeds.iter().zip(&self.folders).skip(1);
         let words = |(seed, folder): (&Evaluated, &PathBuf)| {
             let words = seed.unlike(&self.seeds[0])?;
@@ -126,6 +91,11 @@ impl Group {
         };
         seeds.filter_map(words).collect()
     }
+}
+
+/// What a folder is called.
+fn name(folder: &Path) -> String {
+    folder.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// An error for a seed that is there already: it would count twice.
@@ -185,7 +155,7 @@ mod tests {
             let settings: toml::Table = settings.parse().unwrap();
             let config = RunConfig { plan, settings, made_with: crate::config::MadeWith::here() };
             crate::config::write(&path.join("config.toml"), &config).unwrap();
-            Labelled::new("td3", path)
+            ReportRun::new(path).called("td3")
         };
         let plan = |bound: &str, seed| {
             let mut plan =

@@ -9,9 +9,8 @@ use std::path::Path;
 use copq::{EnvSpec, Result};
 use copq_render::{Figure, Panel, Series};
 
-pub use compare::{Limit, compare, comparison_table};
-pub(crate) use curves::{Evaluated, LAST, Quantity, common_end};
-pub use group::Labelled;
+pub use compare::{compare, comparison_table};
+pub(crate) use curves::{Evaluated, LAST, Quantity, common_end, quantities};
 
 /// What a dashed line means.
 const LIMIT_NOTE: &str = " Dashed: the limit.";

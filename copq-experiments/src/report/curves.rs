@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 use super::Report;
 use super::groups::World;
 use super::stored::Stored;
-use crate::figure::{Evaluated, Quantity};
+use crate::figure::{Evaluated, Quantity, quantities};
 use crate::statistics::{mean, std};
 
 /// What line and band are.
@@ -142,15 +142,7 @@ impl Report {
 
     /// The quantities that some run of a task has.
     pub(super) fn quantities(&self, world: &World) -> Vec<Quantity> {
-        let mut all = vec![Quantity::WeightedTotal];
-        let evaluated =
-            world.runs.iter().flatten().filter_map(|&n| self.runs[n].evaluated.as_ref());
-        for quantity in evaluated.flat_map(Evaluated::quantities) {
-            if !all.contains(&quantity) {
-                all.push(quantity);
-            }
-        }
-        all
+        quantities(world.runs.iter().flatten().filter_map(|&n| self.runs[n].evaluated.as_ref()))
     }
 
     /// The evaluations of those runs that have come at least half as far as the longest: one that

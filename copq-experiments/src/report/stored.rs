@@ -29,7 +29,8 @@ const TRACES: [&str; 7] = [
 /// The beginning of the traces that are of evaluations.
 const VALUE_ERROR: &str = "value_error/";
 
-/// A run for a [`Report`](super::Report): its folder, and what the folder does not say.
+/// A run for a [`Report`](super::Report) or [`compare`](crate::compare): its folder, and what the
+/// folder does not say.
 ///
 /// ```
 /// use copq_experiments::ReportRun;
@@ -65,6 +66,12 @@ impl ReportRun {
             planned: None,
             fingerprint: None,
         }
+    }
+
+    /// The same with a name for its method, in the legend and in tables; runs of one name are seeds
+    /// of one method.
+    pub fn called(self, label: impl Into<String>) -> Self {
+        Self { label: Some(label.into()), ..self }
     }
 }
 

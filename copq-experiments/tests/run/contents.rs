@@ -85,7 +85,10 @@ fn rows_are_at_their_intervals_and_at_the_end() {
     let total = column("return/speed/mean")[3] - 0.5 * column("return/effort/mean")[3];
     assert_abs_diff_eq!(total, column("weighted_total/mean")[3], epsilon = 1e-9);
     assert!(column("return/speed/min")[3] < column("return/speed/mean")[3]);
-    assert!(column("q_start/speed")[3].is_finite() && column("discounted/effort")[3] > 0.0);
+    assert!(column("q_start/speed")[3].is_finite());
+    // Critics of 620 steps do not know yet what comes.
+    let [said, came] = ["q_start/effort", "discounted/effort"].map(|name| column(name)[3]);
+    assert!(came > 10.0 * said.abs(), "{said} {came}");
 }
 
 #[test]
@@ -206,7 +209,7 @@ fn a_finished_run_has_a_row_in_a_comparison() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path().join("run");
     finished(&folder);
-    let runs = [copq_experiments::Labelled::new("pusher", folder)];
+    let runs = [copq_experiments::ReportRun::new(folder).called("pusher")];
     let table = comparison_table(&runs, None).unwrap();
     let head =
         "| label | seeds | steps | weighted total | speed | effort | mean of the whole run |\n";
