@@ -32,6 +32,8 @@ PACKAGES = {"gymnasium": "gymnasium", "mo-gymnasium": "mo_gymnasium", "safety-gy
 VERSIONS = ["gymnasium", "mo_gymnasium", "safety_gymnasium", "mujoco", "numpy"]
 RUNNING, TERMINATED, TRUNCATED, FAILED = 0, 1, 2, 255
 LONGEST_OBSERVATION = 1 << 20
+# Letters of an error that are passed on.
+LONGEST_ERROR = 20_000
 # Seconds that a worker may take to close its environment when nobody listens any more.
 GRACE = 5
 
@@ -283,7 +285,7 @@ class World:
                 else:
                     answer = self.picture()
             except BaseException as error:
-                answer = bytes([FAILED]) + text(last_lines(error))
+                answer = bytes([FAILED]) + text(last_lines(error)[:LONGEST_ERROR])
             if os.getpid() != self.process:
                 # A child that the environment has forked, and that has come back to here.
                 os._exit(1)
@@ -326,7 +328,7 @@ def main():
         world = World(env, settings)
         hello = world.describe()
     except BaseException as error:
-        said = str(error) if isinstance(error, Refused) else last_lines(error)
+        said = (str(error) if isinstance(error, Refused) else last_lines(error))[:LONGEST_ERROR]
         hello = {"error": said.encode(errors="backslashreplace").decode()}
     try:
         connection.sendall(text(json.dumps(hello)))

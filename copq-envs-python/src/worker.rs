@@ -117,7 +117,11 @@ impl Worker {
     fn text(&mut self) -> io::Result<String> {
         let mut length = [0; 4];
         self.fill(&mut length)?;
-        let length = u32::from_le_bytes(length).min(LONGEST);
+        let length = u32::from_le_bytes(length);
+        if length > LONGEST {
+            // What is left unread would pass for the next answer.
+            return Err(ErrorKind::InvalidData.into());
+        }
         let mut text = vec![0; length as usize];
         self.fill(&mut text)?;
         Ok(String::from_utf8_lossy(&text).into_owned())

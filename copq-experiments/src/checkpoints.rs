@@ -90,13 +90,15 @@ impl Checkpoints {
         if !path.exists() && older.is_none() {
             return Ok(None);
         }
-        State::read_file(&path).map(Some).map_err(|e| match older {
-            None => e,
-            Some(_) => {
-                let command = go_back_command(&self.folder);
-                let advice =
-                    format!("the checkpoint before it is there: {command} goes on from it");
-                Error::other(advice, e)
+        State::read_file(&path).map(Some).map_err(|e| {
+            match older.map(|age| State::read_file(self.file(age))) {
+                None | Some(Err(_)) => e,
+                Some(Ok(_)) => {
+                    let command = go_back_command(&self.folder);
+                    let advice =
+                        format!("the checkpoint before it is there: {command} goes on from it");
+                    Error::other(advice, e)
+                }
             }
         })
     }

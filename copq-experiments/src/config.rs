@@ -163,10 +163,12 @@ pub fn with_changes<S: Serialize + DeserializeOwned>(
         let (parents, name) = key.rsplit_once('.').unwrap_or(("", key));
         let mut at = &mut table;
         for parent in parents.split('.').filter(|parent| !parent.is_empty()) {
+            check_kind(at, parent, key)?;
             let inner = at.entry(parent).or_insert_with(|| toml::Table::new().into());
             let got = format!("{inner} at {parent}");
             at = inner.as_table_mut().ok_or_else(|| invalid("a setting that has parts", got))?;
         }
+        check_kind(at, name, key)?;
         let old = at.remove(name);
         if value != "none" {
             at.insert(name.to_owned(), merged(old, parse_value(value)));
@@ -222,11 +224,28 @@ fn merged(old: Option<toml::Value>, new: toml::Value) -> toml::Value {
 
 /// Whether these are two kinds of one thing, such as `{ lagrangian = { .. } }` and `{ pid = { .. } }`.
 fn are_kinds(old: &toml::Table, new: &toml::Table) -> bool {
-    let kind = |table: &toml::Table| match table.iter().next() {
-        Some((name, toml::Value::Table(_))) if table.len() == 1 => Some(name.clone()),
-        _ => None,
-    };
     kind(old).zip(kind(new)).is_some_and(|(old, new)| old != new)
+}
+
+/// The kind of a thing of which there are several.
+fn kind(table: &toml::Table) -> Option<&String> {
+    match table.iter().next() {
+        Some((name, toml::Value::Table(_))) if table.len() == 1 => Some(name),
+        _ => None,
+    }
+}
+
+/// An error for a part of a key beside the kind that a thing has.
+fn check_kind(table: &toml::Table, part: &str, key: &str) -> Result<()> {
+    let thing = key.split('.').take_while(|known| *known != part).collect::<Vec<_>>().join(".");
+    match kind(table) {
+        Some(kind) if kind != part && !thing.is_empty() => {
+            let wanted =
+                format!("{thing}.{kind}.NAME, or {thing}={{KIND={{..}}}} for one of another kind");
+            Err(Error::invalid("--set", wanted, key))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// A learner's settings with the defaults of those that its run did not know yet; other settings as
@@ -403,5 +422,11 @@ mod tests {
         let cal = copq::Method::cop_cal().config;
         let pid = with_changes(&cal, &["constraint={pid={integral=0.02}}".to_owned()]).unwrap();
         assert!(matches!(pid.constraint, Some(copq::Constraint::Pid(pid)) if pid.integral == 0.02));
+        for key in ["constraint.lr", "constraint.pid.integral"] {
+            let error = with_changes(&cal, &[format!("{key}=0.1")]).unwrap_err().to_string();
+            let wanted = "--set: wanted constraint.lagrangian.NAME, or constraint={KIND={..}} for \
+                          one of another kind, got ";
+            assert_eq!(error, format!("{wanted}{key}"));
+        }
     }
 }

@@ -46,8 +46,8 @@ pub struct Coverage {
     pub actions: usize,
     /// The objectives, highest priority first.
     pub objectives: Vec<ObjectiveCoverage>,
-    /// Their weighted total, of which the bound is low: by its step times the standard deviation at
-    /// most.
+    /// Their weighted total, of which the bound is low: with Cholesky, Eigen and Extremum by its
+    /// step times the standard deviation at most.
     pub total: ObjectiveCoverage,
 }
 

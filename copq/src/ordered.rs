@@ -110,6 +110,8 @@ impl Env for OrderedEnv {
 
     fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
         crate::error::check_len("reward", reward.len(), self.from.len())?;
+        // What the world does not write is seen as such, and not as the last step's.
+        self.reward.fill(f32::NAN);
         let outcome = self.env.step(action, obs, &mut self.reward)?;
         reward.iter_mut().zip(&self.from).for_each(|(reward, &i)| *reward = self.reward[i]);
         Ok(outcome)

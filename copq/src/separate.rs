@@ -10,7 +10,8 @@ use crate::{Critic, Error, Net, QGrad, QView, Result, State};
 /// To projections and losses it is an ensemble of K critics of N values, with K the least common
 /// multiple of the counts: an objective with fewer networks shows each of them equally often. That
 /// changes no mean, no least value and no standard deviation (over K), and the gradients of a
-/// network's copies add up.
+/// network's copies add up. Covariances between objectives mean nothing here, so that a method
+/// whose bound is one of them (Cholesky, Eigen, Extremum) is refused.
 ///
 /// With unequal counts a drawn subset (REDQ) could hold one network twice, so it is refused.
 ///

@@ -61,12 +61,14 @@ fn faults_of_a_step_are_told_and_leave_nothing() {
         ("vector", "reward: wanted 1 numbers, got 2"),
         ("nothing", "reward: wanted numbers, got None"),
         ("odd words", r"step raised ValueError: \udcff"),
+        ("many words", "step raised ValueError: far too far too "),
         ("wait", "step raised ChildProcessError"),
     ] {
         let Some(env) = faulty(fault) else { return };
         let mut env = env.unwrap();
         let began = Instant::now();
         let error = play(&mut env).unwrap_err().to_string();
+        assert!(error.len() < 25_000, "{fault}: {} letters", error.len());
         assert!(error.contains(words), "{fault}: {error}");
         assert!(error.starts_with("environment 'gymnasium:copq/Faulty-v0': "), "{error}");
         assert!(began.elapsed() < Duration::from_secs(20), "{fault}");

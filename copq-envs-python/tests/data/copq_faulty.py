@@ -109,6 +109,8 @@ class Faulty(gymnasium.Env):
                 reward = None
             case "odd words":
                 raise ValueError("\udcff")
+            case "many words":
+                raise ValueError("far too " * 10_000_000)
             case "wait":
                 os.waitpid(-1, 0)
             case "fork":

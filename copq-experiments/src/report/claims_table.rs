@@ -16,8 +16,9 @@ const NOTE: &str = "\
      (Welch's at 95 %, from three seeds of each on; Student's, where the other is a limit). Both \
      are taken up to one step, each to its last evaluation by then; the last five are five, \
      however many steps they span. A row is of one task: it cannot refute a sentence about some \
-     of them. Intervals take seeds for normal: where one in ten is stuck, a difference that is \
-     not there is seen several times as often as one time in forty. The paper's own numbers are \
+     of them. Intervals take seeds for normal: where one seed in ten of one method alone is \
+     stuck, a difference of means that is not there may be seen up to half of the time, and \
+     where some of both are, hardly ever. The paper's own numbers are \
      judged likewise, their deviations taken as divided by n. Seeds that would decide: with so \
      many of each, four times in five, if means and scatter are truly those of the runs or, where \
      these have too few seeds, of the paper (p): of few seeds a guess.";

@@ -75,7 +75,7 @@ impl Default for Smoothing {
 /// // The ellipsoid that holds 99 % of a normal law in three dimensions; the shift fades out.
 /// let beta = step_length(0.99, 3)?;
 /// let optimism = Optimism { beta, until: Some(50_000), ..Optimism::by("extremum") };
-/// let method = Method::cop_td3().explore(optimism);
+/// let method = Method::cop_td3_paper().explore(optimism);
 /// method.config.check()?;
 /// assert!((beta - 3.3682).abs() < 1e-4);
 ///
@@ -89,7 +89,8 @@ pub struct Optimism {
     /// Length of the upper bound's step, the root of chi2_N(p).
     pub beta: f64,
     /// How far the mean moves, in standard deviations of the policy: sqrt(2 delta), delta the KL
-    /// bound.
+    /// bound. A deterministic policy's is [`Config::exploration_std`]: the default is 0.686 at the
+    /// paper's 0.1, and at 0.3 with 2.06 most of what [-1, 1] has room for.
     pub shift: f64,
     /// The projection whose upper bound it is, by its name in
     /// [`by_name`](crate::projection::by_name); the method's own unless named.

@@ -169,3 +169,72 @@ impl Multiplier for Lagrangian {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use approx::assert_abs_diff_eq;
+
+    use super::*;
+
+    /// A reward, then two costs with limits of 100 and 10; the discount is 1, so that limits are
+    /// compared as they are.
+    fn of_two(config: LagrangianConfig) -> Lagrangian {
+        let spec = EnvSpec::new("cart", 2, 1).reward("progress", 1.0);
+        let spec = spec.cost("speed", 100.0).cost("heat", 10.0);
+        Lagrangian::new(config, &spec, 1.0).unwrap()
+    }
+
+    /// A multiplier that looks at the other cost would hold the wrong limit.
+    #[test]
+    fn each_cost_has_a_multiplier_by_its_own_estimate_and_limit() {
+        let config = LagrangianConfig { augmentation: 0.25, lr: 0.5, ..Default::default() };
+        let mut lagrangian = of_two(config);
+        lagrangian.observe(&[7.0, 103.0, 8.0]); // 3 over, and 2 under
+        assert_eq!(lagrangian.weights(), [1.0, -1.0, -1.0]);
+        assert_eq!(lagrangian.actor_weights(), [1.0, -1.75, -0.5]);
+        let mut seen = BTreeMap::new();
+        lagrangian.log(0, &mut |_: u64, name: &str, value: f64| {
+            seen.insert(name.to_owned(), value);
+        });
+        let of = |kind: &str| ["speed", "heat"].map(|cost| seen[&format!("{kind}/{cost}")]);
+        assert_eq!(of("cost_estimate"), [103.0, 8.0]);
+        assert_eq!(of("cost_violation"), [3.0, -2.0]);
+        assert_eq!(of("multiplier_effective"), [1.75, 0.5]);
+
+        // Adam's first step is its step size.
+        lagrangian.update();
+        let [reward, speed, heat] = *lagrangian.weights() else { panic!("three objectives") };
+        assert_eq!(reward, 1.0);
+        assert_abs_diff_eq!([speed, heat][..], [-1.648_721, -0.606_531][..], epsilon = 1e-6);
+        let mut state = State::default();
+        lagrangian.save(&mut state);
+        let mut loaded = of_two(config);
+        loaded.load(&state).unwrap();
+        assert_eq!(loaded.weights(), lagrangian.weights());
+        assert_eq!(loaded.actor_weights(), lagrangian.actor_weights());
+    }
+
+    /// A gradient without lambda would move a small multiplier as if it were 1: only where lambda
+    /// is far from 1 and the gradients change does Adam tell the two apart.
+    #[test]
+    fn three_steps_are_adams_on_the_logarithm() {
+        let config = LagrangianConfig { multiplier: 0.05, lr: 0.3, ..Default::default() };
+        let mut lagrangian = of_two(config);
+        let mut log_lambda = [libm::log(0.05); 2];
+        let [mut m, mut v] = [[0.0; 2]; 2];
+        for (t, over) in [[3.0, -2.0], [-0.5, -4.0], [7.0, 1.0]].into_iter().enumerate() {
+            lagrangian.observe(&[0.0, 100.0 + over[0], 10.0 + over[1]]);
+            lagrangian.update();
+            for i in 0..2 {
+                let grad = -log_lambda[i].exp() * f64::from(over[i]);
+                m[i] = 0.9 * m[i] + 0.1 * grad;
+                v[i] = 0.999 * v[i] + 0.001 * grad * grad;
+                let [c1, c2] = [0.9f64, 0.999].map(|beta| 1.0 - beta.powi(t as i32 + 1));
+                log_lambda[i] -= 0.3 * (m[i] / c1) / ((v[i] / c2).sqrt() + 1e-8);
+                assert_abs_diff_eq!(lagrangian.log_lambda[i], log_lambda[i], epsilon = 1e-12);
+            }
+        }
+    }
+}

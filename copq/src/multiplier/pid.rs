@@ -158,6 +158,10 @@ impl PidConfig {
                 return Err(Error::invalid(name, "a number, at least 0, or inf", cap));
             }
         }
+        if self.multiplier > self.cap {
+            let wanted = format!("at most the cap, {}", self.cap);
+            return Err(Error::invalid("pid.multiplier", wanted, self.multiplier));
+        }
         check_count("pid.delay", self.delay)
     }
 }
@@ -244,5 +248,41 @@ mod tests {
         // A shorter delay, after loading, forgets what is older.
         controller.update(&PidConfig { delay: 3, ..config }, 0.0, -10.0);
         assert_eq!(controller.past.len(), 3);
+    }
+    /// A reward, then two costs with limits of 100 and 10.
+    fn of_two() -> EnvSpec {
+        let spec = EnvSpec::new("cart", 2, 1).reward("progress", 1.0);
+        spec.cost("speed", 100.0).cost("heat", 10.0)
+    }
+
+    /// A controller that looks at the other cost would hold the wrong limit.
+    #[test]
+    fn each_cost_has_a_multiplier_by_its_own_estimate_and_limit() {
+        let mut config = PidConfig { proportional: 0.0, derivative: 0.0, ..Default::default() };
+        (config.integral, config.multiplier) = (0.5, 2.0);
+        let spec = of_two();
+        let mut pid = Pid::new(config, &spec, 1.0).unwrap();
+        pid.observe(&[7.0, 103.0, 9.0]); // 3 over, and 1 under
+        for wanted in [[1.0, -3.5, -1.5], [1.0, -5.0, -1.0]] {
+            pid.update();
+            assert_eq!(pid.weights(), wanted.map(|w| w as f32));
+            assert_eq!(pid.actor_weights(), wanted);
+        }
+        let mut state = State::default();
+        pid.save(&mut state);
+        let mut loaded = Pid::new(config, &spec, 1.0).unwrap();
+        loaded.load(&state).unwrap();
+        assert_eq!(loaded.weights(), pid.weights());
+    }
+    /// A controller that looks at the other cost would brake for its rise.
+    #[test]
+    fn each_cost_is_held_back_by_its_own_rise() {
+        let mut config = PidConfig { proportional: 0.0, integral: 0.0, ..Default::default() };
+        (config.derivative, config.multiplier) = (2.0, 0.0);
+        let mut pid = Pid::new(config, &of_two(), 1.0).unwrap();
+        pid.observe(&[7.0, 103.0, 9.0]);
+        pid.update();
+        // The smoothed costs have risen from 0 to a twentieth.
+        assert_abs_diff_eq!(pid.actor_weights(), &[1.0, -10.3, -0.9][..], epsilon = 1e-12);
     }
 }

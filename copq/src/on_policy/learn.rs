@@ -3,7 +3,7 @@
 use super::episodes::Fresh;
 use super::multiplier::Multiplier;
 use super::normal::mean_entropy;
-use super::{Learner, update};
+use super::{Learner, Report, update};
 use crate::{Error, Observer, Result, Rng};
 
 impl Learner {
@@ -59,14 +59,19 @@ impl Learner {
     }
 
     fn check_finite(&self) -> Result<()> {
-        let kl = self.report.kl.iter().chain(&self.report.second_kl);
-        let losses = &self.report.critic_losses;
-        if kl.chain(losses).all(|x| x.is_finite()) {
-            return Ok(());
+        let Report { kl, second_kl, critic_losses, .. } = &self.report;
+        for (name, values) in [
+            ("the policy's divergence after pass", kl),
+            ("the second step's divergence after pass", second_kl),
+            ("the loss of critic", critic_losses),
+        ] {
+            if let Some(i) = values.iter().position(|x| !x.is_finite()) {
+                let what = format!("{name} {} of epoch {}", i + 1, self.epochs);
+                let wanted = "a finite number (lower step sizes, or rewards near 1)";
+                return Err(Error::invalid(what, wanted, values[i]));
+            }
         }
-        let wanted = "finite numbers (lower step sizes, or rewards near 1)";
-        let what = format!("divergence and losses of epoch {}", self.epochs);
-        Err(Error::invalid(what, wanted, format!("{:?}", self.report)))
+        Ok(())
     }
 
     fn log(&self, log: &mut dyn Observer) {
@@ -111,5 +116,25 @@ impl Learner {
 fn shuffle(rng: &mut Rng, rows: &mut [usize]) {
     for i in (1..rows.len()).rev() {
         rows.swap(i, rng.below(i + 1));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Stream;
+
+    /// A shuffle that leaves no row in its place, or does nothing, would go unnoticed in training.
+    #[test]
+    fn every_order_of_the_rows_comes_equally_often() {
+        let mut rng = Rng::new(1, Stream::Batch);
+        let mut counts = std::collections::BTreeMap::new();
+        for _ in 0..24_000 {
+            let mut rows = [0, 1, 2, 3];
+            shuffle(&mut rng, &mut rows);
+            *counts.entry(rows).or_insert(0) += 1;
+        }
+        assert_eq!(counts.len(), 24);
+        assert!(counts.values().all(|n| (850..1150).contains(n)), "{counts:?}");
     }
 }

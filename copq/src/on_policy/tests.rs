@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::advantage::{centre, generalised, standardise};
+use super::epoch::{Epoch, Taken};
 use super::multiplier::Multiplier;
 use super::*;
 use crate::{
@@ -67,6 +68,35 @@ fn advantages_of_every_kind_of_path() {
         centre(&mut all[1]);
         check("standardised", &all[0], &case["standardised"]["adv_r"]);
         check("centred", &all[1], &case["standardised"]["adv_c"]);
+    }
+}
+
+/// Ends that come in the order of time would end other rows' paths: rows lie world after world.
+#[test]
+fn advantages_of_two_worlds_that_take_turns() {
+    let reference = read(include_str!("../../tests/data/on_policy/gae.json"));
+    let of_two = |case: &&Value| case["envs"].as_array().unwrap().len() == 2;
+    let case = reference["cases"].as_array().unwrap().iter().find(of_two).unwrap();
+    let worlds = case["envs"].as_array().unwrap();
+    let mut epoch = Epoch::new(40, 2, [1, 1], 2);
+    for row in 0..20 {
+        for (i, world) in worlds.iter().enumerate() {
+            let at = |names: [&str; 2]| names.map(|name| number(&world[name][row]) as f32).to_vec();
+            let values = at(["value_r", "value_c"]);
+            let taken = Taken { obs: vec![0.0], action: vec![0.0], log_prob: 0.0, values };
+            epoch.push(i, &taken, &at(["reward", "cost"]));
+            let mut paths = world["paths"].as_array().unwrap().iter();
+            if let Some(path) = paths.find(|path| path["last_row"] == row) {
+                let last = ["last_value_r", "last_value_c"];
+                epoch.end(i, last.map(|name| number(&path[name]) as f32).to_vec());
+            }
+        }
+    }
+    let rows = epoch.finish(0.99, 0.95);
+    for (k, x) in ["r", "c"].into_iter().enumerate() {
+        check("advantage", &rows.advantages[k], &case["standardised"][format!("adv_{x}")]);
+        let targets = worlds.iter().map(|world| &world[format!("target_value_{x}")]);
+        check("target", &rows.targets[k], &targets.cloned().collect());
     }
 }
 
@@ -140,6 +170,12 @@ impl Layers {
         }
         x.into_iter().map(|x| x as f32).collect()
     }
+
+    /// One row after another.
+    fn batch(&self, obs: &[f32]) -> Vec<f32> {
+        let (weight, bias) = &self.layers[0];
+        obs.chunks_exact(weight.len() / bias.len()).flat_map(|row| self.forward(row)).collect()
+    }
 }
 
 impl Actor for Layers {
@@ -166,23 +202,28 @@ impl GaussianPolicy for Layers {
     }
 
     fn means(&mut self, obs: &[f32], mean: &mut [f32]) -> Result<()> {
-        mean.copy_from_slice(&self.forward(obs));
+        mean.copy_from_slice(&self.batch(obs));
         Ok(())
     }
 
-    fn descend(&mut self, _: &[f32], _: Descent, _: NormalGrad<'_>) -> Result<()> {
-        unreachable!()
+    fn descend(&mut self, obs: &[f32], _: Descent, grad: NormalGrad<'_>) -> Result<()> {
+        let mean = self.batch(obs);
+        let mut gradient = mean.clone();
+        let mut of_log_std = self.log_std.clone();
+        let of = NormalGradient { mean: &mut gradient, log_std: &mut of_log_std };
+        grad(Normal { mean: &mean, log_std: &self.log_std }, of)
     }
 }
 
 impl StateValue for Layers {
     fn values(&mut self, obs: &[f32], value: &mut [f32]) -> Result<()> {
-        value.copy_from_slice(&self.forward(obs));
+        value.copy_from_slice(&self.batch(obs));
         Ok(())
     }
 
-    fn descend(&mut self, _: &[f32], _: Descent, _: ValueGrad<'_>) -> Result<()> {
-        unreachable!()
+    fn descend(&mut self, obs: &[f32], _: Descent, grad: ValueGrad<'_>) -> Result<()> {
+        let value = self.batch(obs);
+        grad(&value, &mut value.clone())
     }
 }
 
@@ -398,6 +439,48 @@ fn what_is_observed_was_chosen_just_before() {
     observe(&[Mode::Exploit]).unwrap_err();
     observe(&[Mode::Explore, Mode::Exploit]).unwrap();
     observe(&[]).unwrap_err();
+}
+
+/// The rows of a stored minibatch.
+fn stored_rows(batch: &Value, log_prob: &Value) -> Rows {
+    let of_both = |name: &str| ["r", "c"].map(|x| floats(&batch[format!("{name}_{x}")])).to_vec();
+    Rows {
+        obs: floats(&batch["obs"]),
+        action: floats(&batch["act"]),
+        log_prob: numbers(log_prob),
+        advantages: of_both("adv"),
+        targets: of_both("target_value"),
+    }
+}
+
+/// A report that counts other rows, or of another critic, would say nothing of what was learned.
+/// The stored losses have the penalty in them, c sum(p^2).
+#[test]
+fn losses_and_cut_ratios_of_one_minibatch_are_omnisafes() {
+    let reference = read(include_str!("../../../copq-candle/tests/data/on_policy/ppo.json"));
+    let networks = &reference["networks"];
+    let names = ["reward_critic", "cost_critic"];
+    for step in reference["steps"].as_array().unwrap() {
+        let wanted = &step["f64"];
+        let rows = stored_rows(&reference["batch"], &wanted["behaviour_logp"]);
+        let mut policy = Layers::new(&networks["actor"]);
+        let critic = |name| Box::new(Layers::new(&networks[name])) as Box<dyn StateValue>;
+        let critics = &mut names.map(critic);
+        let config = Config { passes: 1, ..Config::default() };
+        let lambda = [number(&step["lambda"])];
+        let report = update(&config, &rows, &lambda, 0.0, &mut policy, critics, &mut |_| {});
+        let report = report.unwrap();
+        for (loss, name) in report.critic_losses.iter().zip(names) {
+            let layers = networks[name]["layers"].as_array().unwrap().iter();
+            let parameters = layers.flat_map(|l| [numbers(&l["weight"]), numbers(&l["bias"])]);
+            let penalty = 0.001 * parameters.flatten().map(|p| p * p).sum::<f64>();
+            let wanted = number(&wanted[format!("loss_{name}")]);
+            assert!(((loss + penalty) / wanted - 1.0).abs() < 5e-7, "{name}: {loss}, not {wanted}");
+        }
+        let ratios = numbers(&wanted["ratio"]).into_iter().zip(numbers(&wanted["adv"]));
+        let cut = ratios.filter(|&(r, gain)| if gain > 0.0 { r > 1.2 } else { r < 0.8 }).count();
+        assert_eq!(report.clip_share, cut as f64 / 64.0);
+    }
 }
 
 #[test]

@@ -23,7 +23,9 @@ use super::{Deviations, Ellipsoid, Work};
 /// * A zero pivot, such as an objective on which all critics agree: the standard deviation has a
 ///   kink there like |x| at zero, and the gradient used is the middle of its two sides, 0. For two
 ///   critics and one objective this is the tie of clipped double-Q, which here hands half of the
-///   gradient to each.
+///   gradient to each. The bounds of objectives after it jump: beside a pivot however small they
+///   depend on the direction in which the critics disagree about it, which has no limit. There the
+///   direction is left out.
 /// * `u . L u = 0`, where the clip starts: the bound is continuous, its slope is not.
 /// * `Sigma u = 0` with Sigma not zero, a scalarised value without disagreement: for objectives
 ///   valued (1, -1) and (-1, 1) under weights (1, 1). The bound jumps there, as the limit of R u

@@ -228,6 +228,8 @@ impl<A: Agent> Trainer<A> {
     /// Every world's step by its action, on as many threads as are wanted.
     fn step_worlds(&mut self) {
         let Self { worlds, actions, outcomes, .. } = self;
+        // A world that panicked, and was caught, has left those of others.
+        outcomes.clear();
         let steps = worlds.iter_mut().zip(&*actions);
         if self.threads == 1 || steps.len() == 1 {
             outcomes.extend(steps.map(|(world, action)| world.step(action)));

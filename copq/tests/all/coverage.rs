@@ -1,6 +1,10 @@
 //! What a bound promises of critics that err as they disagree.
 
+use crate::toy;
+
+use copq::projection::ScalarisedMin;
 use copq::*;
+use toy::{LinearActor, Toy};
 
 /// Episodes of one step whose rewards, seen before, are numbers from 0 to 1.
 struct Guess {
@@ -293,4 +297,70 @@ fn what_cannot_be_looked_at_is_an_error() {
     let mut far = Learner::with_networks(method, &short.spec, critic, actor, 0).unwrap();
     let error = coverage(&mut far, short, CoverageConfig::default()).unwrap_err().to_string();
     assert!(error.contains("those of at most 10 steps"), "{error}");
+}
+
+/// An action chosen by raw observations would be valued as the policy's, and is not.
+#[test]
+fn without_smoothing_the_policy_that_is_valued_is_the_one_that_is_evaluated() {
+    // No update comes, so that the target network is the online one.
+    let config = Config { smoothing: None, normalise: true, start_steps: 1_000, ..toy::config() };
+    let mut trainer = toy::trainer(toy::learner(toy::method(config), 3, 5));
+    trainer.run(300, &mut Silent).unwrap();
+    let [valued, evaluated] = [false, true].map(|bare| {
+        let config = CoverageConfig { episodes: 5, stride: 1, bare };
+        coverage(trainer.agent_mut(), Toy::new(), config).unwrap()
+    });
+    assert_eq!(valued, evaluated);
+}
+
+/// Says the same of everything, `critics x objectives`.
+struct Says {
+    objectives: usize,
+    values: Vec<f32>,
+}
+
+impl Critic for Says {
+    fn critics(&self) -> usize {
+        self.values.len() / self.objectives
+    }
+
+    fn objectives(&self) -> usize {
+        self.objectives
+    }
+
+    fn values(&mut self, _: Net, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
+        q.copy_from_slice(&self.values);
+        Ok(())
+    }
+
+    fn fit(&mut self, _: &[f32], _: &[f32], _: QGrad<'_>, _: f32) -> Result<()> {
+        Ok(())
+    }
+
+    fn action_grad(&mut self, _: &[f32], _: &[f32], _: QGrad<'_>, _: &mut [f32]) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// How separate networks are numbered would decide how sure their total is.
+#[test]
+fn the_totals_deviation_is_of_totals_or_of_objectives_that_err_independently() {
+    let mut spec = Toy::new().spec;
+    (spec.objectives[0].weight, spec.objectives[1].weight) = (3.0, 4.0);
+    let estimate = |critic: Box<dyn Critic>| {
+        let method = Method::new("toy", toy::config(), ScalarisedMin);
+        let actor = Box::new(LinearActor::new(0.0));
+        let mut learner = Learner::with_networks(method, &spec, critic, actor, 0).unwrap();
+        learner.estimate(&[0.1], &[0.2]).unwrap()
+    };
+    // Totals of 3 + 20 and 9 + 12.
+    let joint = estimate(Box::new(Says { objectives: 2, values: vec![1.0, 5.0, 3.0, 3.0] }));
+    assert_eq!((&joint.std[..], joint.total_std), (&[1.0, 1.0][..], 1.0));
+    // The same numbers in either order: the root of 3^2 + 4^2.
+    for values in [[1.0, 3.0, 5.0, 3.0], [1.0, 3.0, 3.0, 5.0]] {
+        let networks = Says { objectives: 1, values: values.to_vec() };
+        let critics = SeparateCritics::new(Box::new(networks), &[2, 2]).unwrap();
+        let separate = estimate(Box::new(critics));
+        assert_eq!((&separate.std[..], separate.total_std), (&[1.0, 1.0][..], 5.0));
+    }
 }

@@ -1,10 +1,13 @@
 //! The plain exploration rules: their noise, their range, their memory.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use crate::toy;
 
 use approx::assert_abs_diff_eq;
 use copq::*;
-use toy::{GaussianActor, LinearActor, LinearCritics};
+use toy::{GaussianActor, LinearActor, LinearCritics, Toy};
 
 const DRAWS: usize = 40_000;
 
@@ -67,4 +70,34 @@ fn a_stochastic_policy_explores_by_its_own_samples() {
     let sampled = actions(&mut PolicySamples::default(), &mut GaussianActor::new(0.0, 0.2f32.ln()));
     // s = 0.4: 0.3 - 0.5 * 0.4 before the tanh.
     assert_moments(moments(sampled.iter().map(|&a| f64::from(a).atanh())), [0.1, 0.2]);
+}
+
+/// Rests, and counts the episodes that begin.
+#[derive(Debug)]
+struct Counting(Arc<AtomicU32>);
+
+impl Explore for Counting {
+    fn act(&mut self, _: &mut Context<'_>, _: &[f32], action: &mut [f32]) -> Result<()> {
+        action.fill(0.0);
+        Ok(())
+    }
+
+    fn begin_episode(&mut self) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// A rule whose memory begins anew with an episode would drag it from one into the next.
+#[test]
+fn a_rule_hears_of_every_episode_that_begins_through_boxes_too() {
+    let begun = Arc::default();
+    let rule: Box<dyn Explore> = Box::new(Counting(Arc::clone(&begun)));
+    let learner = toy::learner(toy::method(toy::config()), 3, 1).explore(rule);
+    let boxed: Box<dyn Agent> = Box::new(learner);
+    let mut trainer = Trainer::new(Toy::new(), boxed).unwrap();
+    // Episodes of 20 steps.
+    for (steps, wanted) in [(1, 1), (19, 1), (1, 2), (39, 3), (1, 4)] {
+        trainer.run(steps, &mut Silent).unwrap();
+        assert_eq!(begun.load(Ordering::Relaxed), wanted);
+    }
 }

@@ -327,6 +327,66 @@ fn logs_explain_the_run() {
     assert_abs_diff_eq!(weights, 1.0, epsilon = 1e-12);
 }
 
+/// The mean of a column of `rows x objectives`, and the critics' covariance of two, averaged over
+/// the rows; by plain loops.
+fn mean_and_covariance(q: QView<'_>, [i, j]: [usize; 2]) -> [f64; 2] {
+    let (critics, rows) = (q.critics() as f64, q.rows() as f64);
+    let [mut total, mut covariance] = [0.0; 2];
+    for row in 0..q.rows() {
+        let of = |i: usize| (0..q.critics()).map(move |k| f64::from(q.get(k, row)[i]));
+        let [first, second] = [i, j].map(|i| of(i).sum::<f64>() / critics);
+        total += first / rows;
+        covariance +=
+            of(i).zip(of(j)).map(|(x, y)| (x - first) * (y - second)).sum::<f64>() / critics / rows;
+    }
+    [total, covariance]
+}
+
+/// Scalars of the wrong objective, or of a bound that is none, would explain another run.
+#[test]
+fn the_first_update_logs_what_its_batch_says() {
+    let config = Config { start_steps: 100, pessimism: 0.5, ..toy::config() };
+    let mut learner = toy::learner(toy::method(config.clone()), 3, 8);
+    let mut replay = Replay::new(&Toy::new().spec, config.capacity).unwrap();
+    let mut rng = Rng::new(8, Stream::Custom);
+    for _ in 0..100 {
+        let mut numbers = [0.0; 5];
+        numbers.fill_with(|| rng.uniform_in(-1.0, 1.0) as f32);
+        let [obs, action, next_obs] = [&numbers[..1], &numbers[1..2], &numbers[2..3]];
+        let (reward, outcome) = (&numbers[3..], Outcome::Truncated);
+        let transition = Transition { obs, action, reward, next_obs, outcome };
+        learner.observe(transition).unwrap();
+        replay.push(transition).unwrap();
+    }
+    let mut seen = std::collections::BTreeMap::new();
+    let mut log = |_: u64, name: &str, value: f64| {
+        seen.insert(name.to_owned(), value);
+    };
+    learner.update(&mut log).unwrap();
+
+    // The same critics before their step, on the same batch.
+    let mut batch = Batch::default();
+    replay.sample(64, &mut Rng::new(8, Stream::Batch), &mut batch).unwrap();
+    let mut values = vec![0.0; 3 * 64 * 2];
+    let mut critics = toy::LinearCritics::new(3, 2, 0.02, 8);
+    critics.values(Net::Online, &batch.obs, &batch.action, &mut values).unwrap();
+    let q = QView::new(&values, 3, 2).unwrap();
+    let mut bound = vec![0.0; 64 * 2];
+    let query = BoundQuery { q, weights: &[1.0, 1.0], step: -0.5 };
+    projection::Cholesky.project(query, &mut Scratch::default(), &mut bound).unwrap();
+    let covariance = |pair| mean_and_covariance(q, pair)[1];
+    for (i, name) in ["track", "rest"].into_iter().enumerate() {
+        let [mean, variance] = mean_and_covariance(q, [i, i]);
+        let lower = bound.iter().skip(i).step_by(2).map(|&b| f64::from(b)).sum::<f64>() / 64.0;
+        assert_abs_diff_eq!(seen[&format!("q/{name}")], mean, epsilon = 1e-12);
+        assert_abs_diff_eq!(seen[&format!("q_std/{name}")], variance.sqrt(), epsilon = 1e-12);
+        assert_abs_diff_eq!(seen[&format!("bound/{name}")], lower, epsilon = 1e-6);
+        assert!(lower < mean - 0.01, "{name}");
+    }
+    let wanted = covariance([0, 1]) / (covariance([0, 0]) * covariance([1, 1])).sqrt();
+    assert_abs_diff_eq!(seen["correlation/track/rest"], wanted, epsilon = 1e-12);
+}
+
 /// Keeps the warnings.
 struct Words(Vec<String>);
 

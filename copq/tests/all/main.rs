@@ -9,6 +9,7 @@ mod exploration;
 mod learner;
 mod methods;
 mod normaliser;
+mod on_policy;
 mod presets;
 mod projection_degenerate;
 mod projection_fixtures;

@@ -3,7 +3,7 @@
 use crate::toy;
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 
-use copq::projection::{Cholesky, Extremum};
+use copq::projection::{Cholesky, Extremum, by_name};
 use copq::*;
 use toy::{LinearActor, LinearCritics, SLOPE, Toy, act, policy, run};
 
@@ -171,6 +171,37 @@ fn sac_learns_the_optimum_and_holds_its_entropy() {
     assert_abs_diff_eq!(policy(trainer.agent_mut())[..], [0.0, SLOPE][..], epsilon = 0.05);
     assert_abs_diff_eq!(entropy, -1.0, epsilon = 0.1);
     assert!(temperature < 0.2, "temperature {temperature}");
+}
+
+/// A gradient without alpha would move a small temperature as if it were 1: only where alpha is far
+/// from 1 and the gradients change does Adam tell the two apart.
+#[test]
+fn the_temperature_takes_adams_steps_by_the_entropies_that_are_logged() {
+    let bonus = Entropy { temperature: 0.05, lr: 0.3, ..Default::default() };
+    let config = Config { entropy: Some(bonus), ..toy::small(Method::sac().config) };
+    let learner = toy::stochastic(toy::method(config), &Toy::new(), critics(2, 3), 3);
+    let mut trainer = Trainer::new(Toy::new(), learner).unwrap();
+    let [mut entropies, mut temperatures] = [Vec::new(), Vec::new()];
+    let mut log = |_: u64, name: &str, value: f64| match name {
+        "actor/entropy" => entropies.push(value),
+        "actor/temperature" => temperatures.push(value),
+        _ => {}
+    };
+    trainer.run(220, &mut log).unwrap();
+    temperatures.push(trainer.agent().temperature().unwrap());
+    let mut log_alpha = 0.05f64.ln();
+    let [mut m, mut v] = [0.0; 2];
+    for (t, (entropy, alpha)) in entropies.iter().zip(&temperatures).enumerate() {
+        assert_abs_diff_eq!(alpha.ln(), log_alpha, epsilon = 1e-10);
+        // Wanted is -1 for an action of one number.
+        let grad = alpha * (entropy + 1.0);
+        m = 0.9 * m + 0.1 * grad;
+        v = 0.999 * v + 0.001 * grad * grad;
+        let [c1, c2] = [0.9f64, 0.999].map(|beta| 1.0 - beta.powi(t as i32 + 1));
+        log_alpha -= 0.3 * (m / c1) / ((v / c2).sqrt() + 1e-8);
+    }
+    assert!(entropies.len() > 8);
+    assert_abs_diff_eq!(temperatures[entropies.len()].ln(), log_alpha, epsilon = 1e-10);
 }
 
 /// The best Gaussian's variance is known: -(w_1 + w_2) var + alpha w_e log std is largest at alpha
@@ -492,6 +523,33 @@ fn a_method_that_does_not_suit_the_task_is_a_readable_error() {
     );
 }
 
+/// Covariances between objectives of separate networks follow from how these are numbered.
+#[test]
+fn bounds_of_covariances_want_critics_of_all_objectives() {
+    let build = |config: Config, bound: &str| {
+        let method = Method::new("toy", toy::small(config), by_name(bound).unwrap());
+        let actor = Box::new(LinearActor::new(0.005));
+        Learner::with_networks(method, &Toy::new().spec, Box::new(separate(&[2, 2], 0)), actor, 0)
+            .map(drop)
+            .map_err(|error| error.to_string())
+    };
+    let config = Method::cop_td3().config;
+    let upper = Config { optimism: Some(Optimism::by("extremum")), ..Method::cop_td3_oac().config };
+    let refused = |name| {
+        Err(format!(
+            "the bound: wanted one that heeds no covariances, for critics of separate objectives, \
+             got {name}"
+        ))
+    };
+    for name in ["cholesky", "eigen", "extremum"] {
+        assert_eq!(build(config.clone(), name), refused(name));
+    }
+    assert_eq!(build(upper, "independent-min"), refused("extremum"));
+    for name in ["diagonal", "mean-std", "independent-min", "scalarised-min"] {
+        assert_eq!(build(config.clone(), name), Ok(()));
+    }
+}
+
 /// The mean that exploration adds to the policy's own noise, in units of that noise: same seed,
 /// with and without.
 fn shift(learner: impl Fn() -> Learner, std: f32, pre_tanh: bool) -> f32 {
@@ -540,6 +598,20 @@ fn the_shifted_policy_is_as_far_away_as_the_kl_bound_allows() {
         // KL(N(m + D, S) || N(m, S)) = D' S^-1 D / 2
         assert_abs_diff_eq!(0.5 * shift * shift, 23.53, epsilon = 0.01);
     }
+}
+
+/// Noise of another width than a method's own would explore as no setting says.
+#[test]
+fn optimism_by_settings_is_that_by_hand() {
+    let explored = |optimism: Option<Optimism>, by_hand: bool| {
+        let config = Config { exploration_std: 0.02, optimism, ..toy::config() };
+        let learner = toy::learner(toy::method(config), 3, 5);
+        let rule = Optimistic::new(Optimism::default(), 0.02).unwrap();
+        train(Toy::new(), if by_hand { learner.explore(rule) } else { learner }, 260).1
+    };
+    let by_settings = explored(Some(Optimism::default()), false);
+    assert!(by_settings == explored(None, true));
+    assert!(by_settings != explored(None, false));
 }
 
 /// Half of the way the shift is half as long, from the end on there is none. 200 steps have been

@@ -121,6 +121,7 @@ fn settings_that_cannot_be_used_are_named() {
         config.check().unwrap_err().to_string()
     };
     let lagrangian = LagrangianConfig { cap: 0.5, multiplier: 1.0, ..LagrangianConfig::default() };
+    let pid = PidConfig { cap: 0.5, multiplier: 1.0, ..PidConfig::default() };
     let famo = FamoConfig { lr: -1.0, ..FamoConfig::default() };
     let entropy = Entropy { temperature: 0.0, ..Entropy::default() };
     for (wanted, got) in [
@@ -128,6 +129,10 @@ fn settings_that_cannot_be_used_are_named() {
         (
             "lagrangian.multiplier: wanted at most the cap",
             error(&|config| config.constraint = Some(Constraint::Lagrangian(lagrangian))),
+        ),
+        (
+            "pid.multiplier: wanted at most the cap, 0.5, got 1",
+            error(&|config| config.constraint = Some(Constraint::Pid(pid))),
         ),
         ("famo.lr: wanted a finite number", error(&|config| config.famo = Some(famo))),
         (

@@ -132,6 +132,27 @@ fn a_certain_first_objective_leaves_a_smaller_cholesky() {
     assert!(gradient.iter().step_by(3).all(|&g| g == 0.25), "the mean's share only: {gradient:?}");
 }
 
+/// Cholesky's documented jump: however little the critics disagree about the first objective, the
+/// direction decides how the second is bounded.
+#[test]
+fn beside_a_zero_pivot_the_direction_decides() {
+    let second = |first: [f32; 3]| {
+        let [a, b, c] = first;
+        Ensemble::new(&[&[a, 1.0], &[b, -1.0], &[c, 0.0]], &[2.0, 1.0]).offset(&Cholesky)[1]
+    };
+    let std = (2.0_f64 / 3.0).sqrt();
+    let [u, v] = [2.0, 1.0].map(|w: f64| w / 5.0_f64.sqrt());
+    for small in [1e-3, 1e-12, 1e-30] {
+        assert_abs_diff_eq!(second([small, -small, 0.0]), std * u, epsilon = 1e-12);
+        assert_abs_diff_eq!(
+            second([small, small, -2.0 * small]),
+            std * v,
+            epsilon = 1e-2 * f64::from(small)
+        );
+    }
+    assert_abs_diff_eq!(second([0.0; 3]), std * v, epsilon = 1e-12);
+}
+
 #[test]
 fn scalarised_agreement_is_no_disagreement() {
     // Sigma u = 0 with Sigma not zero: the documented jump. Offset and gradient stay finite.

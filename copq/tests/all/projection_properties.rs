@@ -138,6 +138,39 @@ proptest! {
         assert_abs_diff_eq!(ensemble.offset(&Cholesky)[0], wanted, epsilon = tolerance);
     }
 
+    /// Paper eq. 10: a bound is conditioned on the objectives above its own alone, so that no other
+    /// moves it, by a bit.
+    #[test]
+    fn lower_objectives_do_not_move_those_above(
+        ensemble in shaped(2..=6, 1..=8),
+        others in prop::collection::vec(-10.0..10.0_f32, 48),
+        first in 1..6_usize,
+    ) {
+        let n = ensemble.objectives();
+        let first = first.min(n - 1);
+        let mut changed = ensemble.clone();
+        for (row, others) in changed.q.chunks_exact_mut(n).zip(others.chunks_exact(n)) {
+            row[first..].copy_from_slice(&others[first..]);
+        }
+        prop_assume!(ensemble.margin() >= 0.0 && changed.margin() >= 0.0);
+        let above = |ensemble: &Ensemble| ensemble.bound(&Cholesky, -1.0)[..first].to_vec();
+        prop_assert_eq!(above(&ensemble), above(&changed));
+    }
+
+    /// The advice of [`copq::Objective::cost`], with the clip and without.
+    #[test]
+    fn a_last_objective_of_weight_zero_changes_no_other(ensemble in shaped(1..=5, 1..=8)) {
+        let n = ensemble.objectives();
+        let row = |q: &[f32]| [q, &[q[0] * 3.0 - 1.0]].concat();
+        let longer = Ensemble {
+            q: ensemble.q.chunks_exact(n).flat_map(row).collect(),
+            weights: [&ensemble.weights[..], &[0.0]].concat(),
+            ..ensemble.clone()
+        };
+        let bound = longer.bound(&Cholesky, -1.0);
+        prop_assert_eq!(&bound[..n], &ensemble.bound(&Cholesky, -1.0)[..]);
+    }
+
     #[test]
     fn of_two_objectives_the_first_moves_as_its_weight_says(ensemble in shaped(2..=2, 3..=8)) {
         let first = ensemble.offset(&Cholesky)[0] * ensemble.unit()[0];
