@@ -27,6 +27,7 @@ TASKS = {
     "ant, 20,000 steps": "robots/*ant*",
     "humanoid, 20,000 steps": "robots/*humanoid*",
     "hopper under a limit, `cop-cal`": "hopper-mujoco-constrained/cop-cal*",
+    "the same, 500,000 steps": "limits/cop-cal-s*",
     "the same with c = 0.1, 60,000 steps": "hopper-mujoco-augmentation/cop-cal*",
     "Safety-Gymnasium's hopper, `cop-cal`": "python/safety-hopper-cop-cal*",
 }
@@ -40,6 +41,10 @@ ARMS = {
     "normalised, LeCun's": "normalised",
     "noise of 0.3": "noise-0.3",
     "FAMO with L2": "famo-l2",
+    "OAC": "oac",
+    "clipped double-Q, OAC": "scalarised-min-oac",
+    "uniform warm-up": "warm-up-uniform",
+    "the policy's warm-up": "warm-up-policy",
 }
 
 
@@ -96,7 +101,7 @@ def by_limit():
     print("| run | lambda below 0.001 | to 0.1 | to 1 | above |")
     print("|---|--:|--:|--:|--:|")
     edges = [0.0, 1e-3, 0.1, 1.0, float("inf")]
-    for pattern in list(TASKS.values())[-3:]:
+    for pattern in list(TASKS.values())[-4:]:
         for file in sorted(RESULTS.glob(f"{pattern}/metrics.csv")):
             cells = []
             for low, high in zip(edges, edges[1:]):
