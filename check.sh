@@ -41,6 +41,9 @@ for file in config.toml metrics.csv evaluations.csv timings.csv curve.svg curve.
     test -s "$smoke/run/$file" || { echo "the run folder has no $file" >&2; exit 1; }
 done
 
+# The bits of two methods, which read most of an update; the other lines of scripts/bits.txt take a quarter of an hour.
+run scripts/bits.sh $copq ' cop-cal .*rapier\| cop-td3-oac .*rapier'
+
 # Its policy in pictures, in figures and on its own, and the paper's hopper on MuJoCo.
 run $copq evaluate "$smoke/run" --episodes 2
 run $copq export "$smoke/run"
