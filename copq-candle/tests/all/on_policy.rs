@@ -186,8 +186,22 @@ fn one_minibatch_of_ppo() {
             .unwrap();
             check_networks(&name, policy.as_ref(), &critics, &step["f32"]["after"]);
             check_kl(&name, &report.kl, &serde_json::json!([step["f32"]["kl_after"]]));
+            check_report(&name, &report, &step["f32"], &reference["networks"]);
         }
     }
+}
+
+/// Losses and cut ratios of one minibatch; the stored losses have the penalty in them, c sum(p^2).
+fn check_report(name: &str, report: &on_policy::Report, wanted: &Value, networks: &Value) {
+    for (loss, critic) in report.critic_losses.iter().zip(["reward_critic", "cost_critic"]) {
+        let squares = flat(&networks[critic]).into_iter().map(|p| f64::from(p * p));
+        let loss = loss + 0.001 * squares.sum::<f64>();
+        let wanted = number(&wanted[format!("loss_{critic}")]);
+        assert!((loss / wanted - 1.0).abs() < 2e-6, "{name}, {critic}: {loss}, not {wanted}");
+    }
+    let ratios = floats(&wanted["ratio"]).into_iter().zip(floats(&wanted["adv"]));
+    let cut = ratios.filter(|&(r, gain)| if gain > 0.0 { r > 1.2 } else { r < 0.8 }).count();
+    assert_eq!(report.clip_share, cut as f64 / 64.0, "{name}");
 }
 
 #[test]
