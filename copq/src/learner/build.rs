@@ -7,6 +7,7 @@ use super::scales::Scales;
 use super::streams::Streams;
 use crate::error::check_len;
 use crate::multiplier::FixedWeights;
+use crate::projection::by_name;
 use crate::temperature::Temperature;
 use crate::{
     Actor, ActorKind, Backend, Batch, Config, Critic, Ensemble, EnvSpec, Error, Explore, Famo,
@@ -179,20 +180,20 @@ fn own_noise(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
     }
 }
 
-/// The bounds of covariances between objectives.
-const OF_COVARIANCES: [&str; 3] = ["cholesky", "eigen", "extremum"];
-
 /// An error for a bound of covariances over separate networks: which of one objective goes with
 /// which of another is an accident of their numbers, and so are covariances.
 fn check_bounds(config: &Config, bound: &dyn Projection, critic: &dyn Critic) -> Result<()> {
+    if critic.shared() || critic.objectives() == 1 {
+        return Ok(());
+    }
     let upper = config.optimism.as_ref().and_then(|optimism| optimism.projection.as_deref());
-    let unfit = |name: &&str| OF_COVARIANCES.contains(name);
-    match [Some(bound.name()), upper].into_iter().flatten().find(unfit) {
-        Some(name) if !critic.shared() && critic.objectives() > 1 => {
-            let wanted = "one that heeds no covariances, for critics of separate objectives";
-            Err(Error::invalid("the bound", wanted, name))
+    let upper = upper.map(by_name).transpose()?;
+    match [Some(bound), upper.as_deref()].into_iter().flatten().find(|b| b.reads_covariances()) {
+        Some(bound) => {
+            let wanted = "one that reads no covariances, for critics of separate objectives";
+            Err(Error::invalid("the bound", wanted, bound.name()))
         }
-        _ => Ok(()),
+        None => Ok(()),
     }
 }
 

@@ -40,6 +40,10 @@ impl Ellipsoid for Eigen {
         "eigen"
     }
 
+    fn reads_covariances(&self) -> bool {
+        true
+    }
+
     fn offset(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, out: &mut [f64]) {
         let k = x.critics();
         let n = x.objectives();

@@ -64,6 +64,11 @@ pub trait Ellipsoid: Debug + Send + Sync {
         Ensemble::Spanning
     }
 
+    /// See [`Projection::reads_covariances`].
+    fn reads_covariances(&self) -> bool {
+        false
+    }
+
     /// Writes C R u (N) for the unit direction `u`; `out` holds anything before. Zero disagreement
     /// gives exactly zero.
     fn offset(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, out: &mut [f64]);
@@ -88,6 +93,10 @@ impl<E: Ellipsoid> Projection for E {
 
     fn ensemble(&self) -> Ensemble {
         Ellipsoid::ensemble(self)
+    }
+
+    fn reads_covariances(&self) -> bool {
+        Ellipsoid::reads_covariances(self)
     }
 
     fn project(&self, bound: BoundQuery<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {

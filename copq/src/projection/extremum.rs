@@ -30,6 +30,10 @@ impl Ellipsoid for Extremum {
         "extremum"
     }
 
+    fn reads_covariances(&self) -> bool {
+        true
+    }
+
     fn offset(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, out: &mut [f64]) {
         let [e] = work.split([x.critics()]);
         standardise(x, u, e);

@@ -95,6 +95,12 @@ pub trait Projection: Debug + Send + Sync {
         Ensemble::Spanning
     }
 
+    /// Whether it reads covariances between objectives, which mean nothing for separate critics: a
+    /// learner refuses it over these.
+    fn reads_covariances(&self) -> bool {
+        false
+    }
+
     /// Writes the bound, `rows x objectives`, into `out`.
     fn project(&self, bound: BoundQuery<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()>;
 
@@ -118,6 +124,10 @@ impl Projection for Arc<dyn Projection> {
 
     fn ensemble(&self) -> Ensemble {
         self.as_ref().ensemble()
+    }
+
+    fn reads_covariances(&self) -> bool {
+        self.as_ref().reads_covariances()
     }
 
     fn project(&self, bound: BoundQuery<'_>, scratch: &mut Scratch, out: &mut [f32]) -> Result<()> {
