@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use copq::projection::ScalarisedMin;
-use copq::{Learner, Method, Result, Trainer};
+use copq::{Agent, Learner, Method, Result, Trainer};
 use copq_candle::Candle;
 use copq_experiments::statistics::{Sample, area_under};
 use copq_experiments::{
@@ -29,7 +29,8 @@ fn train(method: Method, seed: u64, steps: u64) -> Result<PathBuf> {
     };
     let env = copq_envs_rapier::make(TASK)?;
     let learner = Learner::new(method, env.spec(), &Candle::default(), seed)?;
-    let trainer = Trainer::new(env, learner)?.boxed(); // a run takes any agent
+    let agent: Box<dyn Agent> = Box::new(learner); // a run takes any
+    let trainer = Trainer::new(env, agent)?;
     match Run::new(trainer, Some(copq_envs_rapier::make(TASK)?), folder, run)?.train()? {
         Ending::Finished { .. } => Ok(path),
         stopped => {

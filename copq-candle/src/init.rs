@@ -26,15 +26,14 @@ pub(crate) fn parameters(shape: &Shape, initial: Init, rng: &mut Rng) -> Vec<f32
 #[cfg(test)]
 mod tests {
     use approx::abs_diff_eq;
-    use copq::{EnvSpec, Networks, Stream};
+    use copq::Stream;
 
     use super::*;
 
     /// Largest weight and bias of 200 inputs' layer, and the weights' variance, of both rules.
     #[test]
     fn weights_have_their_rules_bounds_and_variance() {
-        let spec = EnvSpec::new("test", 200, 50).reward("only", 1.0);
-        let shape = Shape::actor(&spec, &Networks { hidden: vec![100], ..Networks::default() });
+        let shape = Shape::new(200, &[100], 50);
         for (initial, bound, bias) in
             [(Init::Torch, 0.005f64.sqrt(), 0.005f64.sqrt()), (Init::Lecun, 0.015f64.sqrt(), 0.0)]
         {

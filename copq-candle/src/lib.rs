@@ -32,10 +32,10 @@
 //! # Ok::<(), copq::Error>(())
 //! ```
 //!
-//! There are two implementations of each network, with the same initial weights and the same saved
-//! state: [`fused`], hand-written passes around matrix products for CPUs, which [`Candle`]
-//! makes; and [`plain`], candle-nn's modules and autograd on any [`Device`], which is
-//! easy to read and is what the fused one must equal.
+//! There are two implementations of each off-policy method's network, with the same initial weights
+//! and the same saved state: [`fused`], hand-written passes around matrix products for CPUs, which
+//! [`Candle`] makes; and [`plain`], candle-nn's modules and autograd on any [`Device`], which is easy
+//! to read and is what the fused one must equal. On-policy methods' networks are fused alone.
 //!
 //! Architectures of your own, as candle-nn modules, are [`Modules`].
 

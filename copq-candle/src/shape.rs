@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use copq::{EnvSpec, Networks};
-
 /// One linear layer: weight `output x input` row-major (PyTorch's layout), then the bias, in a flat
 /// buffer.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -44,21 +42,6 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// A critic's: observation and action in, one value per objective out.
-    pub fn critic(spec: &EnvSpec, networks: &Networks) -> Self {
-        Self::new(spec.obs_len + spec.action_len(), &networks.hidden, spec.objectives.len())
-    }
-
-    /// A deterministic actor's: observation in, one value an action component out.
-    pub fn actor(spec: &EnvSpec, networks: &Networks) -> Self {
-        Self::new(spec.obs_len, &networks.hidden, spec.action_len())
-    }
-
-    /// A squashed Gaussian actor's: observation in, a mean and a log std an action component out.
-    pub fn gaussian(spec: &EnvSpec, networks: &Networks) -> Self {
-        Self::new(spec.obs_len, &networks.hidden, 2 * spec.action_len())
-    }
-
     /// Layers of these widths, `input` first and `output` last.
     pub fn new(input: usize, hidden: &[usize], output: usize) -> Self {
         let mut input = input;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use copq::on_policy::{Saute, SauteConfig};
-use copq::{AdjustedEnv, Env, Error, OrderedEnv, Result};
+use copq::{AdjustedEnv, Env, Error, Result};
 use copq_envs::{Locomotion, Options, Physics, RobotSpec};
 use copq_envs_python::{PACKAGES, is_task};
 use copq_experiments::Plan;
@@ -30,7 +30,7 @@ pub fn make_env(
         None => Box::new(world),
     };
     Ok(match &plan.order {
-        Some(order) => Box::new(OrderedEnv::parse(shown, order)?),
+        Some(order) => Box::new(AdjustedEnv::new(shown).order(order)?),
         None => shown,
     })
 }

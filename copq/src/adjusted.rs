@@ -1,10 +1,11 @@
-//! The same world under other limits and weights.
+//! The same world under other limits and weights, and in another order.
 
+use crate::error::check_len;
 use crate::on_policy::shows_budgets;
 use crate::{Env, EnvSpec, Error, Objective, Outcome, Result, State};
 
-/// An environment whose costs have other limits, and whose objectives other weights: what an
-/// episode may cost, and what counts how much, is the user's to say.
+/// An environment whose costs have other limits, and whose objectives other weights or another
+/// order: what an episode may cost, and what counts how much and comes first, is the user's to say.
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
@@ -13,18 +14,24 @@ use crate::{Env, EnvSpec, Error, Objective, Outcome, Result, State};
 ///
 /// let env = AdjustedEnv::new(env).limits([("time", 0.75)])?.weights("time=-0.1")?;
 /// assert_eq!((env.spec().limit(0), env.spec().weights()[0]), (Some(0.75), -0.1));
+///
+/// let env = env.order("rest,time")?; // or order("rt")
+/// assert_eq!((env.spec().names(), env.spec().limit(1)), (vec!["rest", "time"], Some(0.75)));
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Debug)]
 pub struct AdjustedEnv<E> {
     env: E,
     spec: EnvSpec,
+    /// Where each objective comes from, and what the world wrote; empty in the world's own order.
+    from: Vec<usize>,
+    reward: Vec<f32>,
 }
 
 impl<E: Env> AdjustedEnv<E> {
     /// The world as it is.
     pub fn new(env: E) -> Self {
-        Self { spec: env.spec().clone(), env }
+        Self { spec: env.spec().clone(), env, from: Vec::new(), reward: Vec::new() }
     }
 
     /// Sets the limits of costs by their names.
@@ -59,6 +66,39 @@ impl<E: Env> AdjustedEnv<E> {
         }
         self.spec.check()?;
         Ok(self)
+    }
+
+    /// Puts the objectives in another order, highest priority first: names with commas between, or
+    /// first letters, such as `vsc` (velocity, safety, control), each once. Weights and limits
+    /// follow, and the entropy bonus stays with its objective.
+    ///
+    /// Only methods that know priorities care: for Cholesky the order says whose uncertainty is
+    /// answered for first.
+    pub fn order(self, order: &str) -> Result<Self> {
+        let names = self.spec.names();
+        let objectives: Vec<&str> = match order.contains(',') || names.contains(&order) {
+            true => order.split(',').map(str::trim).collect(),
+            false => order.chars().map(|letter| only(&names, letter)).collect::<Result<_>>()?,
+        };
+        self.spec.check()?;
+        let position = |name: &&str| {
+            let found = names.iter().position(|known| known == name);
+            found.ok_or_else(|| Error::unknown("objective", name, &names))
+        };
+        let from = objectives.iter().map(position).collect::<Result<Vec<_>>>()?;
+        if from.len() != names.len() || (0..names.len()).any(|i| !from.contains(&i)) {
+            let wanted = format!("each of {} once", names.join(", "));
+            return Err(Error::invalid("order of objectives", wanted, objectives.join(", ")));
+        }
+        let spec = EnvSpec {
+            objectives: from.iter().map(|&i| self.spec.objectives[i].clone()).collect(),
+            entropy: self.spec.entropy_objective().map(|i| names[i].to_owned()),
+            ..self.spec.clone()
+        };
+        // Of an order that was given before.
+        let own = |i: usize| self.from.get(i).copied().unwrap_or(i);
+        let from: Vec<_> = from.into_iter().map(own).collect();
+        Ok(Self { reward: vec![0.0; from.len()], env: self.env, spec, from })
     }
 
     /// The world as it describes itself.
@@ -111,6 +151,21 @@ pub fn read_weights(weights: &str, names: &[&str]) -> Result<Vec<(usize, f32)>> 
     }
 }
 
+/// The one name that begins with a letter.
+fn only<'a>(names: &[&'a str], letter: char) -> Result<&'a str> {
+    let mut found = names.iter().filter(|name| name.starts_with(letter));
+    match (found.next(), found.next()) {
+        (Some(name), None) => Ok(name),
+        _ => {
+            let wanted = format!(
+                "first letters, one objective each, or names with commas between: {}",
+                names.join(",")
+            );
+            Err(Error::invalid("order of objectives", wanted, format!("'{letter}'")))
+        }
+    }
+}
+
 fn unknown(spec: &EnvSpec, name: &str) -> Error {
     if let Err(error) = spec.check_has_cost(&format!("limit of '{name}'")) {
         return error;
@@ -130,7 +185,15 @@ impl<E: Env> Env for AdjustedEnv<E> {
     }
 
     fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome> {
-        self.env.step(action, obs, reward)
+        if self.from.is_empty() {
+            return self.env.step(action, obs, reward);
+        }
+        check_len("reward", reward.len(), self.from.len())?;
+        // What the world does not write is seen as such, and not as the last step's.
+        self.reward.fill(f32::NAN);
+        let outcome = self.env.step(action, obs, &mut self.reward)?;
+        reward.iter_mut().zip(&self.from).for_each(|(reward, &i)| *reward = self.reward[i]);
+        Ok(outcome)
     }
 
     fn save(&self, state: &mut State) -> Result<()> {

@@ -57,8 +57,8 @@
 //! actions towards the critics' upper bound ([`Method::cop_td3_oac`]), by the projection that
 //! [`Optimism::projection`] names. [`Learner::explore`] takes a rule of your own.
 //!
-//! **Change the priorities**: [`OrderedEnv`] is the same world with its objectives in another
-//! order; [`AdjustedEnv`] has other limits of its costs, and other weights.
+//! **Change the priorities**: [`AdjustedEnv`] is the same world with its objectives in another
+//! order, with other weights, and other limits of its costs.
 //!
 //! **Train, save, resume**: [`Trainer::step`] is one environment step with its learning,
 //! [`Trainer::save`] holds everything; a loaded trainer goes on bit for bit, and refuses what is of
@@ -111,7 +111,6 @@ mod multiplier;
 mod normaliser;
 mod observer;
 pub mod on_policy;
-mod ordered;
 mod policy;
 pub mod projection;
 mod replay;
@@ -147,7 +146,6 @@ pub use multiplier::{
 };
 pub use normaliser::Normaliser;
 pub use observer::{Observer, Silent};
-pub use ordered::OrderedEnv;
 pub use policy::Policy;
 pub use projection::{BoundQuery, Projection, QView, Scratch};
 pub use replay::Replay;

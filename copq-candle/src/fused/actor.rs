@@ -5,7 +5,6 @@ use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, Sampl
 use super::body::Body;
 use super::passes::{room, tanh, tanh_backward};
 use crate::check;
-use crate::shape::Shape;
 
 /// TD3's policy: observation -> hidden layers -> tanh. It needs no noise and has no
 /// log-probability.
@@ -40,7 +39,7 @@ pub struct Deterministic {
 impl Deterministic {
     /// An actor for an environment, with fresh weights drawn from `rng`.
     pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<Self> {
-        let policy = Body::new(spec, networks, Shape::actor, rng)?;
+        let policy = Body::new(spec, networks, spec.action_len(), rng)?;
         Ok(Self { policy, output: Vec::new(), grad: Vec::new() })
     }
 
@@ -54,10 +53,6 @@ impl Deterministic {
 impl Actor for Deterministic {
     fn action_len(&self) -> usize {
         self.policy.action
-    }
-
-    fn noise_len(&self) -> usize {
-        0
     }
 
     fn mode(&mut self, net: Net, obs: &[f32], action: &mut [f32]) -> Result<()> {

@@ -26,15 +26,10 @@ pub(super) struct Body {
 }
 
 impl Body {
-    /// A network of the shape that its owner wants, with fresh weights drawn from `rng`.
-    pub fn new(
-        spec: &EnvSpec,
-        networks: &Networks,
-        shape: impl Fn(&EnvSpec, &Networks) -> Shape,
-        rng: &mut Rng,
-    ) -> Result<Self> {
+    /// A network with fresh weights drawn from `rng`, which answers with `output` numbers.
+    pub fn new(spec: &EnvSpec, networks: &Networks, output: usize, rng: &mut Rng) -> Result<Self> {
         check::settings(spec, networks)?;
-        let shape = shape(spec, networks);
+        let shape = Shape::new(spec.obs_len, &networks.hidden, output);
         let learned = Learned::new(&shape, networks.init, rng);
         Ok(Self {
             network: Network::new(shape, networks, &learned),

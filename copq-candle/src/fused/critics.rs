@@ -61,7 +61,8 @@ impl Critics {
     pub fn new(spec: &EnvSpec, critics: usize, networks: &Networks, rng: &mut Rng) -> Result<Self> {
         check::settings(spec, networks)?;
         check_count("critics", critics)?;
-        let shape = Shape::critic(spec, networks);
+        let input = spec.obs_len + spec.action_len();
+        let shape = Shape::new(input, &networks.hidden, spec.objectives.len());
         let fresh =
             |_| Network::new(shape.clone(), networks, &Learned::new(&shape, networks.init, rng));
         Ok(Self {

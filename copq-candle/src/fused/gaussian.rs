@@ -5,7 +5,6 @@ use copq::{ActionGrad, Actor, EnvSpec, Net, Networks, Result, Rng, Sample, Sampl
 use super::body::Body;
 use super::passes::room;
 use crate::check;
-use crate::shape::Shape;
 use crate::squash::Component;
 
 /// SAC's policy: observation -> hidden layers -> mean and log std, clamped to [-20, 2],
@@ -45,7 +44,7 @@ impl Gaussian {
     /// An actor for an environment, with fresh weights drawn from `rng`.
     pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<Self> {
         Ok(Self {
-            policy: Body::new(spec, networks, Shape::gaussian, rng)?,
+            policy: Body::new(spec, networks, 2 * spec.action_len(), rng)?,
             output: Vec::new(),
             grad: Vec::new(),
             sample: Vec::new(),

@@ -12,7 +12,7 @@ use super::last;
 use super::layout::Layout;
 use super::panels::{PanelRow, Panels};
 use super::product::{Finish, Inputs, affine};
-use super::workspace::{Gate, Layers, Workspace};
+use super::workspace::{Layers, Workspace};
 use super::{adam, passes};
 use crate::learned::Learned;
 use crate::shape::Shape;
@@ -140,7 +140,7 @@ impl Network {
             let below = i.checked_sub(1).map(|below| &outputs[below]);
             workspace.descend(below.unwrap_or(input), descent(learned, map, adam));
             if let Some(below) = below {
-                workspace.step_down(turned.layer(i), gate(below, slopes.get(i - 1)));
+                workspace.step_down(turned.layer(i), below, slopes.get(i - 1));
             }
         }
         self.moved();
@@ -163,7 +163,7 @@ impl Network {
             let below = i.checked_sub(1).map(|below| &outputs[below]);
             workspace.gradient_into(below.unwrap_or(input), &mut out[map]);
             if let Some(below) = below {
-                workspace.step_down(turned.layer(i), gate(below, slopes.get(i - 1)));
+                workspace.step_down(turned.layer(i), below, slopes.get(i - 1));
             }
         }
     }
@@ -253,8 +253,7 @@ impl Network {
         turned.turn(layout, &learned.online);
         for (i, (layer, map)) in layout.maps().enumerate().rev() {
             if i > 0 {
-                let gate = gate(&outputs[i - 1], slopes.get(i - 1));
-                workspace.step_down(turned.layer(i), gate);
+                workspace.step_down(turned.layer(i), &outputs[i - 1], slopes.get(i - 1));
             } else {
                 workspace.step_out(layer, &learned.online[map], first, out);
             }
@@ -287,11 +286,6 @@ fn descent(learned: &mut Learned<PanelRow>, map: Range<usize>, adam: Adam) -> De
         v: &mut learned.v[map],
         adam,
     }
-}
-
-/// The way back through a hidden layer's activation.
-fn gate<'a>(output: &'a Panels, slope: Option<&'a Panels>) -> Gate<'a> {
-    slope.map_or(Gate::Mask(output), Gate::Slope)
 }
 
 /// Runs a batch through hidden layers, whose `outputs` after their activation it writes, and slopes

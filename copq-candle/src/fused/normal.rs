@@ -8,7 +8,6 @@ use super::panels::PanelRow;
 use super::passes::room;
 use crate::check;
 use crate::deviations::Deviations;
-use crate::shape::Shape;
 
 /// PPO's policy: observation -> hidden layers -> the means of a Gaussian, whose deviations are
 /// parameters of their own that begin at 1. Its mode is the mean, clamped to [-1, 1].
@@ -45,7 +44,7 @@ impl Normal {
     /// A policy for an environment, with fresh weights drawn from `rng`.
     pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<Self> {
         networks.check_f32("an on-policy network")?;
-        let body = Body::new(spec, networks, Shape::actor, rng)?;
+        let body = Body::new(spec, networks, spec.action_len(), rng)?;
         let zeros = vec![0.0; spec.action_len()];
         Ok(Self {
             body,

@@ -7,7 +7,6 @@ use super::body::Body;
 use super::panels::PanelRow;
 use super::passes::room;
 use crate::check;
-use crate::shape::Shape;
 
 /// A critic for on-policy learning: observation -> hidden layers -> one number.
 ///
@@ -46,9 +45,7 @@ impl Value {
     /// A critic for an environment, with fresh weights drawn from `rng`.
     pub fn new(spec: &EnvSpec, networks: &Networks, rng: &mut Rng) -> Result<Self> {
         networks.check_f32("an on-policy network")?;
-        let shape =
-            |spec: &EnvSpec, networks: &Networks| Shape::new(spec.obs_len, &networks.hidden, 1);
-        let body = Body::new(spec, networks, shape, rng)?;
+        let body = Body::new(spec, networks, 1, rng)?;
         Ok(Self { body, value: Vec::new(), grad_value: Vec::new(), grad: Vec::new() })
     }
 }

@@ -12,15 +12,6 @@ use super::threads::Threads;
 use super::transpose::transpose;
 use crate::shape::Layer;
 
-/// What a gradient meets on its way back through an activation.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Gate<'a> {
-    /// ReLU: passes where this output is positive.
-    Mask(&'a Panels),
-    /// Any other: is multiplied by this slope.
-    Slope(&'a Panels),
-}
-
 /// Buffers that grow to the largest layer and batch and are then reused, and the threads that share
 /// each product but the last layer's: one unless set. A thread's networks share a workspace, so
 /// that little of it leaves the cache.
@@ -106,18 +97,16 @@ impl Workspace {
         }
     }
 
-    /// Goes down to the layer below, back through its activation, by the present layer's weight
-    /// turned round.
-    pub fn step_down(&mut self, turned: &Panels, gate: Gate<'_>) {
-        let (cols, finish) = match gate {
-            Gate::Mask(output) => (output.cols(), Finish::Mask(output)),
-            Gate::Slope(slope) => (slope.cols(), Finish::Keep),
-        };
+    /// Goes down to the layer below by the present layer's weight turned round, and back through its
+    /// activation: ReLU passes where the layer's output is positive, any other multiplies by its
+    /// slope.
+    pub fn step_down(&mut self, turned: &Panels, output: &Panels, slope: Option<&Panels>) {
+        let finish = if slope.is_some() { Finish::Keep } else { Finish::Mask(output) };
         let in_half = self.is_half && !self.is_last;
         let Self { threads, delta, below, halves, .. } = self;
         let mut layers = Layers::new(threads, halves, in_half);
-        layers.inner(delta, turned.lines(), cols, finish, below);
-        if let Gate::Slope(slope) = gate {
+        layers.inner(delta, turned.lines(), output.cols(), finish, below);
+        if let Some(slope) = slope {
             multiply(below, slope);
         }
         std::mem::swap(delta, below);

@@ -1,5 +1,4 @@
-//! What actors, and critics of observations alone, are made of: a network that reads observations,
-//! and its optimiser.
+//! What actors are made of: a network that reads observations, and its optimiser.
 
 use candle_core::backprop::GradStore;
 use candle_core::{Device, Tensor};
@@ -14,7 +13,7 @@ use crate::{MakeModule, check};
 /// A network from observations to whatever its owner makes of them.
 #[derive(Debug)]
 pub(super) struct Body {
-    pub network: Network,
+    network: Network,
     observation: usize,
     /// Components of an action.
     pub action: usize,

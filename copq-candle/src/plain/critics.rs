@@ -6,7 +6,7 @@ use copq::{Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State};
 
 use super::network::Network;
 use super::perceptron::network;
-use super::{check_output, failed, loss_of, tensors, values};
+use super::{check_output, failed, loss_of, values};
 use crate::learned::{load_critics, save_critics};
 use crate::shape::Array;
 use crate::{MakeModule, check};
@@ -95,7 +95,13 @@ impl Critics {
 
     /// A checked batch as tensors: observations `rows x observation` and actions `rows x action`.
     fn tensors(&self, obs: &[f32], act: &[f32]) -> Result<(Tensor, Tensor)> {
-        tensors(obs, act, [self.observation, self.action], &self.device)
+        let rows = check::rows(obs, self.observation)?;
+        check::batch("actions", act, rows, self.action)?;
+        check::finite("actions", act, self.action)?;
+        let tensor = |numbers: &[f32], width: usize| {
+            Tensor::from_slice(numbers, (rows, width), &self.device).map_err(failed)
+        };
+        Ok((tensor(obs, self.observation)?, tensor(act, self.action)?))
     }
 
     /// Every critic's values, `critics x rows x objectives`.

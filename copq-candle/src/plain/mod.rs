@@ -6,21 +6,15 @@ mod body;
 mod critics;
 mod gaussian;
 mod network;
-mod normal;
 mod perceptron;
 mod seeded;
-mod value;
 
 pub use actor::Deterministic;
 pub use critics::Critics;
 pub use gaussian::Gaussian;
-pub use normal::Normal;
-pub use value::Value;
 
-use candle_core::{Device, Tensor};
+use candle_core::Tensor;
 use copq::{Error, Result};
-
-use crate::check;
 
 /// A failure inside candle as copq's error.
 fn failed(error: candle_core::Error) -> Error {
@@ -52,19 +46,4 @@ fn loss_of(output: &Tensor, fill: Fill<'_>) -> Result<Tensor> {
     fill(&shown, &mut gradient)?;
     let gradient = Tensor::from_vec(gradient, output.dims(), output.device()).map_err(failed)?;
     (output * gradient).and_then(|product| product.sum_all()).map_err(failed)
-}
-
-/// A batch, checked, as tensors: observations and actions of these widths, `rows x width` each.
-fn tensors(
-    obs: &[f32],
-    act: &[f32],
-    [observation, action]: [usize; 2],
-    device: &Device,
-) -> Result<(Tensor, Tensor)> {
-    let rows = check::rows(obs, observation)?;
-    check::batch("actions", act, rows, action)?;
-    check::finite("actions", act, action)?;
-    let obs = Tensor::from_slice(obs, (rows, observation), device).map_err(failed)?;
-    let act = Tensor::from_slice(act, (rows, action), device).map_err(failed)?;
-    Ok((obs, act))
 }

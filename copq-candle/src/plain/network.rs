@@ -78,7 +78,8 @@ impl Network {
         let rows = Var::ones((2, input), DType::F32, device).map_err(failed)?;
         let output = self.forward(Net::Online, &rows).map_err(failed)?;
         let grads = output.sum_all().and_then(|sum| sum.backward()).map_err(failed)?;
-        let named = self.arrays.iter().map(|array| array.name.as_str()).zip(self.online());
+        let online = self.variables.iter().map(|variable| &variable.online);
+        let named = self.arrays.iter().map(|array| array.name.as_str()).zip(online);
         let mut all = named.chain([("input", &rows)]);
         match all.find(|(_, variable)| grads.get(variable).is_none()) {
             None => Ok(()),
@@ -115,35 +116,6 @@ impl Network {
             online.set(&(online.as_detached_tensor() - ((&*m * rate)? / scale)?)?)?;
         }
         Ok(())
-    }
-
-    /// The online variables.
-    pub fn online(&self) -> impl Iterator<Item = &Var> {
-        self.variables.iter().map(|variable| &variable.online)
-    }
-
-    /// The sum of all squares of their gradient.
-    pub fn squares(&self, grads: &GradStore) -> Result<f64> {
-        let squares = self.online().filter_map(|online| grads.get(online)).map(|grad| {
-            let sum = grad.sqr()?.sum_all()?.to_scalar::<f32>()?;
-            Ok(f64::from(sum))
-        });
-        squares.sum()
-    }
-
-    /// Multiplies their gradient.
-    pub fn scale(&self, grads: &mut GradStore, factor: f64) -> Result<()> {
-        for online in self.online() {
-            if let Some(grad) = grads.remove(online) {
-                grads.insert(online, (grad * factor)?);
-            }
-        }
-        Ok(())
-    }
-
-    /// Optimiser steps so far.
-    pub fn steps(&self) -> u64 {
-        self.steps
     }
 
     /// Polyak averaging: target <- (1 - tau) target + tau online.

@@ -1,10 +1,10 @@
-//! On-policy updates against OmniSafe's own, and the two implementations against each other.
+//! On-policy updates against OmniSafe's own.
 
 use copq::on_policy::{
     self, Config, Constraint, GaussianPolicy, Method, Rows, SecondStep, StateValue,
 };
 use copq::{Activation, EnvSpec, Networks, Rng, State, Stream};
-use copq_candle::{Device, fused, plain};
+use copq_candle::fused;
 use serde_json::Value;
 
 use super::common::Case;
@@ -44,31 +44,14 @@ fn networks() -> Networks {
     Networks { hidden: vec![8, 8], ..Method::ppo().config.networks }
 }
 
-/// Which implementation.
-#[derive(Clone, Copy, Debug)]
-enum Kind {
-    Fused,
-    Plain,
+fn policy(seed: u64) -> Box<dyn GaussianPolicy> {
+    let rng = &mut Rng::new(seed, Stream::Init);
+    Box::new(fused::Normal::new(&spec(), &networks(), rng).unwrap())
 }
 
-fn policy(kind: Kind, seed: u64) -> Box<dyn GaussianPolicy> {
+fn critic(seed: u64) -> Box<dyn StateValue> {
     let rng = &mut Rng::new(seed, Stream::Init);
-    match kind {
-        Kind::Fused => Box::new(fused::Normal::new(&spec(), &networks(), rng).unwrap()),
-        Kind::Plain => {
-            Box::new(plain::Normal::new(&spec(), &networks(), rng, &Device::Cpu).unwrap())
-        }
-    }
-}
-
-fn critic(kind: Kind, seed: u64) -> Box<dyn StateValue> {
-    let rng = &mut Rng::new(seed, Stream::Init);
-    match kind {
-        Kind::Fused => Box::new(fused::Value::new(&spec(), &networks(), rng).unwrap()),
-        Kind::Plain => {
-            Box::new(plain::Value::new(&spec(), &networks(), rng, &Device::Cpu).unwrap())
-        }
-    }
+    Box::new(fused::Value::new(&spec(), &networks(), rng).unwrap())
 }
 
 /// Stored layers as a flat buffer, and the deviations after them.
@@ -90,29 +73,29 @@ fn put_layers(network: &Value, scale: f32, state: &mut State) {
     }
 }
 
-fn stored_policy(kind: Kind, network: &Value) -> Box<dyn GaussianPolicy> {
+fn stored_policy(network: &Value) -> Box<dyn GaussianPolicy> {
     let mut state = State::default();
     put_layers(network, 1.0, &mut state);
     state.put("log_std", floats(&network["log_std"]));
-    let mut policy = policy(kind, 0);
+    let mut policy = policy(0);
     policy.import(&state).unwrap();
     policy
 }
 
-fn stored_critic(kind: Kind, network: &Value) -> Box<dyn StateValue> {
+fn stored_critic(network: &Value) -> Box<dyn StateValue> {
     let mut state = State::default();
     for (part, scale) in [("online", 1.0), ("target", 1.0), ("adam_m", 0.0), ("adam_v", 0.0)] {
         put_layers(network, scale, state.child_mut(part));
     }
     state.put("steps", [0u64]);
-    let mut critic = critic(kind, 0);
+    let mut critic = critic(0);
     critic.load(&state).unwrap();
     critic
 }
 
-fn stored(kind: Kind, networks: &Value) -> (Box<dyn GaussianPolicy>, Critics) {
-    let critic = |name: &str| stored_critic(kind, &networks[name]);
-    (stored_policy(kind, &networks["actor"]), vec![critic("reward_critic"), critic("cost_critic")])
+fn stored(networks: &Value) -> (Box<dyn GaussianPolicy>, Critics) {
+    let critic = |name: &str| stored_critic(&networks[name]);
+    (stored_policy(&networks["actor"]), vec![critic("reward_critic"), critic("cost_critic")])
 }
 
 fn check_policy(what: &str, policy: &dyn GaussianPolicy, wanted: &Value) {
@@ -161,33 +144,31 @@ fn check_kl(what: &str, got: &[f64], wanted: &Value) {
 #[test]
 fn one_minibatch_of_ppo() {
     let reference = read(include_str!("../data/on_policy/ppo.json"));
-    for kind in [Kind::Fused, Kind::Plain] {
-        for step in reference["steps"].as_array().unwrap() {
-            let name = format!("{kind:?}, {}", step["name"]);
-            let (mut policy, mut critics) = stored(kind, &reference["networks"]);
-            let rows = rows(&reference["batch"], &step["f32"]["behaviour_logp"]);
-            let config = Config {
-                passes: 1,
-                batch: 64,
-                entropy: number(&step["entropy_coef"]),
-                max_norm: number(&step["max_grad_norm"]),
-                ..Config::default()
-            };
-            let lambda = [number(&step["lambda"])];
-            let report = on_policy::update(
-                &config,
-                &rows,
-                &lambda,
-                3e-4,
-                policy.as_mut(),
-                &mut critics,
-                &mut in_order,
-            )
-            .unwrap();
-            check_networks(&name, policy.as_ref(), &critics, &step["f32"]["after"]);
-            check_kl(&name, &report.kl, &serde_json::json!([step["f32"]["kl_after"]]));
-            check_report(&name, &report, &step["f32"], &reference["networks"]);
-        }
+    for step in reference["steps"].as_array().unwrap() {
+        let name = step["name"].to_string();
+        let (mut policy, mut critics) = stored(&reference["networks"]);
+        let rows = rows(&reference["batch"], &step["f32"]["behaviour_logp"]);
+        let config = Config {
+            passes: 1,
+            batch: 64,
+            entropy: number(&step["entropy_coef"]),
+            max_norm: number(&step["max_grad_norm"]),
+            ..Config::default()
+        };
+        let lambda = [number(&step["lambda"])];
+        let report = on_policy::update(
+            &config,
+            &rows,
+            &lambda,
+            3e-4,
+            policy.as_mut(),
+            &mut critics,
+            &mut in_order,
+        )
+        .unwrap();
+        check_networks(&name, policy.as_ref(), &critics, &step["f32"]["after"]);
+        check_kl(&name, &report.kl, &serde_json::json!([step["f32"]["kl_after"]]));
+        check_report(&name, &report, &step["f32"], &reference["networks"]);
     }
 }
 
@@ -210,72 +191,68 @@ fn an_update_of_ppo_is_plain_pytorchs() {
     let start = read(include_str!("../data/on_policy/ppo.json"));
     let settings = &reference["settings"];
     let orders: Vec<Vec<usize>> = serde_json::from_value(reference["orders"].clone()).unwrap();
-    for kind in [Kind::Fused, Kind::Plain] {
-        let (mut policy, mut critics) = stored(kind, &start["networks"]);
-        let rows = rows(&start["batch"], &reference["log_prob"]);
-        let mut config = Config {
-            passes: orders.len(),
-            batch: settings["batch"].as_u64().unwrap() as usize,
-            clip: number(&settings["clip"]),
-            entropy: number(&settings["entropy"]),
-            critic_decay: number(&settings["critic_decay"]),
-            max_norm: number(&settings["max_norm"]),
-            target_kl: f64::MAX,
-            ..Config::default()
-        };
-        let lr = number(&settings["lr"]);
-        config.networks.critic_lr = lr;
-        let lambda = [number(&settings["lambda"])];
-        let mut next = orders.iter();
-        let mut in_their_order =
-            |rows: &mut [usize]| rows.copy_from_slice(next.next().expect("a pass too many"));
-        let report = on_policy::update(
-            &config,
-            &rows,
-            &lambda,
-            lr,
-            policy.as_mut(),
-            &mut critics,
-            &mut in_their_order,
-        )
-        .unwrap();
-        check_kl("KL", &report.kl, &reference["kl"]);
-        check_networks(&format!("{kind:?}"), policy.as_ref(), &critics, &reference["after"]);
-    }
+    let (mut policy, mut critics) = stored(&start["networks"]);
+    let rows = rows(&start["batch"], &reference["log_prob"]);
+    let mut config = Config {
+        passes: orders.len(),
+        batch: settings["batch"].as_u64().unwrap() as usize,
+        clip: number(&settings["clip"]),
+        entropy: number(&settings["entropy"]),
+        critic_decay: number(&settings["critic_decay"]),
+        max_norm: number(&settings["max_norm"]),
+        target_kl: f64::MAX,
+        ..Config::default()
+    };
+    let lr = number(&settings["lr"]);
+    config.networks.critic_lr = lr;
+    let lambda = [number(&settings["lambda"])];
+    let mut next = orders.iter();
+    let mut in_their_order =
+        |rows: &mut [usize]| rows.copy_from_slice(next.next().expect("a pass too many"));
+    let report = on_policy::update(
+        &config,
+        &rows,
+        &lambda,
+        lr,
+        policy.as_mut(),
+        &mut critics,
+        &mut in_their_order,
+    )
+    .unwrap();
+    check_kl("KL", &report.kl, &reference["kl"]);
+    check_networks("PyTorch", policy.as_ref(), &critics, &reference["after"]);
 }
 
 #[test]
 fn whole_epochs_of_ppo() {
     let reference = read(include_str!("../data/on_policy/ppo.json"));
-    for kind in [Kind::Fused, Kind::Plain] {
-        for update in reference["updates"].as_array().unwrap() {
-            let (mut policy, mut critics) = stored(kind, &reference["networks"]);
-            let epochs = update["epochs_of_schedule"].as_u64().unwrap();
-            let config = Config {
-                steps_per_epoch: 64,
-                anneal_steps: Some(64 * epochs),
-                batch: update["minibatch"].as_u64().unwrap() as usize,
-                ..Config::default()
-            };
-            let lambda = [number(&update["lambda"])];
-            for (k, wanted) in update["f32"].as_array().unwrap().iter().enumerate() {
-                let name = format!("{kind:?}, {}, epoch {k}", update["name"]);
-                let rows = rows(&reference["batches"][k], &wanted["logp"]);
-                let lr = config.actor_lr(k as u64);
-                assert!((lr - number(&wanted["actor_lr"])).abs() < 1e-12);
-                let report = on_policy::update(
-                    &config,
-                    &rows,
-                    &lambda,
-                    lr,
-                    policy.as_mut(),
-                    &mut critics,
-                    &mut in_order,
-                )
-                .unwrap();
-                check_kl(&name, &report.kl, &wanted["kl_after_each_pass"]);
-                check_networks(&name, policy.as_ref(), &critics, &wanted["after"]);
-            }
+    for update in reference["updates"].as_array().unwrap() {
+        let (mut policy, mut critics) = stored(&reference["networks"]);
+        let epochs = update["epochs_of_schedule"].as_u64().unwrap();
+        let config = Config {
+            steps_per_epoch: 64,
+            anneal_steps: Some(64 * epochs),
+            batch: update["minibatch"].as_u64().unwrap() as usize,
+            ..Config::default()
+        };
+        let lambda = [number(&update["lambda"])];
+        for (k, wanted) in update["f32"].as_array().unwrap().iter().enumerate() {
+            let name = format!("{}, epoch {k}", update["name"]);
+            let rows = rows(&reference["batches"][k], &wanted["logp"]);
+            let lr = config.actor_lr(k as u64);
+            assert!((lr - number(&wanted["actor_lr"])).abs() < 1e-12);
+            let report = on_policy::update(
+                &config,
+                &rows,
+                &lambda,
+                lr,
+                policy.as_mut(),
+                &mut critics,
+                &mut in_order,
+            )
+            .unwrap();
+            check_kl(&name, &report.kl, &wanted["kl_after_each_pass"]);
+            check_networks(&name, policy.as_ref(), &critics, &wanted["after"]);
         }
     }
 }
@@ -331,29 +308,27 @@ fn fisher_product(
 #[test]
 fn the_natural_gradient_of_rcpo() {
     let reference = read(include_str!("../data/on_policy/rcpo.json"));
-    {
-        let (mut policy, mut critics) = stored(Kind::Fused, &reference["networks"]);
-        let wanted = &reference["f32"];
-        let rows = rows(&reference["batch"], &wanted["logp"]);
-        let vector = flat(&reference["vector"]);
-        let product = fisher_product(policy.as_mut(), &rows.obs, &vector, 0.1);
-        check("product with the Fisher matrix", &product, &flat(&wanted["fvp"]));
-        let mut config = Config { batch: 16, ..Method::rcpo().config };
-        config.networks.critic_lr = number(&reference["critic_lr"]);
-        let lambda = [number(&reference["lambda"])];
-        let report = on_policy::update(
-            &config,
-            &rows,
-            &lambda,
-            0.0,
-            policy.as_mut(),
-            &mut critics,
-            &mut in_order,
-        )
-        .unwrap();
-        check_networks("RCPO", policy.as_ref(), &critics, &wanted["after_whole_update"]);
-        check_kl("KL", &report.kl, &serde_json::json!([wanted["kl_summed_over_components"]]));
-    }
+    let (mut policy, mut critics) = stored(&reference["networks"]);
+    let wanted = &reference["f32"];
+    let rows = rows(&reference["batch"], &wanted["logp"]);
+    let vector = flat(&reference["vector"]);
+    let product = fisher_product(policy.as_mut(), &rows.obs, &vector, 0.1);
+    check("product with the Fisher matrix", &product, &flat(&wanted["fvp"]));
+    let mut config = Config { batch: 16, ..Method::rcpo().config };
+    config.networks.critic_lr = number(&reference["critic_lr"]);
+    let lambda = [number(&reference["lambda"])];
+    let report = on_policy::update(
+        &config,
+        &rows,
+        &lambda,
+        0.0,
+        policy.as_mut(),
+        &mut critics,
+        &mut in_order,
+    )
+    .unwrap();
+    check_networks("RCPO", policy.as_ref(), &critics, &wanted["after_whole_update"]);
+    check_kl("KL", &report.kl, &serde_json::json!([wanted["kl_summed_over_components"]]));
 }
 
 /// KL(policy before || after) of a small step, to second order, is half the step's length in the
@@ -363,7 +338,7 @@ fn the_fisher_matrix_is_the_curvature_of_the_divergence() {
     let mut rng = Rng::new(3, Stream::Custom);
     let mut obs = vec![0.0; 4 * 50];
     rng.fill_normal(&mut obs);
-    let mut first = policy(Kind::Fused, 1);
+    let mut first = policy(1);
     let mut direction = vec![0.0; first.parameters()];
     rng.fill_normal(&mut direction);
     let mut before = vec![0.0; 2 * 50];
@@ -415,49 +390,24 @@ fn means_move_as_pushed() {
 #[test]
 fn both_steps_of_cup() {
     let reference = read(include_str!("../data/on_policy/cup.json"));
-    for kind in [Kind::Fused, Kind::Plain] {
-        let (mut policy, mut critics) = stored(kind, &reference["networks"]);
-        let wanted = &reference["whole"]["f32"];
-        let rows = rows(&reference["batch"], &wanted["logp"]);
-        let config = Config { batch: 16, ..Method::cup().config };
-        assert!(matches!(config.constraint, Some(Constraint::Adam(_))));
-        assert_eq!(config.second, Some(SecondStep { passes: 40 }));
-        let lambda = [number(&wanted["lambda_after_its_update"])];
-        let report = on_policy::update(
-            &config,
-            &rows,
-            &lambda,
-            3e-4,
-            policy.as_mut(),
-            &mut critics,
-            &mut in_order,
-        )
-        .unwrap();
-        check_kl("first step", &report.kl, &wanted["first_kl_after_each_pass"]);
-        check_kl("second step", &report.second_kl, &wanted["second_kl_after_each_pass"]);
-        check_networks("CUP", policy.as_ref(), &critics, &wanted["after_second"]);
-    }
-}
-
-#[test]
-fn both_implementations_begin_with_the_same_weights() {
-    let obs = [0.3, -0.2, 1.0, 0.7];
-    let mut means = [[0.0; 2]; 2];
-    let mut values = [[0.0]; 2];
-    for (kind, (mean, value)) in
-        [Kind::Fused, Kind::Plain].into_iter().zip(means.iter_mut().zip(&mut values))
-    {
-        policy(kind, 7).means(&obs, mean).unwrap();
-        critic(kind, 7).values(&obs, value).unwrap();
-    }
-    check("means", &means[0], &means[1]);
-    check("values", &values[0], &values[1]);
-    // What is saved by one is read by the other.
-    let mut state = State::default();
-    policy(Kind::Plain, 7).save(&mut state).unwrap();
-    let mut other = policy(Kind::Fused, 8);
-    other.load(&state).unwrap();
-    let mut mean = [0.0; 2];
-    other.means(&obs, &mut mean).unwrap();
-    check("means", &mean, &means[0]);
+    let (mut policy, mut critics) = stored(&reference["networks"]);
+    let wanted = &reference["whole"]["f32"];
+    let rows = rows(&reference["batch"], &wanted["logp"]);
+    let config = Config { batch: 16, ..Method::cup().config };
+    assert!(matches!(config.constraint, Some(Constraint::Adam(_))));
+    assert_eq!(config.second, Some(SecondStep { passes: 40 }));
+    let lambda = [number(&wanted["lambda_after_its_update"])];
+    let report = on_policy::update(
+        &config,
+        &rows,
+        &lambda,
+        3e-4,
+        policy.as_mut(),
+        &mut critics,
+        &mut in_order,
+    )
+    .unwrap();
+    check_kl("first step", &report.kl, &wanted["first_kl_after_each_pass"]);
+    check_kl("second step", &report.second_kl, &wanted["second_kl_after_each_pass"]);
+    check_networks("CUP", policy.as_ref(), &critics, &wanted["after_second"]);
 }

@@ -61,7 +61,7 @@ pub struct Method {
     pub bound: Arc<dyn Projection>,
     /// The critics to learn with.
     pub critics: Ensemble,
-    /// Where it is from.
+    /// Where it is from, such as a paper and its section.
     pub source: String,
 }
 
@@ -88,11 +88,6 @@ impl Method {
     /// Another name, for command lines, run folders and checkpoints.
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
-    }
-
-    /// Where it is from, such as a paper and its section.
-    pub fn from_source(self, source: impl Into<String>) -> Self {
-        Self { source: source.into(), ..self }
     }
 
     /// Balances the objectives' losses (FAMO).

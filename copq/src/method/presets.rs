@@ -50,7 +50,7 @@ impl Method {
         let names: Vec<_> = Self::names().collect();
         let preset = METHODS.iter().find(|(known, ..)| *known == name);
         let (name, make, source) = preset.ok_or_else(|| Error::unknown("method", name, &names))?;
-        Ok(make().named(*name).from_source(*source))
+        Ok(Self { name: (*name).to_owned(), source: (*source).to_owned(), ..make() })
     }
 
     /// COP-Q on TD3 as we use it: the preset to begin with. It is [`Method::cop_td3_paper`] but for

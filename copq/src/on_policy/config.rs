@@ -18,7 +18,7 @@ use crate::{Activation, Error, Init, Networks, PidConfig, Result};
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default = "ppo", deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// gamma, the discount of rewards and costs.
     pub discount: f64,
@@ -215,13 +215,8 @@ impl SauteConfig {
     }
 }
 
-/// What a stored setting that is not there means.
-fn ppo() -> Config {
-    Config::default()
-}
-
 impl Default for Config {
-    /// OmniSafe's PPO for a million steps.
+    /// OmniSafe's PPO for a million steps, and what a stored setting that is not there means.
     fn default() -> Self {
         Self {
             discount: 0.99,

@@ -25,7 +25,7 @@ impl Learner {
         let Self { epoch, config, policy, critics, order, .. } = self;
         let multipliers: Vec<_> = self.multipliers.iter().map(Multiplier::value).collect();
         let rows = epoch.finish(config.discount, config.gae);
-        self.report = update(
+        let report = update(
             config,
             rows,
             &multipliers,
@@ -34,8 +34,8 @@ impl Learner {
             critics,
             &mut |rows| shuffle(order, rows),
         )?;
-        self.check_finite()?;
-        self.log(log);
+        self.check_finite(&report)?;
+        self.log(&report, log);
         self.epoch.clear();
         self.epochs += 1;
         self.fresh = Fresh::new(self.costs.len());
@@ -58,8 +58,8 @@ impl Learner {
         log.warn(self.steps, &text);
     }
 
-    fn check_finite(&self) -> Result<()> {
-        let Report { kl, second_kl, critic_losses, .. } = &self.report;
+    fn check_finite(&self, report: &Report) -> Result<()> {
+        let Report { kl, second_kl, critic_losses, .. } = report;
         for (name, values) in [
             ("the policy's divergence after pass", kl),
             ("the second step's divergence after pass", second_kl),
@@ -74,9 +74,8 @@ impl Learner {
         Ok(())
     }
 
-    fn log(&self, log: &mut dyn Observer) {
+    fn log(&self, report: &Report, log: &mut dyn Observer) {
         let step = self.steps;
-        let report = &self.report;
         let mut put = |name: &str, value: f64| log.scalar(step, name, value);
         put("policy/kl", report.kl.last().copied().unwrap_or(0.0));
         put("policy/passes", report.kl.len() as f64);

@@ -8,7 +8,7 @@ use super::epoch::Epoch;
 use super::multiplier::Multiplier;
 use super::normal::Deviations;
 use super::saute::shows_budgets;
-use super::{Config, GaussianPolicy, Method, Report, StateValue};
+use super::{Config, GaussianPolicy, Method, StateValue};
 use crate::learner::scales::Scales;
 use crate::memory;
 use crate::policy::{About, begin_with, exported};
@@ -65,7 +65,6 @@ pub struct Learner {
     /// Environment steps and epochs done.
     pub(super) steps: u64,
     pub(super) epochs: u64,
-    pub(super) report: Report,
     pub(super) scales: Scales,
     /// One observation as the networks see it, an action's deviations, and what came of it.
     pub(super) obs: Vec<f32>,
@@ -118,7 +117,6 @@ impl Learner {
             order: Rng::new(seed, Stream::Batch),
             steps: 0,
             epochs: 0,
-            report: Report::default(),
             scales: Scales::new(spec),
             obs: Vec::new(),
             deviations: Deviations::default(),
@@ -144,11 +142,6 @@ impl Learner {
     /// Epochs done so far.
     pub fn epochs(&self) -> u64 {
         self.epochs
-    }
-
-    /// What the last epoch's learning did; nothing yet in a learner that goes on from a checkpoint.
-    pub fn report(&self) -> &Report {
-        &self.report
     }
 
     /// Writes the policy to a small file: [`Policy::read`](crate::Policy::read) reads it back.

@@ -4,7 +4,7 @@
 use std::fmt::Debug;
 
 use super::{BoundQuery, Deviations, Projection, Scratch, Work};
-use crate::{Ensemble, Result};
+use crate::Result;
 
 /// A projection of the form `mean + step * C R u` (paper App. B), told apart by its offset alone.
 ///
@@ -59,11 +59,6 @@ pub trait Ellipsoid: Debug + Send + Sync {
     /// See [`Projection::name`].
     fn name(&self) -> &'static str;
 
-    /// See [`Projection::ensemble`].
-    fn ensemble(&self) -> Ensemble {
-        Ensemble::Spanning
-    }
-
     /// See [`Projection::reads_covariances`].
     fn reads_covariances(&self) -> bool {
         false
@@ -89,10 +84,6 @@ pub trait Ellipsoid: Debug + Send + Sync {
 impl<E: Ellipsoid> Projection for E {
     fn name(&self) -> &'static str {
         Ellipsoid::name(self)
-    }
-
-    fn ensemble(&self) -> Ensemble {
-        Ellipsoid::ensemble(self)
     }
 
     fn reads_covariances(&self) -> bool {

@@ -45,11 +45,6 @@ impl Scratch {
         self.projected = rows;
     }
 
-    /// Buffers for a projection of your own.
-    pub fn work(&mut self) -> &mut Work {
-        &mut self.work
-    }
-
     /// The current row and the buffers, both at once.
     pub(super) fn parts(&mut self) -> (&mut Row, &mut Work) {
         (&mut self.row, &mut self.work)

@@ -89,27 +89,6 @@ impl<A: Agent> Trainer<A> {
         Self { threads: threads.max(1), ..self }
     }
 
-    /// The same with its agent in a box, as whoever takes any agent wants it.
-    pub fn boxed(self) -> Trainer
-    where
-        A: 'static,
-    {
-        let Self { worlds, agent, episode_seeds, actions, outcomes, .. } = self;
-        let Self { steps, timing, threads, failed, cut_short, .. } = self;
-        Trainer {
-            agent: Box::new(agent),
-            worlds,
-            episode_seeds,
-            actions,
-            outcomes,
-            steps,
-            timing,
-            threads,
-            failed,
-            cut_short,
-        }
-    }
-
     /// Environment steps done so far, of all worlds together.
     pub fn steps(&self) -> u64 {
         self.steps

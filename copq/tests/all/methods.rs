@@ -700,7 +700,7 @@ fn separate_networks_are_an_ensemble() {
 #[test]
 fn another_order_moves_names_weights_limits_and_rewards_together() {
     let mut plain = Toy::constrained();
-    let mut ordered = OrderedEnv::new(Toy::constrained(), &["reward", "cost"]).unwrap();
+    let mut ordered = AdjustedEnv::new(Toy::constrained()).order("reward,cost").unwrap();
     let spec = ordered.spec().clone();
     assert_eq!(
         spec.objectives,
@@ -711,7 +711,7 @@ fn another_order_moves_names_weights_limits_and_rewards_together() {
         Some("reward"),
         "the entropy bonus stays with its objective"
     );
-    let unnamed = OrderedEnv::new(Toy::new(), &["rest", "track"]).unwrap();
+    let unnamed = AdjustedEnv::new(Toy::new()).order("rest,track").unwrap();
     assert_eq!(
         unnamed.spec().entropy.as_deref(),
         Some("rest"),
@@ -727,17 +727,23 @@ fn another_order_moves_names_weights_limits_and_rewards_together() {
     assert_eq!([turned[1], turned[0]], reward);
     check_env(&mut ordered).unwrap();
     let error =
-        |names: &[&str]| OrderedEnv::new(Toy::constrained(), names).unwrap_err().to_string();
+        |order: &str| AdjustedEnv::new(Toy::constrained()).order(order).unwrap_err().to_string();
     assert_eq!(
-        error(&["cost", "cost"]),
+        error("cost,cost"),
         "order of objectives: wanted each of cost, reward once, got cost, cost"
     );
-    assert!(error(&["reward", "costs"]).starts_with("unknown objective 'costs'; known: cost, "));
+    assert!(error("reward,costs").starts_with("unknown objective 'costs'; known: cost, "));
+    // An order of an order.
+    let mut back = ordered.order("cr").unwrap();
+    assert_eq!(back.spec().objectives, plain.spec().objectives);
+    back.reset(1, &mut obs).unwrap();
+    back.step(&[0.7], &mut obs, &mut turned).unwrap();
+    assert_eq!(turned, reward);
 }
 
 #[test]
 fn an_order_is_written_in_letters_or_names() {
-    let parse = |order: &str| OrderedEnv::parse(Toy::constrained(), order);
+    let parse = |order: &str| AdjustedEnv::new(Toy::constrained()).order(order);
     for order in ["rc", "reward,cost", "reward, cost"] {
         assert_eq!(parse(order).unwrap().spec().names(), ["reward", "cost"]);
     }

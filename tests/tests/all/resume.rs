@@ -2,7 +2,7 @@
 
 use copq::projection::{self, Extremum};
 use copq::{
-    ActorKind, Agent, Env, EnvSpec, Learner, Method, Mode, OrderedEnv, Policy, Result, Silent,
+    ActorKind, AdjustedEnv, Agent, Env, EnvSpec, Learner, Method, Mode, Policy, Result, Silent,
     State, Trainer, on_policy,
 };
 use copq_candle::Candle;
@@ -83,13 +83,14 @@ fn a_checkpoint_says_what_it_is_of_and_anything_else_is_refused() {
         other("bound", "Extremum", "Cholesky")
     );
     assert_eq!(refused(method(), "a/walker2d", 0), other("task", "a/walker2d", "a/hopper"));
-    let env = OrderedEnv::parse(copq_envs_rapier::make("a/hopper").unwrap(), "vsc").unwrap();
+    let hopper = copq_envs_rapier::make("a/hopper").unwrap();
+    let env = AdjustedEnv::new(hopper).order("vsc").unwrap();
     let learner = Learner::new(method(), env.spec(), &Candle::default(), 0).unwrap();
     let error = Trainer::new(env, learner).unwrap().load(&state).unwrap_err().to_string();
     assert_eq!(error, other("objectives", "velocity,safety,control", "safety,velocity,control"));
     let plain = copq_envs_rapier::make("a/hopper").unwrap();
     let learner = Learner::new(method(), plain.spec(), &Candle::default(), 0).unwrap();
-    let ordered = OrderedEnv::parse(plain, "vsc").unwrap();
+    let ordered = AdjustedEnv::new(plain).order("vsc").unwrap();
     let error = Trainer::new(ordered, learner).unwrap_err().to_string();
     assert!(
         error.starts_with("the environment of a learner made for another: its objectives: wanted"),

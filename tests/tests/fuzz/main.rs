@@ -10,7 +10,7 @@ mod folder;
 use std::path::Path;
 
 use bolero::check;
-use copq::{Config, EnvSpec, Method, OrderedEnv, State};
+use copq::{AdjustedEnv, Config, EnvSpec, Method, State};
 use copq_experiments::{Plan, RunFolder, Sheet, read_config, with_changes};
 use safetensors::SafeTensors;
 
@@ -154,6 +154,6 @@ fn names_and_orders() {
         drop(Method::by_name(text));
         drop(copq::projection::by_name(text));
         let world = folder::Still(EnvSpec::new("test", 1, 1).reward("é", 1.0).reward(known, 1.0));
-        drop(OrderedEnv::parse(world, text));
+        drop(AdjustedEnv::new(world).order(text));
     });
 }
