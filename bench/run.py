@@ -193,7 +193,7 @@ def measure(workload, threads, title, programs, args):
 
 def steps(args):
     """The table of whole environment steps."""
-    commands = {"copq": [args.programs / "training-steps"], "peers": [args.python, BENCH / "peers" / "td3_steps.py", 1]}
+    commands = {"copq": [args.programs / "training-steps"], "peers": [args.python, BENCH / "peers" / "sb3_steps.py", "td3", 1]}
     times, shares = trainings("steps", commands, TRAININGS, STEPS, args)
     return f"{args.rounds} interleaved rounds of {STEPS} environment steps, one thread.\n\n" + steps_table(
         LABELS, times, shares, "copq's TD3", dict.fromkeys(TRAININGS, "td3")
@@ -202,7 +202,7 @@ def steps(args):
 
 def on_policy(args):
     """The table of whole epochs of on-policy training."""
-    commands = {"copq": [args.programs / "training-steps"], "peers": [args.python, BENCH / "peers" / "ppo_steps.py", 1]}
+    commands = {"copq": [args.programs / "training-steps"], "peers": [args.python, BENCH / "peers" / "sb3_steps.py", "ppo", 1]}
     what = f"{args.rounds} interleaved rounds of an epoch of {EPOCH} environment steps, one thread"
     if python := omnisafe(args.skip):
         commands["omnisafe"] = [python, BENCH / "peers" / "omnisafe_steps.py", 1]
