@@ -55,11 +55,6 @@ impl Identity {
         &self.engine
     }
 
-    /// The robot's name.
-    pub fn robot(&self) -> &str {
-        &self.robot
-    }
-
     /// The sizes of the model.
     pub fn dims(&self) -> Dims {
         self.dims

@@ -16,15 +16,10 @@ const FILE: &str = "COPQ_MUJOCO_LIBRARY";
 const INSTALL: &str =
     "install MuJoCo's library and headers (Debian: apt-get install libmujoco-dev)";
 
-/// The opened library.
-#[derive(Clone, Copy)]
-pub(super) struct Library {
-    pub shim: &'static Shim,
-}
-
-/// The library; opened at the first call, and every later one gives the same answer.
-pub(super) fn library() -> Result<Library> {
-    static LIBRARY: OnceLock<std::result::Result<Library, String>> = OnceLock::new();
+/// The shim with its library open; opened at the first call, and every later one gives the same
+/// answer.
+pub(super) fn library() -> Result<&'static Shim> {
+    static LIBRARY: OnceLock<std::result::Result<&'static Shim, String>> = OnceLock::new();
     let opened = LIBRARY.get_or_init(open).clone();
     opened.map_err(|what| Error::Env { env: "MuJoCo of the system".into(), what })
 }
@@ -39,7 +34,7 @@ fn shim() -> Option<&'static Shim> {
     unsafe { copq_mujoco().as_ref() }
 }
 
-fn open() -> std::result::Result<Library, String> {
+fn open() -> std::result::Result<&'static Shim, String> {
     let Some(shim) = shim() else {
         let what = "this program was built without MuJoCo's headers";
         return Err(format!("{what}; {INSTALL}, or set COPQ_MUJOCO_DIR, and build again"));
@@ -49,7 +44,7 @@ fn open() -> std::result::Result<Library, String> {
         match try_open(shim, &file) {
             Ok(version) => {
                 check_version(shim.header, version, &file).map_err(|error| error.to_string())?;
-                return Ok(Library { shim });
+                return Ok(shim);
             }
             Err(failure) => failures.push(failure),
         }

@@ -31,7 +31,7 @@ pub fn physics(robot: &RobotSpec) -> Result<Mujoco> {
 /// The library is the file that `COPQ_MUJOCO_LIBRARY` names, or else the one beside the headers of
 /// the build, or else what the loader finds. It must have the version of the headers.
 pub fn version() -> Result<i32> {
-    library::library().map(|library| library.shim.header)
+    library::library().map(|shim| shim.header)
 }
 
 /// The version of the headers that were there at build time, as `mj_version` counts; `None` if

@@ -15,7 +15,7 @@ use crate::simulation::{Array, Call, Simulation};
 /// Compiles a model; one at a time, for old versions keep the last one in a global.
 pub(super) fn open(mjcf: &str) -> Result<Box<dyn Simulation>> {
     static COMPILER: Mutex<()> = Mutex::new(());
-    let shim = library()?.shim;
+    let shim = library()?;
     let _alone = COMPILER.lock().unwrap_or_else(PoisonError::into_inner);
     let mut error: [c_char; 512] = [0; 512];
     let text = mjcf.as_ptr().cast();
@@ -157,7 +157,7 @@ mod tests {
         let old = "nstack=\"20000\" njmax=\"5000\" nconmax=\"1000\"";
         an_internal_error_comes_back(
             open,
-            if super::library().unwrap().shim.header < 300 { old } else { "memory=\"20K\"" },
+            if super::library().unwrap().header < 300 { old } else { "memory=\"20K\"" },
         );
         a_broken_model_is_an_error(open);
     }

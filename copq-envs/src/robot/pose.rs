@@ -31,11 +31,6 @@ impl Pose {
         (self.isometry() * Point3::from(local)).into()
     }
 
-    /// World components of a vector of this frame.
-    pub fn direction(&self, local: [f64; 3]) -> [f64; 3] {
-        (self.isometry() * Vector3::from(local)).into()
-    }
-
     /// The frame that lies at `pos`, rotated by `quat`, in this one. A quaternion of length 0 is no
     /// rotation, as in MuJoCo.
     pub fn at(&self, pos: [f64; 3], quat: [f64; 4]) -> Self {

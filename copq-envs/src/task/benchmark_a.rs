@@ -1,7 +1,7 @@
 //! Benchmark A: MuJoCo robots with a reward vector of safety, velocity and control (paper section
 //! 5.1, Table 1).
 
-use super::{ControlCost, FailingStep, Options, Signal, SignalSum};
+use super::{Options, Signal, SignalSum};
 
 /// A row of the paper's Table 1.
 #[derive(Clone, Copy, Debug)]
@@ -16,14 +16,8 @@ impl Row {
     /// Safety, forward velocity, and minus the squared controls (equation C.1).
     pub(super) fn objectives(&self, options: &Options) -> Vec<SignalSum> {
         let [safety, velocity, control] = self.weights;
-        let healthy = match options.failing_step {
-            FailingStep::Nothing => Signal::Healthy,
-            FailingStep::Bonus => Signal::Alive,
-        };
-        let squares = match options.control {
-            ControlCost::Benchmark | ControlCost::Actions => Signal::Control,
-            ControlCost::Motors => Signal::MotorControl,
-        };
+        let healthy = options.bonus.unwrap_or(Signal::Healthy);
+        let squares = options.control.unwrap_or(Signal::Control);
         let mut objectives = vec![
             SignalSum::new("safety", safety).plus(self.bonus, healthy),
             SignalSum::new("velocity", velocity).plus(1.0, Signal::Velocity),

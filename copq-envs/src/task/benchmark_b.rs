@@ -1,7 +1,7 @@
 //! Benchmark B: go forward, but not too fast (the velocity tasks of Safety-Gymnasium in Brax's
 //! form; paper appendix C).
 
-use super::{ControlCost, Cost, FailingStep, Options, Signal, SignalSum};
+use super::{Options, Signal, SignalSum};
 
 /// A row of the paper's Table C.1.
 #[derive(Clone, Copy, Debug)]
@@ -16,11 +16,7 @@ pub(super) struct Row {
 impl Row {
     /// The cost, which comes first, and a scalar reward.
     pub(super) fn objectives(&self, options: &Options) -> Vec<SignalSum> {
-        let speed = match options.cost {
-            Cost::Speed => Signal::Speed,
-            Cost::ForwardSpeed => Signal::ForwardSpeed,
-            Cost::Velocity => Signal::Velocity,
-        };
+        let speed = options.cost.unwrap_or(Signal::Speed);
         let limit = options.limit.unwrap_or(self.limit);
         let cost = SignalSum::new("cost", 0.0).plus(1.0, speed).limit(limit);
         vec![cost, scalar(self.weights, options)]
@@ -29,14 +25,8 @@ impl Row {
 
 /// A reward of being healthy, velocity and minus control, with these factors.
 pub(super) fn scalar([healthy, velocity, control]: [f64; 3], options: &Options) -> SignalSum {
-    let bonus = match options.failing_step {
-        FailingStep::Nothing => Signal::Healthy,
-        FailingStep::Bonus => Signal::Alive,
-    };
-    let squares = match options.control {
-        ControlCost::Benchmark | ControlCost::Motors => Signal::MotorControl,
-        ControlCost::Actions => Signal::Control,
-    };
+    let bonus = options.bonus.unwrap_or(Signal::Healthy);
+    let squares = options.control.unwrap_or(Signal::MotorControl);
     SignalSum::new("reward", 1.0)
         .plus(healthy, bonus)
         .plus(velocity, Signal::Velocity)

@@ -9,7 +9,7 @@ mod registry;
 mod reward;
 
 pub use listing::list_tasks;
-pub use options::{ControlCost, Cost, FailingStep, Options, Start};
+pub use options::Options;
 pub use registry::{task, task_with, tasks};
 pub use reward::{Motion, Signal, SignalSum};
 

@@ -2,7 +2,7 @@
 
 use copq::{Error, Result};
 
-use super::{Options, Signal, SignalSum, Start, Task, benchmark_a, benchmark_b, gymnasium};
+use super::{Options, Signal, SignalSum, Task, benchmark_a, benchmark_b, gymnasium};
 use crate::RobotSpec;
 use crate::robot::{self, Preset};
 
@@ -73,8 +73,8 @@ pub fn task_with(name: &str, options: &Options) -> Result<Task> {
 impl Entry {
     fn build(&self, options: &Options) -> Task {
         let mut robot = (self.robot)(options.preset);
-        if options.start == Start::Paper {
-            robot.initial_qpos = robot.pose_of(&(self.robot)(Preset::Paper));
+        if let Some(preset) = options.start {
+            robot.initial_qpos = robot.pose_of(&(self.robot)(preset));
         }
         robot.observation = robot.observation.with(options.senses);
         Task {

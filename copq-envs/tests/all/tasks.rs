@@ -5,7 +5,7 @@ use crate::support;
 use approx::assert_abs_diff_eq;
 use copq::Env;
 use copq_envs::robot::{Noise, Preset, Senses};
-use copq_envs::task::{ControlCost, Cost, FailingStep, Motion, SignalSum, Start};
+use copq_envs::task::{Motion, Signal, SignalSum};
 use copq_envs::{Field, Locomotion, Options, Readings, list_tasks, task, task_with, tasks};
 use support::Still;
 
@@ -74,17 +74,18 @@ fn rewards_are_those_of_tables_1_and_c1() {
 #[test]
 fn options_choose_the_other_readings() {
     let all = Options {
-        failing_step: FailingStep::Bonus,
-        control: ControlCost::Motors,
-        cost: Cost::ForwardSpeed,
+        bonus: Some(Signal::Alive),
+        control: Some(Signal::MotorControl),
+        cost: Some(Signal::ForwardSpeed),
         limit: Some(1414.9),
         ..Options::default()
     };
     assert_eq!(values("a/humanoid", &all, false), [5.0, -3.0, -0.32]);
     assert_eq!(values("b/ant", &all, false)[0], 3.0);
-    assert_eq!(values("b/ant", &Options { cost: Cost::Velocity, ..all.clone() }, false)[0], -3.0);
+    let signed = Options { cost: Some(Signal::Velocity), ..all.clone() };
+    assert_eq!(values("b/ant", &signed, false)[0], -3.0);
     assert_eq!(task_with("b/humanoid", &all).unwrap().objectives[0].limit, Some(1414.9));
-    let actions = Options { control: ControlCost::Actions, ..Options::default() };
+    let actions = Options { control: Some(Signal::Control), ..Options::default() };
     assert_eq!(values("b/humanoid", &actions, true)[1], 5.0 - 3.75 - 0.2);
 }
 
@@ -102,7 +103,7 @@ fn gymnasiums_reward_prices_contacts_and_braxs_does_not() {
 /// The pose is Brax's, the coordinates and the noise are Gymnasium's.
 #[test]
 fn any_preset_can_start_as_the_paper_does() {
-    let options = Options { start: Start::Paper, ..Options::default() };
+    let options = Options { start: Some(Preset::Paper), ..Options::default() };
     for name in tasks() {
         let moved = task_with(name, &options).unwrap().robot;
         let own = task(name).unwrap().robot;
