@@ -1,32 +1,13 @@
 //! What has changed since a run began, or between two runs: its policy, its length, its films.
 
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
 
-fn copq(folder: &Path, line: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_copq"));
-    command.args(line.split(' ')).current_dir(folder).env("RUST_BACKTRACE", "0");
-    command.stdin(Stdio::null()).output().unwrap()
-}
+use crate::common::{TINY, copq_in, read, run};
 
 /// All that it says, whether it fails or not.
 fn said(folder: &Path, line: &str) -> String {
-    let output = copq(folder, line);
+    let output = copq_in(folder, line).output().unwrap();
     String::from_utf8([output.stdout, output.stderr].concat()).unwrap()
-}
-
-fn run(folder: &Path, line: &str) -> String {
-    let output = copq(folder, line);
-    let words = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "copq {line}: {words}");
-    String::from_utf8(output.stdout).unwrap() + &words
-}
-
-const TINY: &str = "--eval-every 50 --eval-episodes 1 --log-every 10 --set networks.hidden=[8,8] \
-                    --set batch=8 --set start_steps=40";
-
-fn read(path: impl AsRef<Path>) -> String {
-    std::fs::read_to_string(path).unwrap()
 }
 
 /// A sweep of tiny runs that differ in their seeds, with more options.

@@ -5,27 +5,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::common::{assert_well, copq, words};
+use crate::common::{assert_well, copq, wait_until, words};
 
-const TINY: [&str; 12] = [
-    "--eval-every",
-    "100",
-    "--eval-episodes",
-    "1",
-    "--log-every",
-    "50",
-    "--set",
-    "start_steps=50",
-    "--set",
-    "networks.hidden=[8]",
-    "--set",
-    "batch=8",
-];
+const TINY: &str = "--eval-every 100 --eval-episodes 1 --log-every 50 --set start_steps=50 \
+                    --set networks.hidden=[8] --set batch=8";
 
 /// A tiny run for so many steps into a folder.
 fn train(out: &Path, steps: &str) -> Command {
     let mut command = copq();
-    command.arg("train").args(TINY).args(["--steps", steps, "--out"]).arg(out);
+    command.arg("train").args(TINY.split(' ')).args(["--steps", steps, "--out"]).arg(out);
     command
 }
 
@@ -47,8 +35,7 @@ fn a_run_outlives_whoever_reads_it() {
     let shell = |name: &str, redirections: &str| {
         let out = temporary.path().join(name);
         let program = env!("CARGO_BIN_EXE_copq");
-        let tiny = TINY.map(|word| format!("'{word}'")).join(" ");
-        let train = format!("'{program}' train {tiny} --steps 300 --out '{}'", out.display());
+        let train = format!("'{program}' train {TINY} --steps 300 --out '{}'", out.display());
         let script = format!("set -o pipefail; {train} {redirections}");
         let status = Command::new("bash").args(["-c", &script]).status().unwrap();
         assert!(status.success(), "{name}: {status}");
@@ -70,7 +57,7 @@ fn a_closed_terminal_saves_unless_it_was_told_not_to_matter() {
         let script = format!("{ignored} exec \"$0\" \"$@\"");
         let mut child = Command::new("bash")
             .args(["-c", &script, env!("CARGO_BIN_EXE_copq"), "train"])
-            .args(TINY)
+            .args(TINY.split(' '))
             .args(["--steps", "100000", "--out"])
             .arg(&out)
             .stderr(Stdio::null())
@@ -106,11 +93,9 @@ fn a_closed_terminal_saves_unless_it_was_told_not_to_matter() {
 
 /// Waits for so many lines of a file.
 fn wait_for(file: &Path, lines: usize) {
-    let began = Instant::now();
-    while std::fs::read_to_string(file).map_or(0, |text| text.lines().count()) < lines {
-        assert!(began.elapsed() < Duration::from_secs(60), "{}", file.display());
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    wait_until(&file.to_string_lossy(), || {
+        std::fs::read_to_string(file).map_or(0, |text| text.lines().count()) >= lines
+    });
 }
 
 #[test]
@@ -120,7 +105,7 @@ fn a_signal_ends_a_long_evaluation_and_the_resumed_run_does_it_again() {
     let stopped = temporary.path().join("stopped");
     let train = |out: &Path| {
         let mut command = copq();
-        command.args(["train", "--eval-episodes", "1000"]).args(&TINY[4..]);
+        command.args(["train", "--eval-episodes", "1000"]).args(TINY.split(' ').skip(4));
         command.args(["--eval-every", "100", "--steps", "100", "--out"]).arg(out);
         command
     };
@@ -197,7 +182,7 @@ fn files_are_as_readable_as_the_umask_says() {
     let out = temporary.path().join("run");
     let script = "umask 022; exec \"$0\" \"$@\"";
     let mut command = Command::new("bash");
-    command.args(["-c", script, env!("CARGO_BIN_EXE_copq"), "train"]).args(TINY);
+    command.args(["-c", script, env!("CARGO_BIN_EXE_copq"), "train"]).args(TINY.split(' '));
     assert_well(&command.args(["--steps", "120", "--out"]).arg(&out).output().unwrap());
     for entry in std::fs::read_dir(&out).unwrap() {
         let entry = entry.unwrap();

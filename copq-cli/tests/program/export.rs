@@ -6,25 +6,12 @@ use std::process::Output;
 use copq::State;
 use copq_experiments::read_policy;
 
-use crate::common::{assert_well, copq, words};
-
-const TINY: [&str; 10] = [
-    "--eval-every",
-    "100",
-    "--eval-episodes",
-    "1",
-    "--set",
-    "start_steps=50",
-    "--set",
-    "networks.hidden=[8]",
-    "--set",
-    "batch=8",
-];
+use crate::common::{TINY, assert_well, copq, words};
 
 /// A tiny run, with a few words more.
 fn train(out: &Path, more: &[&str]) -> Output {
     let mut command = copq();
-    command.arg("train").args(TINY).args(["--steps", "120", "--out"]).arg(out);
+    command.arg("train").args(TINY.split(' ')).args(["--steps", "120", "--out"]).arg(out);
     command.args(more).output().unwrap()
 }
 

@@ -3,8 +3,10 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use crate::common::{copq, printed, refused, wait_until, well, words};
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../copq-envs-python/tests/data");
 const TASK: &str = "gymnasium:copq/Faulty-v0";
@@ -24,16 +26,10 @@ fn python() -> Option<PathBuf> {
     Some(python)
 }
 
-fn copq(words: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_copq"));
-    command.args(words).env("RUST_BACKTRACE", "0").stdin(Stdio::null());
-    command
-}
-
 /// A tiny run in a world with a fault, or with none.
 fn train(python: &Path, out: &Path, fault: &str, more: &[&str]) -> Command {
-    let mut command = copq(&["train", "td3", "--task", TASK, "--python"]);
-    command.arg(python).arg("--out").arg(out);
+    let mut command = copq();
+    command.args(["train", "td3", "--task", TASK, "--python"]).arg(python).arg("--out").arg(out);
     command.args(["--import", &format!("{DATA}/copq_faulty.py")]);
     command.args(["--env-kwargs", &format!(r#"{{"fault": "{fault}"}}"#)]);
     let evaluations = if fault == "none" { "100" } else { "0" };
@@ -41,16 +37,6 @@ fn train(python: &Path, out: &Path, fault: &str, more: &[&str]) -> Command {
     command.args(["--set", "start_steps=50", "--set", "networks.hidden=[8]", "--set", "batch=8"]);
     command.args(more);
     command
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn well(command: &mut Command) -> Output {
-    let output = command.output().unwrap();
-    assert!(output.status.success(), "{command:?}: {}", words(&output));
-    output
 }
 
 fn read(folder: &Path, name: &str) -> Vec<u8> {
@@ -67,14 +53,6 @@ fn running(text: &str) -> usize {
     lines.filter(|line| line.contains(text)).count()
 }
 
-fn wait_until(what: &str, is_so: impl Fn() -> bool) {
-    let deadline = Instant::now() + Duration::from_secs(30);
-    while !is_so() {
-        assert!(Instant::now() < deadline, "{what}");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-}
-
 #[test]
 fn a_run_goes_on_exactly_but_for_its_episode() {
     let Some(python) = python() else { return };
@@ -83,7 +61,7 @@ fn a_run_goes_on_exactly_but_for_its_episode() {
     well(&mut train(&python, &whole, "none", &["--steps", "300"]));
     // Episodes take ten steps, so that none is cut here.
     well(&mut train(&python, &halves, "none", &["--steps", "150"]));
-    let resumed = well(copq(&["resume"]).arg(&halves).args(["--steps", "300"]));
+    let resumed = well(copq().arg("resume").arg(&halves).args(["--steps", "300"]));
     assert!(words(&resumed).contains("a new episode"), "{}", words(&resumed));
     for name in ["evaluations.csv", "metrics.csv", "policy.safetensors"] {
         assert!(read(&whole, name) == read(&halves, name), "{name}");
@@ -96,13 +74,14 @@ fn a_run_goes_on_exactly_but_for_its_episode() {
     let versions = config.lines().find(|line| line.starts_with("versions")).unwrap();
     let old = config.replace(versions, "versions = \"Python 2.7\"");
     std::fs::write(whole.join("config.toml"), old).unwrap();
-    well(copq(&["train", "--steps", "50", "--like"]).arg(&whole).arg("--out").arg(&twin));
+    let mut like = copq();
+    well(like.args(["train", "--steps", "50", "--like"]).arg(&whole).arg("--out").arg(&twin));
     let config = String::from_utf8(read(&twin, "config.toml")).unwrap();
     assert!(config.contains(versions), "{config}");
     // In mid-episode it goes on, too.
     let cut = temporary.path().join("cut");
     well(&mut train(&python, &cut, "none", &["--steps", "153"]));
-    well(copq(&["resume"]).arg(&cut).args(["--steps", "200"]));
+    well(copq().arg("resume").arg(&cut).args(["--steps", "200"]));
     let evaluated = String::from_utf8(read(&cut, "evaluations.csv")).unwrap();
     let steps: Vec<_> = evaluated.lines().skip(1).filter_map(|row| row.split(',').next()).collect();
     assert_eq!(steps, ["0", "100", "200"]);
@@ -114,10 +93,9 @@ fn what_has_been_learned_is_shown_and_evaluated() {
     let temporary = tempfile::tempdir().unwrap();
     let run = temporary.path().join("run");
     well(&mut train(&python, &run, "none", &["--steps", "100", "--objectives", "score"]));
-    let evaluated = well(copq(&["evaluate", "--episodes", "2"]).arg(&run));
-    let table = String::from_utf8(evaluated.stdout).unwrap();
+    let table = printed(copq().args(["evaluate", "--episodes", "2"]).arg(&run));
     assert!(table.contains("| score | 10.0 |"), "{table}");
-    well(copq(&["rollout", "--steps", "7"]).arg(&run));
+    well(copq().args(["rollout", "--steps", "7"]).arg(&run));
     assert!(read(&run, "rollout.gif").starts_with(b"GIF89a"));
 }
 
@@ -129,15 +107,16 @@ fn a_run_is_found_again_from_elsewhere_and_by_others() {
     std::fs::copy(format!("{DATA}/copq_faulty.py"), project.join("mine.py")).unwrap();
     let tiny = ["--set", "start_steps=50", "--set", "networks.hidden=[8]", "--eval-every", "0"];
     let train = |more: &[&str]| {
-        let mut command = copq(&["train", "td3", "--task", TASK, "--steps", "60"]);
-        command.current_dir(project).args(tiny).args(["--import", "mine.py"]).args(more);
+        let mut command = copq();
+        command.args(["train", "td3", "--task", TASK, "--steps", "60"]).current_dir(project);
+        command.args(tiny).args(["--import", "mine.py"]).args(more);
         command
     };
     let python_words = ["--python", python.to_str().unwrap()];
     well(train(&["--out", "run"]).args(python_words));
     let elsewhere = project.join("elsewhere");
     std::fs::create_dir(&elsewhere).unwrap();
-    let there = |words: &[&str]| well(copq(words).current_dir(&elsewhere));
+    let there = |words: &[&str]| well(copq().args(words).current_dir(&elsewhere));
     there(&["evaluate", "../run", "--episodes", "1"]);
     there(&["resume", "../run", "--steps", "70"]);
     // Other arguments are another folder, and a run like it on a robot of ours has nothing of it.
@@ -156,11 +135,10 @@ fn a_run_is_found_again_from_elsewhere_and_by_others() {
     there(&like);
     let config = String::from_utf8(read(&project.join("like"), "config.toml")).unwrap();
     assert!(config.contains("rapier") && !config.contains("ython"), "{config}");
-    let refused = copq(&["resume", "--python", "python3", "--steps", "80"])
-        .arg(project.join("like"))
-        .output()
-        .unwrap();
-    assert!(words(&refused).contains("wanted an environment of Python's"), "{}", words(&refused));
+    let mut resume = copq();
+    resume.args(["resume", "--python", "python3", "--steps", "80"]).arg(project.join("like"));
+    let said = refused(&mut resume);
+    assert!(said.contains("wanted an environment of Python's"), "{said}");
 }
 
 #[test]
@@ -189,8 +167,8 @@ fn several_worlds_at_once_are_for_on_policy_methods() {
     let line = ["train", "ppo", "--task", TASK, "--envs", "2", "--threads", "2", "--python"];
     let import = format!("{DATA}/copq_faulty.py");
     let more = ["--eval-every", "0", "--set", "networks.hidden=[8]", "--steps", "2048", "--import"];
-    well(copq(&line).arg(&python).args(more).arg(import).arg("--out").arg(&run));
-    well(copq(&["resume", "--steps", "4096"]).arg(&run));
+    well(copq().args(line).arg(&python).args(more).arg(import).arg("--out").arg(&run));
+    well(copq().args(["resume", "--steps", "4096"]).arg(&run));
     let metrics = String::from_utf8(read(&run, "metrics.csv")).unwrap();
     assert_eq!(metrics.lines().count(), 3, "{metrics}");
 }
@@ -210,7 +188,7 @@ fn a_fault_ends_a_run_that_can_go_on() {
         let words = words(&failed);
         assert!(words.contains(said) && words.contains("after step 4"), "{fault}: {words}");
         assert!(words.contains("copq resume"), "{fault}: {words}");
-        well(copq(&["resume", "--on-env-error", "reset"]).arg(&run));
+        well(copq().args(["resume", "--on-env-error", "reset"]).arg(&run));
         let log = String::from_utf8(read(&run, "log.txt")).unwrap();
         assert!(log.contains("the episode counts as truncated"), "{fault}: {log}");
     }
@@ -239,8 +217,8 @@ fn what_it_cannot_begin_with_leaves_no_folder() {
     assert!(said.contains("unknown objective 'heat'; known: reward"), "{said}");
     let said = complaint(&python, "none", &["--weights", "1,2"]);
     assert!(said.contains("weights: wanted 1 of them, for reward, got 1,2"), "{said}");
-    let failed = copq(&["train", "--task", "a/hopper", "--python", "python3"]).output().unwrap();
-    assert!(words(&failed).contains("wanted an environment of Python's"), "{}", words(&failed));
+    let said = refused(copq().args(["train", "--task", "a/hopper", "--python", "python3"]));
+    assert!(said.contains("wanted an environment of Python's"), "{said}");
 }
 
 #[test]

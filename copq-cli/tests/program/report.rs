@@ -1,28 +1,9 @@
 //! The page of many runs, its tables and figures, and the pictures of bounds.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
-fn copq(folder: &Path, line: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_copq"));
-    command.args(line.split(' ')).current_dir(folder).env("RUST_BACKTRACE", "0");
-    command
-}
-
-fn run(folder: &Path, line: &str) -> String {
-    let output = copq(folder, line).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    assert!(output.status.success(), "copq {line}: {}", text(output.stderr));
-    text(output.stdout)
-}
-
-const TINY: &str = "--eval-every 50 --eval-episodes 1 --log-every 10 --set networks.hidden=[8,8] \
-                    --set batch=8 --set start_steps=40";
-
-fn read(path: impl AsRef<Path>) -> String {
-    std::fs::read_to_string(path).unwrap()
-}
+use crate::common::{TINY, copq_in, read, refused, run, wait_until};
 
 /// A column's last number.
 fn last(path: &Path, column: &str) -> f64 {
@@ -90,10 +71,9 @@ fn a_page_its_tables_and_its_figures() {
     assert!(files.iter().all(|name| folder.join("parts").join(name).is_file()));
 
     for (run, line) in [("e-s0", 3), ("g-s0", 4)] {
-        let damaged = copq(folder, &format!("plot e=runs/{run} a=runs/a-s0")).output().unwrap();
-        let words = String::from_utf8(damaged.stderr).unwrap();
+        let words = refused(&mut copq_in(folder, &format!("plot e=runs/{run} a=runs/a-s0")));
         let wanted = format!("line {line} of 'runs/{run}/evaluations.csv': wanted 2 cells");
-        assert!(!damaged.status.success() && words.contains(&wanted), "{words}");
+        assert!(words.contains(&wanted), "{words}");
     }
 
     // A folder that says no seed counts once, too.
@@ -102,15 +82,11 @@ fn a_page_its_tables_and_its_figures() {
         ("plot a=runs/a-s0 a=runs/../runs/a-s0", "wanted each seed once, got "),
         ("plot a=runs/a-s0 --limit nonsense=3", "--out <FILE>"),
         ("plot a=runs/a-s0 --limit nonsense=3 --out a.svg", "objective of a limit: wanted"),
+        ("report parts", "'parts': wanted runs in it, got none"),
     ] {
-        let output = copq(folder, line).output().unwrap();
-        let words = String::from_utf8(output.stderr).unwrap();
-        assert!(!output.status.success() && words.contains(wanted), "{line}: {words}");
+        let words = refused(&mut copq_in(folder, line));
+        assert!(words.contains(wanted), "{line}: {words}");
     }
-
-    let none = copq(folder, "report parts").output().unwrap();
-    let words = String::from_utf8(none.stderr).unwrap();
-    assert!(words.contains("'parts': wanted runs in it, got none"), "{words}");
 }
 
 /// A method over a task's limit is marked, and the step at which a total is passed told.
@@ -164,9 +140,9 @@ fn a_page_of_what_goes_on() {
     let line = format!("train {TINY} --steps 1000000 --out runs/a-s0");
     let quiet =
         |mut command: Command| command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    let mut training = quiet(copq(folder, &line));
+    let mut training = quiet(copq_in(folder, &line));
     wait_for(&folder.join("runs/a-s0/evaluations.csv"), |text| text.lines().count() > 2);
-    let mut report = quiet(copq(folder, "report runs --out page.html --every 1"));
+    let mut report = quiet(copq_in(folder, "report runs --out page.html --every 1"));
     wait_for(&folder.join("page.html"), |page| {
         page.contains("http-equiv=\"refresh\" content=\"1\"")
     });
@@ -177,12 +153,9 @@ fn a_page_of_what_goes_on() {
     assert!(!read(folder.join("page.html")).contains("http-equiv"));
 }
 
-fn wait_for(file: &PathBuf, holds: impl Fn(&str) -> bool) {
-    let begun = Instant::now();
-    while !std::fs::read_to_string(file).is_ok_and(|text| holds(&text)) {
-        assert!(begun.elapsed() < Duration::from_secs(60), "{}", file.display());
-        std::thread::sleep(Duration::from_millis(20));
-    }
+fn wait_for(file: &Path, holds: impl Fn(&str) -> bool) {
+    let is_so = || std::fs::read_to_string(file).is_ok_and(|text| holds(&text));
+    wait_until(&file.to_string_lossy(), is_so);
 }
 
 #[test]
@@ -203,8 +176,7 @@ fn pictures_of_bounds() {
         ("bounds --std 1,1 --correlation 2", "--correlation: wanted -1 to 1"),
         ("bounds --weights 1", "--weights: wanted two numbers, as 1,2, got 1 numbers"),
     ] {
-        let output = copq(folder, line).output().unwrap();
-        let words = String::from_utf8(output.stderr).unwrap();
-        assert!(!output.status.success() && words.contains(wanted), "{line}: {words}");
+        let words = refused(&mut copq_in(folder, line));
+        assert!(words.contains(wanted), "{line}: {words}");
     }
 }

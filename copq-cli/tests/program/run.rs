@@ -2,29 +2,17 @@
 //! it has learned.
 
 use std::path::Path;
-use std::process::{Command, Output};
 
-fn copq(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_copq"))
-        .args(arguments)
-        .env("RUST_BACKTRACE", "0")
-        .output()
-        .unwrap()
-}
+use crate::common::{copq, printed, refused};
 
 /// What it prints when all goes well.
 fn run(arguments: &[&str]) -> String {
-    let output = copq(arguments);
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    assert!(output.status.success(), "copq {arguments:?}: {}", text(output.stderr));
-    text(output.stdout)
+    printed(copq().args(arguments))
 }
 
 /// What it says when it fails.
 fn complaint(line: &str) -> String {
-    let output = copq(&line.split(' ').collect::<Vec<_>>());
-    assert!(!output.status.success(), "copq {line}");
-    String::from_utf8(output.stderr).unwrap()
+    refused(copq().args(line.split(' ')))
 }
 
 /// Trains twice, the second time as a resumed run, and looks at the policy; returns the metrics'
@@ -70,7 +58,7 @@ fn methods_on_td3() {
 #[test]
 fn doctor_says_what_to_do_about_an_interpreter_that_was_named() {
     let doctor = |arguments: &[&str], variable: &str| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_copq"));
+        let mut command = copq();
         let output = command.arg("doctor").args(arguments).env("COPQ_PYTHON", variable).output();
         let output = output.unwrap();
         assert!(!output.status.success());
@@ -131,18 +119,10 @@ fn sac_without_a_limit_and_without_an_entropy_bonus() {
 fn a_run_is_evaluated_exported_and_compared() {
     let temporary = tempfile::tempdir().unwrap();
     let path = |name: &str| temporary.path().join(name).to_str().unwrap().to_owned();
-    let short = [
-        "--steps",
-        "200",
-        "--set",
-        "start_steps=150",
-        "--eval-every",
-        "100",
-        "--eval-episodes",
-        "2",
-    ];
+    let short = "--steps 200 --set start_steps=150 --eval-every 100 --eval-episodes 2";
     for seed in ["0", "1"] {
-        run(&[&["train", "--seed", seed, "--out", &path(seed)], &short[..]].concat());
+        let out = path(seed);
+        printed(copq().args(["train", "--seed", seed, "--out", &out]).args(short.split(' ')));
     }
     let best = run(&["evaluate", &path("0"), "--episodes", "2", "--best"]);
     let film = path("best.gif");
@@ -314,34 +294,10 @@ fn a_run_of_several_worlds_goes_on_to_the_same_bytes() {
     let temporary = tempfile::tempdir().unwrap();
     let at = |name: &str| temporary.path().join(name);
     let train = |name: &str, steps: &str| {
-        let out = at(name);
-        let line = [
-            "train",
-            "ppo",
-            "--task",
-            "b/hopper",
-            "--envs",
-            "3",
-            "--steps",
-            steps,
-            "--eval-every",
-            "50",
-            "--eval-episodes",
-            "1",
-            "--log-every",
-            "20",
-            "--checkpoint-every",
-            "70",
-            "--set",
-            "steps_per_epoch=60",
-            "--set",
-            "networks.hidden=[8,8]",
-            "--set",
-            "anneal_steps=none",
-            "--out",
-            out.to_str().unwrap(),
-        ];
-        run(&line);
+        let line = "train ppo --task b/hopper --envs 3 --eval-every 50 --eval-episodes 1 \
+                    --log-every 20 --checkpoint-every 70 --set steps_per_epoch=60 \
+                    --set networks.hidden=[8,8] --set anneal_steps=none --out";
+        printed(copq().args(line.split(' ')).arg(at(name)).args(["--steps", steps]));
     };
     train("whole", "300");
     // Both ends are off the intervals, and so is the checkpoint.

@@ -4,9 +4,11 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::common::{copq, wait_until};
+
 fn sweep(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_copq"));
-    command.arg("sweep").args(arguments).current_dir(folder).env("RUST_BACKTRACE", "0");
+    let mut command = copq();
+    command.arg("sweep").args(arguments).current_dir(folder);
     command
 }
 
@@ -123,17 +125,12 @@ fn a_stopped_sweep_goes_on_to_the_same_bytes() {
             .spawn()
             .unwrap();
         if !wait {
-            let begun = Instant::now();
             let runs = folder.join("runs/tiny");
-            let has_begun = || {
+            wait_until("a checkpoint", || {
                 std::fs::read_dir(&runs).is_ok_and(|runs| {
                     runs.flatten().any(|run| run.path().join("checkpoint.safetensors").is_file())
                 })
-            };
-            while !has_begun() {
-                assert!(begun.elapsed() < Duration::from_secs(60), "no checkpoint");
-                std::thread::sleep(Duration::from_millis(20));
-            }
+            });
             let id = child.id().to_string();
             assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
             assert_eq!(child.wait().unwrap().code(), Some(75));
@@ -302,14 +299,10 @@ fn a_task_says_by_its_code_what_has_become_of_it() {
     write(folder, "[grid]\nseed = [0]\nsteps = [400000]\nset = [\"start_steps=500000\"]\n");
     let task = || sweep(folder, &["task", "tiny.toml", "--task", "0"]);
     let mut first = task().stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    let begun = Instant::now();
-    let has_begun = || {
+    wait_until("it begins", || {
         let status = text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
         status.contains("| running |")
-    };
-    while !has_begun() {
-        assert!(begun.elapsed() < Duration::from_secs(60), "it does not begin");
-    }
+    });
     let second = task().output().unwrap();
     assert_eq!(second.status.code(), Some(73));
     let who = format!("process {} on ", first.id());

@@ -1,8 +1,8 @@
 //! On-policy learners on a real robot: exact resume, several worlds, and what does not fit.
 
 use copq::on_policy::{Learner, Method, Saute};
-use copq::{AdjustedEnv, Agent, Backend, Env, Mode, Policy, Result, Silent, State, Trainer};
-use copq_candle::{Candle, fused};
+use copq::{AdjustedEnv, Agent, Env, Mode, Policy, Result, Silent, State, Trainer};
+use copq_candle::{Candle, Modules};
 
 /// Small networks and short epochs, so that a test can train for real.
 fn method(name: &str) -> Method {
@@ -105,35 +105,12 @@ fn what_does_not_fit_is_a_readable_error() {
     );
 }
 
-/// A backend that makes no on-policy networks.
-struct OffPolicy;
-
-impl Backend for OffPolicy {
-    fn critics(
-        &self,
-        spec: &copq::EnvSpec,
-        networks: &copq::Networks,
-        count: usize,
-        rng: &mut copq::Rng,
-    ) -> Result<Box<dyn copq::Critic>> {
-        Ok(Box::new(fused::Critics::new(spec, count, networks, rng)?))
-    }
-
-    fn actor(
-        &self,
-        spec: &copq::EnvSpec,
-        networks: &copq::Networks,
-        kind: copq::ActorKind,
-        rng: &mut copq::Rng,
-    ) -> Result<Box<dyn copq::Actor>> {
-        Candle::default().actor(spec, networks, kind, rng)
-    }
-}
-
+/// Modules are networks of off-policy methods.
 #[test]
 fn a_backend_says_what_it_has_not() {
     let env = env(&method("ppo"));
-    let error = Learner::new(method("ppo"), env.spec(), &OffPolicy, 0).unwrap_err().to_string();
+    let modules = Modules::with_critics(|_, _, _| unreachable!());
+    let error = Learner::new(method("ppo"), env.spec(), &modules, 0).unwrap_err().to_string();
     assert_eq!(error, "on-policy methods need Backend::policy, which this backend has not");
 }
 

@@ -6,17 +6,15 @@
 mod table;
 
 mod engines;
-mod start;
 
 use std::path::PathBuf;
 
 use approx::abs_diff_eq;
 use copq::{Env, Outcome, State};
 use copq_envs::robot::{Preset, Senses};
-use copq_envs::{Field, Locomotion, Options, Physics, RobotSpec, Task, task_with};
+use copq_envs::{Field, Locomotion, Options, Physics, Readings, RobotSpec, Task, task_with};
 use copq_envs_mujoco::Mujoco;
 pub use engines::{ENGINES, Make};
-pub use start::Start;
 pub use table::Table;
 
 pub const ROBOTS: [&str; 5] = ["hopper", "walker2d", "halfcheetah", "ant", "humanoid"];
@@ -163,7 +161,7 @@ pub fn one_step_errors(make: Make, robot: &RobotSpec, table: &Table) -> Vec<f64>
 
 /// An environment on a recorded run.
 pub struct Replay {
-    pub env: Locomotion<Start>,
+    pub env: Locomotion<Mujoco>,
     pub obs: Vec<f32>,
     pub reward: Vec<f32>,
 }
@@ -171,15 +169,23 @@ pub struct Replay {
 impl Replay {
     /// At the state of a row.
     pub fn new(make: Make, task: &Task, table: &Table, row: usize) -> Self {
-        let physics = make(&task.robot).unwrap();
-        let start =
-            Start { physics, qpos: table.vector(row, "qpos"), qvel: table.vector(row, "qvel") };
-        let env = Locomotion::new(task.clone(), start).unwrap();
+        let robot = &task.robot;
+        let qpos = table.vector(row, "qpos");
+        let mut physics = make(robot).unwrap();
+        physics.reset_to(&qpos, &table.vector(row, "qvel")).unwrap();
+        let mut readings = Readings::new(task.fields(), robot);
+        readings.read(&mut physics).unwrap();
+        // As if an episode had begun there.
+        let mut state = State::default();
+        state.put("phase", [1_u64]);
+        state.put("steps", [0_u64]);
+        state.put("place", robot.velocity_point.place(robot, &qpos, &readings));
+        physics.save(state.child_mut("physics")).unwrap();
+        let mut env = Locomotion::new(task.clone(), physics).unwrap();
+        env.load(&state).unwrap();
         let obs = vec![0.0; env.spec().obs_len];
         let reward = vec![0.0; env.spec().objectives.len()];
-        let mut replay = Self { env, obs, reward };
-        replay.env.reset(0, &mut replay.obs).unwrap();
-        replay
+        Self { env, obs, reward }
     }
 
     /// Takes a row's action; a recording goes on after the robot has fallen, and so must we.
