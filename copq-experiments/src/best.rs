@@ -1,7 +1,5 @@
 //! Which evaluation was the best: costs within their limits first, then the weighted total.
 
-use std::collections::BTreeMap;
-
 use copq::EnvSpec;
 
 use crate::sheet::Sheet;
@@ -37,33 +35,20 @@ impl Rank {
 impl Best {
     /// The best of the rows of an `evaluations.csv`.
     pub(crate) fn of_rows(sheet: &Sheet, spec: &EnvSpec) -> Self {
+        let rows = sheet.steps().len();
+        let column = |name: &str| sheet.column(name).unwrap_or_else(|| vec![f64::NAN; rows]);
+        let names = spec.names().into_iter();
+        let returns: Vec<_> = names.map(|name| column(&format!("return/{name}/mean"))).collect();
         let mut best = Self::default();
-        let columns: BTreeMap<&String, Vec<f64>> =
-            sheet.columns().iter().filter_map(|name| Some((name, sheet.column(name)?))).collect();
-        for row in 0..sheet.steps().len() {
-            let number =
-                |name: &str| columns.get(&name.to_owned()).map_or(f64::NAN, |column| column[row]);
-            best.update_by_name(&number, spec);
+        for (row, &total) in column("weighted_total/mean").iter().enumerate() {
+            let returns: Vec<f64> = returns.iter().map(|column| column[row]).collect();
+            best.update(&returns, total, spec);
         }
         best
     }
 
-    /// Takes in a row of `evaluations.csv`; whether it is better than all before.
-    pub(crate) fn update_by(&mut self, row: &[(String, f64)], spec: &EnvSpec) -> bool {
-        let number = |name: &str| {
-            row.iter().find(|(column, _)| column == name).map_or(f64::NAN, |&(_, number)| number)
-        };
-        self.update_by_name(&number, spec)
-    }
-
-    fn update_by_name(&mut self, number: &dyn Fn(&str) -> f64, spec: &EnvSpec) -> bool {
-        let names = spec.names();
-        let returns: Vec<f64> =
-            names.iter().map(|name| number(&format!("return/{name}/mean"))).collect();
-        self.update(&returns, number("weighted_total/mean"), spec)
-    }
-
-    fn update(&mut self, returns: &[f64], total: f64, spec: &EnvSpec) -> bool {
+    /// Takes in an evaluation's mean returns and total; whether it is better than all before.
+    pub(crate) fn update(&mut self, returns: &[f64], total: f64, spec: &EnvSpec) -> bool {
         let rank = Rank::of(returns, total, spec);
         let is_best = !total.is_nan() && self.0.is_none_or(|best| rank.is_better_than(best));
         if is_best {

@@ -7,6 +7,7 @@ use copq::{Error, Result, files};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use crate::fingerprint::table;
 use crate::older;
 use crate::plan::Plan;
 
@@ -126,10 +127,7 @@ pub(crate) fn read<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
 
 /// An error that names the first of the caller's settings that is not what the run was made with.
 pub(crate) fn check_same<S: Serialize>(path: &Path, what: &str, saved: &S, now: &S) -> Result<()> {
-    let value = |settings: &S| {
-        toml::Value::try_from(settings).map_err(|e| Error::other("encoding the settings", e))
-    };
-    match difference(what, &value(saved)?, &value(now)?) {
+    match difference(what, &table(saved)?.into(), &table(now)?.into()) {
         None => Ok(()),
         Some((key, saved, now)) => {
             let what = format!("{key} (a run goes on with what made it, '{}')", path.display());
@@ -144,10 +142,7 @@ pub fn with_changes<S: Serialize + DeserializeOwned>(
     settings: &S,
     changes: &[String],
 ) -> Result<S> {
-    let encode = |settings: &S| {
-        toml::Table::try_from(settings).map_err(|e| Error::other("encoding the settings", e))
-    };
-    let mut table = encode(settings)?;
+    let mut changed = table(settings)?;
     let mut removed = Vec::new();
     for change in changes {
         let invalid =
@@ -161,7 +156,7 @@ pub fn with_changes<S: Serialize + DeserializeOwned>(
             ));
         }
         let (parents, name) = key.rsplit_once('.').unwrap_or(("", key));
-        let mut at = &mut table;
+        let mut at = &mut changed;
         for parent in parents.split('.').filter(|parent| !parent.is_empty()) {
             check_kind(at, parent, key)?;
             let inner = at.entry(parent).or_insert_with(|| toml::Table::new().into());
@@ -180,8 +175,8 @@ pub fn with_changes<S: Serialize + DeserializeOwned>(
     }
     // TOML's words end in a line of their own.
     let said = |e: toml::de::Error| Error::other("--set", e.to_string().trim_end().to_owned());
-    let settings: S = table.try_into().map_err(said)?;
-    let now = encode(&settings)?;
+    let settings: S = changed.try_into().map_err(said)?;
+    let now = table(&settings)?;
     match removed.into_iter().find_map(|key| Some((key, value_at(&now, key)?))) {
         // It has a default, so what was taken away came back as that.
         Some((key, value)) => {

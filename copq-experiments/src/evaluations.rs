@@ -1,38 +1,9 @@
 //! `evaluations.csv`: what the policy returns without exploration, and what its critics expected.
 
-use copq::{EnvSpec, Evaluation, Result};
+use copq::{EnvSpec, Evaluation};
 
 use crate::numbers::{Numbers, grouped, weighted_total};
 use crate::statistics::{max, mean, min, std};
-use crate::table::Table;
-
-/// The rows of a run's evaluations.
-#[derive(Debug)]
-pub(crate) struct Evaluations {
-    table: Table,
-}
-
-impl Evaluations {
-    /// The file.
-    pub(crate) fn table(&self) -> &Table {
-        &self.table
-    }
-
-    pub(crate) fn of(table: Table) -> Self {
-        Self { table }
-    }
-
-    /// Writes a row and returns the numbers that TensorBoard gets.
-    pub(crate) fn row(
-        &mut self,
-        step: u64,
-        evaluation: &Evaluation,
-        spec: &EnvSpec,
-    ) -> Result<Numbers> {
-        self.table.push(step, &columns(evaluation, spec))?;
-        Ok(scalars(evaluation, spec))
-    }
-}
 
 /// Returns of one objective, or weighted totals, over the episodes.
 fn spread(name: &str, values: &[f64]) -> [(String, f64); 4] {
@@ -40,10 +11,11 @@ fn spread(name: &str, values: &[f64]) -> [(String, f64); 4] {
         .map(|(statistic, value)| (format!("{name}/{statistic}"), value))
 }
 
-fn totals(evaluation: &Evaluation, spec: &EnvSpec) -> Vec<f64> {
+pub(crate) fn totals(evaluation: &Evaluation, spec: &EnvSpec) -> Vec<f64> {
     evaluation.returns.iter().map(|returns| weighted_total(returns, &spec.weights())).collect()
 }
 
+/// A row of the file.
 pub(crate) fn columns(evaluation: &Evaluation, spec: &EnvSpec) -> Numbers {
     let mut numbers = vec![("episodes".to_owned(), evaluation.returns.len() as f64)];
     numbers.extend(spread("weighted_total", &totals(evaluation, spec)));
@@ -67,7 +39,8 @@ fn values<'a>(
     })
 }
 
-fn scalars(evaluation: &Evaluation, spec: &EnvSpec) -> Numbers {
+/// What TensorBoard gets.
+pub(crate) fn scalars(evaluation: &Evaluation, spec: &EnvSpec) -> Numbers {
     let mut numbers =
         vec![("evaluation/weighted_total".to_owned(), mean(&totals(evaluation, spec)))];
     let returns = spec.names().into_iter().zip(evaluation.mean());

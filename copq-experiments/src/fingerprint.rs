@@ -80,7 +80,8 @@ fn letters(digest: Sha256) -> String {
     digest.finalize()[..8].iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-fn table<S: Serialize>(value: &S) -> Result<toml::Table> {
+/// Settings as TOML has them.
+pub(crate) fn table<S: Serialize>(value: &S) -> Result<toml::Table> {
     toml::Table::try_from(value).map_err(|e| Error::other("encoding the settings", e))
 }
 

@@ -19,7 +19,7 @@
 //!     let plan = Plan { task: env.spec().name.clone(), ..Plan::new(&method) };
 //!     let config = method.config.clone();
 //!     let folder = RunFolder::create("runs/first", &plan, &config)?; // with its config.toml
-//!     let trainer = Trainer::new(env, make_agent(method)?)?; // or Trainer::boxed of any agent's
+//!     let trainer = Trainer::new(env, make_agent(method)?)?;
 //!     let ending = Run::new(trainer, Some(make_env()?), folder, plan.run)?.train()?;
 //!     println!("{ending}"); // where everything is, or how to go on after Ctrl-C
 //!     Ok(())
@@ -57,7 +57,7 @@ mod standing;
 pub mod statistics;
 mod stop;
 mod table;
-pub mod tensorboard;
+mod tensorboard;
 mod timings;
 
 pub use checkpoints::{checkpoint_files, read_checkpoint};
@@ -67,8 +67,6 @@ pub use figure::{compare, comparison_table};
 pub use fingerprint::{fingerprint, letters_of, policy_checksum};
 pub use folder::{RunFolder, read_config, read_done, read_plan};
 pub use lock::held_by;
-pub use metrics::Metrics;
-pub use numbers::Numbers;
 pub use onnx::{read_policy, write_onnx};
 pub use plan::Plan;
 pub use report::{Cell, Report, ReportRun, Table, paper};

@@ -1,7 +1,7 @@
 //! Named numbers: what a row of a CSV and a step of TensorBoard are made of.
 
 /// Names and numbers, in the order of a row's columns.
-pub type Numbers = Vec<(String, f64)>;
+pub(crate) type Numbers = Vec<(String, f64)>;
 
 /// The returns' scalar product with the task's weights.
 pub(crate) fn weighted_total(returns: &[f64], weights: &[f32]) -> f64 {
@@ -10,15 +10,7 @@ pub(crate) fn weighted_total(returns: &[f64], weights: &[f32]) -> f64 {
 
 /// A whole number with separated thousands: 12,345.
 pub(crate) fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+    indicatif::HumanCount(number).to_string()
 }
 
 /// Seconds in the unit that suits them: 40 s, 12 min, 3.2 h.

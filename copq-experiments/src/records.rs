@@ -7,12 +7,13 @@ use copq::{EnvSpec, Error, Evaluation, Result, State, Timing, Trainer};
 
 use crate::aside::lay_aside;
 use crate::best::Best;
-use crate::evaluations::{self, Evaluations};
+use crate::evaluations;
 use crate::folder::{RunFolder, read_done};
 use crate::metrics::Metrics;
 use crate::numbers::grouped;
 use crate::settings::RunSettings;
 use crate::sheet::Sheet;
+use crate::statistics::mean;
 use crate::table::Table;
 use crate::tensorboard::EventFile;
 use crate::timings::Timings;
@@ -25,7 +26,7 @@ const TIMINGS: &str = "timings.csv";
 #[derive(Debug)]
 pub(crate) struct Records {
     pub metrics: Metrics,
-    pub evaluations: Evaluations,
+    pub evaluations: Table,
     pub timings: Timings,
     events: EventFile,
     best: Best,
@@ -90,12 +91,10 @@ impl Records {
         if let Some(saved) = saved {
             metrics.load(saved.child("metrics")?)?;
         }
-        let evaluations = Evaluations::of(start(EVALUATIONS, &rows[1])?);
-        let timings = Timings::of(start(TIMINGS, &rows[2])?, step);
         Ok(Self {
             metrics,
-            evaluations,
-            timings,
+            evaluations: start(EVALUATIONS, &rows[1])?,
+            timings: Timings::of(start(TIMINGS, &rows[2])?, step),
             events: EventFile::create(folder.path(), first)?,
             best,
             best_before,
@@ -119,13 +118,14 @@ impl Records {
         evaluation: &Evaluation,
         spec: &EnvSpec,
     ) -> Result<()> {
-        let numbers = self.evaluations.row(step, evaluation, spec)?;
-        self.events.scalars(step, &numbers)
+        self.evaluations.push(step, &evaluations::columns(evaluation, spec))?;
+        self.events.scalars(step, &evaluations::scalars(evaluation, spec))
     }
 
     /// Whether an evaluation is better than all before, from now on among them.
     pub(crate) fn is_best(&mut self, evaluation: &Evaluation, spec: &EnvSpec) -> bool {
-        self.best.update_by(&evaluations::columns(evaluation, spec), spec)
+        let total = mean(&evaluations::totals(evaluation, spec));
+        self.best.update(&evaluation.mean(), total, spec)
     }
 
     /// Makes the rows durable, and writes how many there are and the averages under way into the
@@ -149,9 +149,9 @@ impl Records {
     fn tables(&self) -> [(&str, &Table, u64); 3] {
         let Self { metrics, evaluations, timings, settings, .. } = self;
         [
-            (METRICS, metrics.table(), settings.log_every),
-            (EVALUATIONS, evaluations.table(), settings.eval_every),
-            (TIMINGS, timings.table(), settings.log_every),
+            (METRICS, &metrics.table, settings.log_every),
+            (EVALUATIONS, evaluations, settings.eval_every),
+            (TIMINGS, &timings.table, settings.log_every),
         ]
     }
 }

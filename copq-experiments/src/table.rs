@@ -38,6 +38,7 @@ impl Table {
     }
 
     /// Both at once.
+    #[cfg(test)]
     pub(crate) fn open(path: &Path, wanted: u64, keep: impl Fn(u64) -> bool) -> Result<Self> {
         Self::start(path, &Self::read(path, wanted, keep)?)
     }

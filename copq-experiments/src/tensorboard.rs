@@ -2,14 +2,12 @@
 //! two checksums.
 
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use copq::{Error, Result};
+use copq::{Result, files};
 use prost::Message;
-
-use copq::files;
 
 /// `tensorflow.Event`, as far as scalars need it.
 #[derive(Clone, PartialEq, Message)]
@@ -54,21 +52,8 @@ struct SessionLog {
 }
 
 /// One event file of a run's folder; a resumed run begins another, as TensorBoard expects.
-///
-/// ```
-/// # let folder = tempfile::tempdir().expect("a temporary folder");
-/// # let folder = folder.path();
-/// use copq_experiments::tensorboard::{EventFile, read_scalars};
-///
-/// let mut events = EventFile::create(folder, 0)?;
-/// events.scalars(1_000, &[("q/safety".to_owned(), 0.5)])?;
-/// # let entry = std::fs::read_dir(folder).expect("a folder").next().expect("a file");
-/// # let path = entry.expect("a file").path();
-/// assert_eq!(read_scalars(&path)?, [(1_000, "q/safety".to_owned(), 0.5)]);
-/// # Ok::<(), copq::Error>(())
-/// ```
 #[derive(Debug)]
-pub struct EventFile {
+pub(crate) struct EventFile {
     path: PathBuf,
     file: File,
 }
@@ -76,7 +61,7 @@ pub struct EventFile {
 impl EventFile {
     /// Begins a file of the steps from `first` on; TensorBoard forgets what earlier files said of
     /// them.
-    pub fn create(folder: &Path, first: u64) -> Result<Self> {
+    pub(crate) fn create(folder: &Path, first: u64) -> Result<Self> {
         let path = unused_name(folder);
         let file = File::options().create_new(true).append(true).open(&path);
         let mut events = Self { file: file.map_err(files::failed("making", &path))?, path };
@@ -87,7 +72,7 @@ impl EventFile {
 
     /// Writes numbers at a step; tags that share what comes before the first `/` share a section of
     /// TensorBoard's page.
-    pub fn scalars(&mut self, step: u64, numbers: &[(String, f64)]) -> Result<()> {
+    pub(crate) fn scalars(&mut self, step: u64, numbers: &[(String, f64)]) -> Result<()> {
         let scalar = |(tag, number): &(String, f64)| Scalar {
             tag: tag.clone(),
             simple_value: *number as f32,
@@ -142,72 +127,9 @@ fn masked_crc(bytes: &[u8]) -> u32 {
     crc32c::crc32c(bytes).rotate_right(15).wrapping_add(0xa282_ead8)
 }
 
-/// Every scalar of an event file in order, as (step, tag, value); a torn last record is left out.
-///
-/// Errors: a checksum or a message that is wrong, with the file's name.
-pub fn read_scalars(path: &Path) -> Result<Vec<(u64, String, f32)>> {
-    let bytes = fs::read(path).map_err(files::failed("reading", path))?;
-    let mut scalars = Vec::new();
-    let mut rest = bytes.as_slice();
-    while let Some((content, after)) = unframe(rest).map_err(files::failed("reading", path))? {
-        let event = Event::decode(content)
-            .map_err(|e| Error::other(format!("reading '{}'", path.display()), e))?;
-        if let Some(What::Summary(summary)) = event.what {
-            scalars.extend(
-                summary.values.into_iter().map(|s| (event.step as u64, s.tag, s.simple_value)),
-            );
-        }
-        rest = after;
-    }
-    Ok(scalars)
-}
-
-/// The first record's content and what follows it; `None` if there is no whole record.
-fn unframe(bytes: &[u8]) -> io::Result<Option<(&[u8], &[u8])>> {
-    let Some((length, after)) = bytes.split_first_chunk::<8>() else { return Ok(None) };
-    let Some((length_crc, after)) = after.split_first_chunk::<4>() else { return Ok(None) };
-    check_crc(length, *length_crc)?;
-    let Some((content, after)) = after.split_at_checked(u64::from_le_bytes(*length) as usize)
-    else {
-        return Ok(None);
-    };
-    let Some((content_crc, after)) = after.split_first_chunk::<4>() else { return Ok(None) };
-    check_crc(content, *content_crc)?;
-    Ok(Some((content, after)))
-}
-
-fn check_crc(bytes: &[u8], crc: [u8; 4]) -> io::Result<()> {
-    if masked_crc(bytes) == u32::from_le_bytes(crc) {
-        Ok(())
-    } else {
-        Err(io::Error::other("a checksum is wrong"))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn scalars_come_back_and_damage_is_noticed() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut events = EventFile::create(folder.path(), 0).unwrap();
-        let numbers = vec![("q/safety".to_owned(), 1.5), ("loss/critic".to_owned(), -2.0)];
-        events.scalars(1_000, &numbers).unwrap();
-        events.scalars(2_000, &numbers[..1]).unwrap();
-        let wanted =
-            [(1_000, "q/safety", 1.5), (1_000, "loss/critic", -2.0), (2_000, "q/safety", 1.5)];
-        let wanted = wanted.map(|(step, tag, value)| (step, tag.to_owned(), value));
-        assert_eq!(read_scalars(&events.path).unwrap(), wanted);
-
-        let mut bytes = fs::read(&events.path).unwrap();
-        fs::write(&events.path, &bytes[..bytes.len() - 1]).unwrap();
-        assert_eq!(read_scalars(&events.path).unwrap(), wanted[..2]);
-        let middle = bytes.len() / 2;
-        bytes[middle] ^= 1;
-        fs::write(&events.path, &bytes).unwrap();
-        assert!(read_scalars(&events.path).unwrap_err().to_string().contains("checksum"));
-    }
 
     #[test]
     fn the_checksum_is_crc_32c_rotated_and_shifted() {

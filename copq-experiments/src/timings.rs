@@ -11,7 +11,7 @@ use crate::table::Table;
 /// Seconds of each logging interval; restarted, not restored, on resume.
 #[derive(Debug)]
 pub(crate) struct Timings {
-    table: Table,
+    pub table: Table,
     began: Instant,
     first_step: u64,
     before: Timing,
@@ -19,11 +19,6 @@ pub(crate) struct Timings {
 }
 
 impl Timings {
-    /// The file.
-    pub(crate) fn table(&self) -> &Table {
-        &self.table
-    }
-
     /// Starts the clock.
     pub(crate) fn of(table: Table, step: u64) -> Self {
         let before = Timing::default();

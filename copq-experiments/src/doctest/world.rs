@@ -1,5 +1,4 @@
-// Hidden in this crate's examples: a world whose episodes of three steps return 1.5, and an agent
-// that stands still in it.
+// Hidden in this crate's examples: a world whose episodes of three steps return 1.5.
 
 use copq::*;
 
@@ -30,36 +29,6 @@ impl Env for World {
 
     fn load(&mut self, state: &State) -> Result<()> {
         self.1 = state.get_one("step")?;
-        Ok(())
-    }
-}
-
-pub struct Still;
-
-impl Agent for Still {
-    fn seed(&self) -> u64 {
-        0
-    }
-
-    fn discount(&self) -> f64 {
-        0.9
-    }
-
-    fn act(&mut self, _: &[f32], _: Mode, action: &mut [f32]) -> Result<()> {
-        action.fill(0.0);
-        Ok(())
-    }
-
-    fn value(&mut self, _: &[f32], _: &[f32], q: &mut [f32]) -> Result<()> {
-        q.fill(1.25);
-        Ok(())
-    }
-
-    fn save(&self, _: &mut State) -> Result<()> {
-        Ok(())
-    }
-
-    fn load(&mut self, _: &State) -> Result<()> {
         Ok(())
     }
 }

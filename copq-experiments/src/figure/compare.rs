@@ -7,7 +7,7 @@ use copq::{Error, Result};
 use copq_render::{Figure, Panel, Point, Series};
 
 use super::LIMIT_NOTE;
-use super::curves::{Evaluated, LAST, Quantity, common_end, quantities};
+use super::curves::{Evaluated, LAST, Line, Quantity, at_shared_steps, common_end, quantities};
 use super::group::{Group, group};
 use crate::numbers::grouped;
 use crate::plan::Plan;
@@ -235,18 +235,14 @@ fn last_three(seed: &Evaluated, quantity: &Quantity, end: u64) -> f64 {
 }
 
 fn over_seeds(seeds: &[Evaluated], quantity: &Quantity) -> Vec<Point> {
-    let mut by_step: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
-    for (step, value) in seeds.iter().flat_map(|seed| seed.means(quantity)) {
-        by_step.entry(step).or_default().push(value);
-    }
-    by_step.retain(|_, values| values.len() == seeds.len());
-    let point = |(step, values): (u64, Vec<f64>)| Point {
-        step: step as f64,
+    let lines: Vec<Line> = seeds.iter().map(|seed| seed.means(quantity)).collect();
+    let point = |(step, values): (f64, Vec<f64>)| Point {
+        step,
         middle: median(&values),
         low: min(&values),
         high: max(&values),
     };
-    by_step.into_iter().map(point).collect()
+    at_shared_steps(&lines).into_iter().map(point).collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The curves in a run's `evaluations.csv`.
 
 use std::cmp::Reverse;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use copq::{Error, Result};
@@ -13,6 +14,9 @@ use crate::statistics::area_under;
 
 /// How many of the last evaluations are taken together.
 pub(crate) const LAST: usize = 5;
+
+/// Steps and values of one run.
+pub(crate) type Line = Vec<[f64; 2]>;
 
 /// A run's evaluations: the file's numbers, read once.
 #[derive(Clone, Debug)]
@@ -113,7 +117,7 @@ impl Evaluated {
 
     /// By objective, at each evaluation: by how much the critics expect more at an episode's start
     /// than comes.
-    pub(crate) fn value_errors(&self) -> Vec<(String, Vec<[f64; 2]>)> {
+    pub(crate) fn value_errors(&self) -> Vec<(String, Line)> {
         let error = |(name, expected): &(String, Vec<f64>)| {
             let objective = name.strip_prefix("q_start/")?;
             let came = self.columns.iter().find(|(name, _)| {
@@ -138,16 +142,22 @@ impl Evaluated {
     }
 
     /// Step and mean return of each evaluation.
-    pub(crate) fn means(&self, quantity: &Quantity) -> Vec<(u64, f64)> {
-        self.steps.iter().copied().zip(self.statistic(quantity, "mean")).collect()
+    pub(crate) fn means(&self, quantity: &Quantity) -> Line {
+        self.means_until(quantity, u64::MAX)
+    }
+
+    /// Those up to a step.
+    pub(crate) fn means_until(&self, quantity: &Quantity, end: u64) -> Line {
+        let means = self.steps.iter().zip(self.statistic(quantity, "mean"));
+        let until = means.filter(|(step, _)| **step <= end);
+        until.map(|(&step, value)| [step as f64, value]).collect()
     }
 
     /// Steps and means of the evaluations up to a step, without that of step 0: its policy has not
     /// trained.
     pub(crate) fn trained(&self, quantity: &Quantity, end: u64) -> (Vec<f64>, Vec<f64>) {
-        let means = self.means(quantity).into_iter();
-        let trained = means.filter(|&(step, _)| step > 0 && step <= end);
-        trained.map(|(step, value)| (step as f64, value)).unzip()
+        let means = self.means_until(quantity, end).into_iter();
+        means.filter(|[step, _]| *step > 0.0).map(|[step, value]| (step, value)).unzip()
     }
 
     /// How this run is evaluated otherwise than another, before the end of either: how often, and
@@ -183,10 +193,8 @@ impl Evaluated {
 
     /// The area under the weighted total's curve up to a step, over its length.
     pub(crate) fn area(&self, end: u64) -> f64 {
-        let until = self.means(&Quantity::WeightedTotal).into_iter();
-        let until = until.filter(|(step, _)| *step <= end);
-        let (steps, values): (Vec<f64>, Vec<f64>) =
-            until.map(|(step, value)| (step as f64, value)).unzip();
+        let means = self.means_until(&Quantity::WeightedTotal, end).into_iter();
+        let (steps, values): (Vec<_>, Vec<_>) = means.map(|[step, value]| (step, value)).unzip();
         area_under(&steps, &values)
     }
 
@@ -207,6 +215,17 @@ pub(crate) fn quantities<'a>(runs: impl Iterator<Item = &'a Evaluated>) -> Vec<Q
         }
     }
     all
+}
+
+/// The steps that all lines have, each with their values there.
+pub(crate) fn at_shared_steps(lines: &[Line]) -> Vec<(f64, Vec<f64>)> {
+    // Steps are whole numbers, or means of such, that seeds share to the bit.
+    let mut by_step: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
+    for &[step, value] in lines.iter().flatten() {
+        by_step.entry(step.to_bits()).or_default().push(value);
+    }
+    by_step.retain(|_, values| values.len() == lines.len());
+    by_step.into_iter().map(|(step, values)| (f64::from_bits(step), values)).collect()
 }
 
 /// The step to which runs are compared, each by its evaluations until then: of the last ones up to

@@ -4,17 +4,8 @@ use copq::{Error, Result, Value};
 
 use super::messages::{Attribute, DOUBLE, FLOAT, Graph, INT64, Node, Tensor, UINT64, ValueInfo};
 
-/// A graph in the making. A node is named after its first output.
-#[derive(Debug)]
-pub struct Builder {
-    graph: Graph,
-}
-
-impl Builder {
-    pub fn new(name: &str) -> Self {
-        Self { graph: Graph { name: name.to_owned(), ..Graph::default() } }
-    }
-
+/// A node is named after its first output.
+impl Graph {
     /// Adds a node without attributes that has one output.
     pub fn node(&mut self, op: &str, inputs: &[&str], output: &str) {
         self.node_with(op, inputs, &[output], &[]);
@@ -30,7 +21,7 @@ impl Builder {
     ) {
         let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
         let attribute = attributes.iter().map(|&(name, value)| Attribute::int(name, value));
-        self.graph.node.push(Node {
+        self.node.push(Node {
             input: owned(inputs),
             output: owned(outputs),
             name: outputs.first().map_or(String::new(), |&name| name.to_owned()),
@@ -64,21 +55,17 @@ impl Builder {
 
     fn tensor(&mut self, name: &str, dims: &[usize], data_type: i32, raw_data: Vec<u8>) {
         let dims = dims.iter().map(|&dim| dim as i64).collect();
-        self.graph.initializer.push(Tensor { dims, data_type, name: name.to_owned(), raw_data });
+        self.initializer.push(Tensor { dims, data_type, name: name.to_owned(), raw_data });
     }
 
     /// Adds the input `[batch, width]`.
     pub fn input(&mut self, name: &str, width: usize, doc: &str) {
-        self.graph.input.push(ValueInfo::rows(name, width, doc));
+        self.input.push(ValueInfo::rows(name, width, doc));
     }
 
     /// Makes something that a node gives an output, `[batch, width]`.
     pub fn output(&mut self, name: &str, width: usize, doc: &str) {
-        self.graph.output.push(ValueInfo::rows(name, width, doc));
-    }
-
-    pub fn finish(self) -> Graph {
-        self.graph
+        self.output.push(ValueInfo::rows(name, width, doc));
     }
 }
 

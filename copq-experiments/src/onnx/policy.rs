@@ -2,7 +2,6 @@
 
 use copq::{Normaliser, Result, State};
 
-use super::graph::Builder;
 use super::layers::Layers;
 use super::messages::{DOUBLE, FLOAT, Graph};
 
@@ -12,7 +11,7 @@ const LOG_STD: [f32; 2] = [-20.0, 2.0];
 /// The graph of a policy, from its file's content. An error for a network that is not copq's own.
 pub fn graph(policy: &State) -> Result<Graph> {
     let layers = Layers::of(policy)?;
-    let mut graph = Builder::new("policy");
+    let mut graph = Graph { name: "policy".to_owned(), ..Graph::default() };
     graph.input("obs", layers.obs_len(), &observations(policy, layers.obs_len()));
     let seen = normalised(&mut graph, policy, layers.obs_len())?;
     network(&mut graph, policy.child("actor")?, &layers, seen)?;
@@ -23,7 +22,7 @@ pub fn graph(policy: &State) -> Result<Graph> {
     }
     scaled(&mut graph, policy.child("policy")?)?;
     outputs(&mut graph, &layers);
-    Ok(graph.finish())
+    Ok(graph)
 }
 
 /// What an observation is, in words.
@@ -42,7 +41,7 @@ fn observations(policy: &State, obs_len: usize) -> String {
 
 /// From `obs` to what the network sees, whose name it returns: in f64, as copq does it, with all
 /// that the normaliser holds.
-fn normalised(graph: &mut Builder, policy: &State, obs_len: usize) -> Result<&'static str> {
+fn normalised(graph: &mut Graph, policy: &State, obs_len: usize) -> Result<&'static str> {
     let Ok(normaliser) = policy.child("normaliser") else { return Ok("obs") };
     let count: u64 = normaliser.get_one("count")?;
     let mean: &[f64] = normaliser.get("mean")?;
@@ -67,7 +66,7 @@ fn normalised(graph: &mut Builder, policy: &State, obs_len: usize) -> Result<&'s
 }
 
 /// `clip((x - mean) / max(sqrt(squares / (count - 1)), smallest))`
-fn in_deviations(graph: &mut Builder, x: &str, output: &str) {
+fn in_deviations(graph: &mut Graph, x: &str, output: &str) {
     let to_f64 = [("to", i64::from(DOUBLE))];
     graph.doubles("constant/one_f64", &[], &[1.0]);
     graph.doubles("constant/smallest_std", &[], &[Normaliser::SMALLEST_STD]);
@@ -87,7 +86,7 @@ fn in_deviations(graph: &mut Builder, x: &str, output: &str) {
 }
 
 /// From what it sees to `network`.
-fn network(graph: &mut Builder, actor: &State, layers: &Layers, seen: &str) -> Result<()> {
+fn network(graph: &mut Graph, actor: &State, layers: &Layers, seen: &str) -> Result<()> {
     let mut input = seen.to_owned();
     for layer in 0..layers.count() {
         let names = ["weight", "bias"].map(|part| format!("layer.{layer}.{part}"));
@@ -107,7 +106,7 @@ fn network(graph: &mut Builder, actor: &State, layers: &Layers, seen: &str) -> R
     Ok(())
 }
 
-fn activate(graph: &mut Builder, activation: &str, input: &str, output: &str) {
+fn activate(graph: &mut Graph, activation: &str, input: &str, output: &str) {
     match activation {
         "tanh" => graph.node("Tanh", &[input], output),
         "silu" => {
@@ -120,7 +119,7 @@ fn activate(graph: &mut Builder, activation: &str, input: &str, output: &str) {
 }
 
 /// From `network`, means and log stds, to `mean`, `std` and `unit`, the squashed mean.
-fn gaussian(graph: &mut Builder, action_len: usize) {
+fn gaussian(graph: &mut Graph, action_len: usize) {
     graph.lengths("constant/halves", [action_len, action_len]);
     let parts = ["mean", "free_log_std"];
     graph.node_with("Split", &["network", "constant/halves"], &parts, &[("axis", 1)]);
@@ -134,7 +133,7 @@ fn gaussian(graph: &mut Builder, action_len: usize) {
 
 /// `unit`, the tanh of something: in f64, for runtimes' f32 is rough near its ends, where actions
 /// come to their bounds (onnxruntime's exceeds 1).
-fn squash(graph: &mut Builder, input: &str) {
+fn squash(graph: &mut Graph, input: &str) {
     graph.node_with("Cast", &[input], &["exact_input"], &[("to", i64::from(DOUBLE))]);
     graph.node("Tanh", &["exact_input"], "exact_unit");
     graph.node_with("Cast", &["exact_unit"], &["unit"], &[("to", i64::from(FLOAT))]);
@@ -142,7 +141,7 @@ fn squash(graph: &mut Builder, input: &str) {
 
 /// From `network`, the means, to `mean`, `std` (the same in every row) and `unit`, the clamped
 /// mean.
-fn normal(graph: &mut Builder, actor: &State) -> Result<()> {
+fn normal(graph: &mut Graph, actor: &State) -> Result<()> {
     let log_std: &[f32] = actor.get("log_std")?;
     graph.floats("actor/log_std", &[log_std.len()], log_std);
     graph.node("Identity", &["network"], "mean");
@@ -155,7 +154,7 @@ fn normal(graph: &mut Builder, actor: &State) -> Result<()> {
 
 /// From `unit`, in [-1, 1], to `action` between its bounds: `EnvSpec::scale_action`, operation by
 /// operation, so that it ends exactly at the bounds and never beyond.
-fn scaled(graph: &mut Builder, about: &State) -> Result<()> {
+fn scaled(graph: &mut Graph, about: &State) -> Result<()> {
     for (name, constant) in
         [("constant/half", 0.5), ("constant/one", 1.0), ("constant/minus_one", -1.0)]
     {
@@ -181,7 +180,7 @@ fn scaled(graph: &mut Builder, about: &State) -> Result<()> {
     Ok(())
 }
 
-fn outputs(graph: &mut Builder, layers: &Layers) {
+fn outputs(graph: &mut Graph, layers: &Layers) {
     let action_len = layers.action_len;
     graph.output("action", action_len, "The best guess, in the environment's units and bounds.");
     let before = match layers.kind.as_str() {

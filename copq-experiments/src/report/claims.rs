@@ -181,7 +181,7 @@ impl Report {
         let reached = ours.iter().chain(&theirs).map(Seeds::reached).min().unwrap_or(0);
         let end = match (&ours, &theirs) {
             (Some(ours), Some(theirs)) => ours.common_end(theirs),
-            (ours, theirs) => ours.as_ref().or(theirs.as_ref()).map_or(0, Seeds::end),
+            (ours, theirs) => ours.as_ref().or(theirs.as_ref()).map_or(0, |seeds| seeds.end),
         };
         let numbers =
             [method, than].into_iter().filter_map(label).flat_map(|label| &world.runs[label]);

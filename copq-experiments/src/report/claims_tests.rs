@@ -133,7 +133,7 @@ fn a_limit_and_every_measure() {
     ] {
         assert_eq!(verdict(&methods, claim.clone()).0, Verdict::Seen, "{claim:?}");
     }
-    let curve = [(0, 9.0), (10, 99.0), (20, 10.0), (30, 98.0)];
+    let curve = [[0.0, 9.0], [10.0, 99.0], [20.0, 10.0], [30.0, 98.0]];
     assert_eq!(Measure::Exceeded.of(&curve, Some(95.0)), 2.0 / 3.0);
     assert_eq!(Measure::Swing.of(&curve, None), 88.0 / 54.0);
     assert_eq!([Measure::Best, Measure::LastFive].map(|of| of.of(&curve, None)), [99.0, 54.0]);

@@ -1,22 +1,17 @@
 //! Curves of all methods on a task, for figures and for the page's own reading.
 
-use std::collections::BTreeMap;
-
 use copq_render::{Figure, Panel, Point, Series};
 use serde::{Serialize, Serializer};
 
 use super::Report;
 use super::groups::World;
 use super::stored::Stored;
-use crate::figure::{Evaluated, Quantity, quantities};
+use crate::figure::{Evaluated, LIMIT_NOTE, Line, Quantity, at_shared_steps, quantities};
 use crate::statistics::{mean, std};
 
 /// What line and band are.
 const NOTE: &str = "Line: mean of the seeds. Band: standard deviation (of one seed: lowest to \
      highest episode).";
-
-/// What a dashed line is.
-const DASHED: &str = " Dashed: the limit.";
 
 /// The same of training's own numbers.
 const TRAINING: &str = "Line: mean of the seeds. Band: standard deviation. value_error: what critics \
@@ -48,18 +43,16 @@ pub(crate) struct Curve {
     pub label: String,
     /// How many seeds it is of.
     pub seeds: usize,
-    /// Step, middle, low, high.
     #[serde(serialize_with = "short")]
-    pub points: Vec<[f64; 4]>,
-    /// Each seed's steps and values, where they are asked for.
+    pub points: Vec<Point>,
+    /// Each seed's, where they are asked for.
     #[serde(skip)]
-    pub thin: Vec<Vec<[f64; 2]>>,
+    pub thin: Vec<Line>,
 }
 
 /// Points with as many digits as an f32 has, but for the steps: more nobody reads under a pointer.
-fn short<S: Serializer>(points: &[[f64; 4]], serializer: S) -> Result<S::Ok, S::Error> {
-    let short =
-        |&[step, middle, low, high]: &[f64; 4]| (step, middle as f32, low as f32, high as f32);
+fn short<S: Serializer>(points: &[Point], serializer: S) -> Result<S::Ok, S::Error> {
+    let short = |p: &Point| (p.step, p.middle as f32, p.low as f32, p.high as f32);
     serializer.collect_seq(points.iter().map(short))
 }
 
@@ -88,16 +81,15 @@ impl CurvePanel {
 
 impl Curve {
     /// Without what is no number, which neither a picture nor a script can show.
-    fn new(label: &str, seeds: usize, mut points: Vec<[f64; 4]>, thin: Vec<Vec<[f64; 2]>>) -> Self {
+    fn new(label: &str, seeds: usize, mut points: Vec<Point>, thin: Vec<Line>) -> Self {
         // As f32, which the page has.
-        points.retain(|point| point.iter().all(|x| (*x as f32).is_finite()));
+        let is_shown = |x: f64| (x as f32).is_finite();
+        points.retain(|p| [p.step, p.middle, p.low, p.high].into_iter().all(is_shown));
         Self { label: label.to_owned(), seeds, points, thin }
     }
 
     fn series(&self) -> Series {
-        let points = self.points.iter();
-        let points = points.map(|&[step, middle, low, high]| Point { step, middle, low, high });
-        Series::new(&self.label, points.collect()).thin(self.thin.clone())
+        Series::new(&self.label, self.points.clone()).thin(self.thin.clone())
     }
 }
 
@@ -110,7 +102,7 @@ impl Report {
             limit: world.limits.get(&quantity.title()).copied(),
             curves: self.of_quantity(world, quantity, with_seeds),
         };
-        let dashed = if world.limits.is_empty() { "" } else { DASHED };
+        let dashed = if world.limits.is_empty() { "" } else { LIMIT_NOTE };
         Curves {
             title: world.name.clone(),
             note: format!("{NOTE}{dashed}"),
@@ -122,7 +114,8 @@ impl Report {
     pub(super) fn overview(&self) -> Figure {
         let all = self.groups.worlds.iter();
         let worlds: Vec<_> = all.filter(|world| !self.curves(world, false).is_empty()).collect();
-        let dashed = if worlds.iter().all(|world| world.limits.is_empty()) { "" } else { DASHED };
+        let dashed =
+            if worlds.iter().all(|world| world.limits.is_empty()) { "" } else { LIMIT_NOTE };
         let mut figure = Figure::new(&self.title, format!("{NOTE}{dashed}")).columns(worlds.len());
         for row in 0..2 {
             for &world in &worlds {
@@ -161,21 +154,18 @@ impl Report {
     }
 
     /// Every run's own curve.
-    fn lines(&self, numbers: &[usize], quantity: &Quantity) -> Vec<Vec<[f64; 2]>> {
+    fn lines(&self, numbers: &[usize], quantity: &Quantity) -> Vec<Line> {
         let seeds = numbers.iter().filter_map(|&number| self.runs[number].evaluated.as_ref());
-        seeds.map(|seed| line(seed, quantity)).collect()
+        seeds.map(|seed| seed.means(quantity)).collect()
     }
 
     fn of_quantity(&self, world: &World, quantity: &Quantity, with_seeds: bool) -> Vec<Curve> {
         let labels = self.groups.labels.iter().zip(&world.runs);
         let curve = |(label, numbers): (&String, &Vec<usize>)| {
             let seeds = self.far_enough(numbers);
-            let lines: Vec<Vec<[f64; 2]>> = seeds.iter().map(|seed| line(seed, quantity)).collect();
+            let lines: Vec<Line> = seeds.iter().map(|seed| seed.means(quantity)).collect();
             let points = match seeds.as_slice() {
-                [seed] => {
-                    let points = seed.over_episodes(quantity).into_iter();
-                    points.map(|p| [p.step, p.middle, p.low, p.high]).collect()
-                }
+                [seed] => seed.over_episodes(quantity),
                 _ => over_seeds(&lines),
             };
             let thin = if with_seeds && numbers.len() > 1 {
@@ -230,11 +220,6 @@ impl Report {
     }
 }
 
-/// Steps and values of one run.
-fn line(seed: &Evaluated, quantity: &Quantity) -> Vec<[f64; 2]> {
-    seed.means(quantity).into_iter().map(|(step, value)| [step as f64, value]).collect()
-}
-
 /// What a trace is in.
 fn unit(name: &str) -> &'static str {
     match name.split('/').next() {
@@ -249,16 +234,7 @@ fn unit(name: &str) -> &'static str {
 }
 
 /// Mean and deviation at the steps that all seeds have reached.
-pub(super) fn over_seeds(seeds: &[Vec<[f64; 2]>]) -> Vec<[f64; 4]> {
-    // Steps are whole numbers, or means of such, that seeds share to the bit.
-    let mut by_step: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
-    for &[step, value] in seeds.iter().flatten() {
-        by_step.entry(step.to_bits()).or_default().push(value);
-    }
-    by_step.retain(|_, values| values.len() == seeds.len());
-    let point = |(step, values): (u64, Vec<f64>)| {
-        let (middle, margin) = (mean(&values), std(&values));
-        [f64::from_bits(step), middle, middle - margin, middle + margin]
-    };
-    by_step.into_iter().map(point).collect()
+fn over_seeds(seeds: &[Line]) -> Vec<Point> {
+    let points = at_shared_steps(seeds).into_iter();
+    points.map(|(step, values)| Point::within(step, mean(&values), std(&values))).collect()
 }

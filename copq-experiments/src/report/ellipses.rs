@@ -23,10 +23,7 @@ impl Report {
         let mut all = Vec::new();
         for world in &self.groups.worlds {
             for (label, numbers) in self.groups.labels.iter().zip(&world.runs) {
-                let runs = numbers.iter().map(|&number| &self.runs[number]);
-                if let Some(run) = runs.into_iter().find(|run| run.pair(world).is_some())
-                    && let Some(pair) = run.pair(world)
-                {
+                if let Some(pair) = numbers.iter().find_map(|&n| self.runs[n].pair(world)) {
                     let name = format!("{}-{}-ellipses", file_name(&world.name), file_name(label));
                     // Numbers that no picture can be made of are in metrics.csv all the same.
                     all.extend(

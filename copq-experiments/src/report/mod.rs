@@ -435,7 +435,7 @@ mod tests {
             let points = &curves.panels[i].curves[0].points;
             (
                 curves.panels[i].title.as_str(),
-                points.iter().map(|p| [p[0], p[1]]).collect::<Vec<_>>(),
+                points.iter().map(|p| [p.step, p.middle]).collect::<Vec<_>>(),
             )
         };
         assert_eq!(drawn(0), ("value_error/safety", vec![[0.0, 0.5], [5_000.0, -2.0]]));
@@ -460,8 +460,8 @@ mod tests {
         let report = Report::read("x", &runs);
         let curves = report.diagnostics();
         let points = &curves[0].panels[0].curves[0].points;
-        assert!(points.len() > 120 && points.iter().all(|point| point[1] == 0.5), "{points:?}");
-        assert!(points.iter().all(|point| point[0] < 201_000.0));
+        assert!(points.len() > 120 && points.iter().all(|point| point.middle == 0.5), "{points:?}");
+        assert!(points.iter().all(|point| point.step < 201_000.0));
         // One that was wanted longer has wider bins.
         let change = |plan: &mut Plan| {
             plan.run.seed = 2;

@@ -4,7 +4,7 @@ use super::Report;
 use super::groups::World;
 use super::paper::Measure;
 use super::table::Cell;
-use crate::figure::{Evaluated, LAST, Quantity, common_end};
+use crate::figure::{Evaluated, LAST, Line, Quantity, common_end};
 use crate::standing::Standing;
 use crate::statistics::mean;
 
@@ -12,19 +12,15 @@ use crate::statistics::mean;
 pub(super) struct Seeds<'a> {
     seeds: Vec<&'a Evaluated>,
     /// The step to which they are looked at: one that all have reached.
-    end: u64,
-    /// Runs that have begun, and all.
-    begun: usize,
+    pub(super) end: u64,
+    /// Runs that have begun.
+    pub(super) begun: usize,
 }
 
 impl Seeds<'_> {
     /// The values of a quantity up to a step, a list a seed.
-    pub(super) fn values(&self, quantity: &Quantity, end: u64) -> Vec<Vec<(u64, f64)>> {
-        let until = |seed: &&Evaluated| {
-            let means = seed.means(quantity).into_iter();
-            means.filter(|(step, _)| *step <= end).collect()
-        };
-        self.seeds.iter().map(until).collect()
+    pub(super) fn values(&self, quantity: &Quantity, end: u64) -> Vec<Line> {
+        self.seeds.iter().map(|seed| seed.means_until(quantity, end)).collect()
     }
 
     /// Of each seed's number.
@@ -47,14 +43,6 @@ impl Seeds<'_> {
         self.measured(measure, &Quantity::WeightedTotal, self.end)
     }
 
-    pub(super) fn end(&self) -> u64 {
-        self.end
-    }
-
-    pub(super) fn begun(&self) -> usize {
-        self.begun
-    }
-
     pub(super) fn len(&self) -> usize {
         self.seeds.len()
     }
@@ -66,9 +54,8 @@ impl Seeds<'_> {
     /// How many steps each seed's last few evaluations are of, where it has as many.
     pub(super) fn spans(&self) -> Vec<u64> {
         let curves = self.values(&Quantity::WeightedTotal, self.end);
-        let steps = curves.iter().map(|curve| curve.iter().rev().map(|&(step, _)| step));
-        let span = |steps: Vec<u64>| Some(steps.first()? - steps.get(LAST)?);
-        steps.filter_map(|steps| span(steps.collect())).collect()
+        let span = |curve: &Line| Some((curve.last()?[0] - curve.iter().nth_back(LAST)?[0]) as u64);
+        curves.iter().filter_map(span).collect()
     }
 
     /// The last step that all of them have reached.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use copq::Result;
 
 use crate::config::RunConfig;
-use crate::figure::Evaluated;
+use crate::figure::{Evaluated, Line};
 use crate::folder::{read_config, read_done};
 use crate::plan::Plan;
 use crate::sheet::Sheet;
@@ -98,7 +98,7 @@ pub(crate) struct Stored {
 }
 
 /// Columns, each with its steps and values.
-type Traces = Vec<(String, Vec<[f64; 2]>)>;
+type Traces = Vec<(String, Line)>;
 
 impl Stored {
     /// Reads what is there; what cannot be read is one of its problems.
@@ -153,7 +153,7 @@ impl Stored {
     }
 
     /// A trace in bins that seeds share, of this width or wider.
-    pub(crate) fn trace(&self, name: &str, bin: u64) -> Option<Vec<[f64; 2]>> {
+    pub(crate) fn trace(&self, name: &str, bin: u64) -> Option<Line> {
         let (_, points) = self.traces.iter().find(|(known, _)| known == name)?;
         if bin == self.bin || name.starts_with(VALUE_ERROR) {
             return Some(points.clone());
@@ -245,7 +245,7 @@ fn read_traces(folder: &Path, bin: u64) -> Result<(Traces, Option<String>)> {
 }
 
 /// Means over bins of so many steps, each at its bin's middle.
-fn binned(points: impl Iterator<Item = (u64, f64)>, bin: u64) -> Vec<[f64; 2]> {
+fn binned(points: impl Iterator<Item = (u64, f64)>, bin: u64) -> Line {
     let mut bins: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
     for (step, value) in points.filter(|(_, value)| value.is_finite()) {
         let (sum, count) = bins.entry(step / bin).or_default();

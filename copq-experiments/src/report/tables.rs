@@ -1,12 +1,11 @@
 //! The tables that papers have: which seeds, and which number of each.
 
 use super::Report;
-use super::curves::over_seeds;
 use super::groups::World;
 use super::paper::Measure;
 use super::seeds::Seeds;
 use super::table::{Cell, Table};
-use crate::figure::{LAST, Quantity};
+use crate::figure::{LAST, Quantity, at_shared_steps};
 use crate::numbers::grouped;
 use crate::statistics::{Bootstrap, FEWEST, iqm, max, mean, probability_of_improvement};
 
@@ -22,7 +21,7 @@ impl Report {
         let worlds = &self.groups.worlds;
         let cell = |world: &World, label: usize| {
             let seeds = self.seeds(world, label);
-            let to = self.apart(world, seeds.end()).filter(|_| !seeds.is_empty());
+            let to = self.apart(world, seeds.end).filter(|_| !seeds.is_empty());
             Cell { to, is_violated: self.exceeds(world, label), ..cell(&seeds) }
         };
         let cells = |label| worlds.iter().map(|world| cell(world, label)).collect();
@@ -154,27 +153,18 @@ pub(super) fn all(report: &Report) -> Vec<Table> {
 
 /// The maximum of the mean curve, which is no seed's own number.
 fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
-    let curves = seeds.values(&Quantity::WeightedTotal, seeds.end());
-    if Measure::BestOfMean.is_early(&curves) {
+    let mut lines = seeds.values(&Quantity::WeightedTotal, seeds.end);
+    if Measure::BestOfMean.is_early(&lines) {
         return Cell::default();
     }
-    let lines: Vec<Vec<[f64; 2]>> = curves
-        .into_iter()
-        .map(|seed| seed.into_iter().filter(|(step, _)| *step > 0))
-        .map(|seed| seed.map(|(step, value)| [step as f64, value]).collect())
-        .collect();
-    // At the steps that all seeds have, a list of them a seed.
-    let shared: Vec<f64> = over_seeds(&lines).into_iter().map(|[step, ..]| step).collect();
-    let is_shared = |step: &f64| shared.binary_search_by(|s| s.total_cmp(step)).is_ok();
-    let values: Vec<Vec<f64>> = lines
-        .iter()
-        .map(|line| line.iter().filter(|at| is_shared(&at[0])).map(|at| at[1]).collect())
-        .collect();
+    lines.iter_mut().for_each(|line| line.retain(|[step, _]| *step > 0.0));
+    let shared = at_shared_steps(&lines);
     // Of seeds by their numbers, as the bootstrap draws them.
     let best = |drawn: &[f64]| {
-        let mean =
-            |i| drawn.iter().map(|&s| values[s as usize][i]).sum::<f64>() / drawn.len() as f64;
-        let means: Vec<f64> = (0..shared.len()).map(mean).collect();
+        let mean = |(_, values): &(f64, Vec<f64>)| {
+            drawn.iter().map(|&s| values[s as usize]).sum::<f64>() / drawn.len() as f64
+        };
+        let means: Vec<f64> = shared.iter().map(mean).collect();
         // One seed that is no number makes it none, as in the other tables.
         if means.iter().any(|mean| mean.is_nan()) { f64::NAN } else { max(&means) }
     };
@@ -184,7 +174,7 @@ fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
         mean: Some(best(&numbers)).filter(|best| best.is_finite()),
         interval: bootstrap.interval(&[&numbers[..]], best),
         seeds: lines.len(),
-        begun: seeds.begun(),
+        begun: seeds.begun,
         ..Cell::default()
     }
 }
@@ -197,7 +187,7 @@ fn interquartile(report: &Report) -> Option<Table> {
             mean: Some(iqm(&values)).filter(|mean| mean.is_finite()),
             interval: Bootstrap::default().interval(&[&values], iqm),
             seeds: values.len(),
-            begun: seeds.begun(),
+            begun: seeds.begun,
             ..Cell::default()
         }
     };
@@ -270,7 +260,7 @@ fn reward_and_cost(report: &Report) -> Option<Table> {
         let limit = world.limits.get(&quantity.title());
         let is_violated = limit.is_some_and(|&limit| mean(&ends) > limit);
         let seeds = report.seeds(world, label);
-        let to = report.apart(world, seeds.end()).filter(|_| !seeds.is_empty());
+        let to = report.apart(world, seeds.end).filter(|_| !seeds.is_empty());
         Cell { is_violated, to, ..seeds.cell(&ends) }
     };
     let row = |(label, name): (usize, &String)| {

@@ -16,7 +16,7 @@ impl Run {
         let step = self.trainer.steps();
         self.settings.eval_every > 0
             && self.records.pace.is_due(step, self.settings.eval_every)
-            && self.records.evaluations.table().last() != Some(step)
+            && self.records.evaluations.last() != Some(step)
     }
 
     /// Evaluates, unless a signal comes meanwhile; then the run that goes on does it.

@@ -28,13 +28,13 @@ const PATIENCE: u64 = 100;
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
-/// # use copq::{Agent, EnvSpec};
-/// # use world::{Still, World};
+/// # use copq::{Env, EnvSpec};
+/// # use world::World;
 /// # let env = || World(EnvSpec::new("world", 1, 1).reward("time", 1.0).horizon(3), 0);
-/// # let agent: Box<dyn Agent> = Box::new(Still);
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
 /// # let path = folder.path().join("first");
-/// use copq::{Method, Trainer};
+/// use copq::{Agent, Learner, Method, Trainer};
+/// use copq_candle::Candle;
 /// use copq_experiments::{Plan, Run, RunFolder, RunSettings, Sheet};
 ///
 /// // In a world whose episodes return 1.5.
@@ -42,6 +42,8 @@ const PATIENCE: u64 = 100;
 /// let mut plan = Plan::new(&method);
 /// plan.run = RunSettings { steps: 30, eval_every: 10, ..RunSettings::default() };
 /// let folder = RunFolder::create(&path, &plan, &method.config)?;
+/// let learner = Learner::new(method, env().spec(), &Candle::default(), plan.run.seed)?;
+/// let agent: Box<dyn Agent> = Box::new(learner); // a run takes any
 /// let trainer = Trainer::new(env(), agent)?;
 /// Run::new(trainer, Some(Box::new(env())), folder, plan.run)?.silent().train()?;
 ///
@@ -287,11 +289,11 @@ impl Run {
         if step < self.settings.steps {
             return Ok(Ending::Interrupted { step, folder });
         }
-        if self.records.metrics.table().last() != Some(step) {
+        if self.records.metrics.table.last() != Some(step) {
             self.log()?;
         }
         let is_evaluated = |run: &Self| {
-            run.settings.eval_every == 0 || run.records.evaluations.table().last() == Some(step)
+            run.settings.eval_every == 0 || run.records.evaluations.last() == Some(step)
         };
         if !is_evaluated(self) {
             self.evaluate(stop)?;

@@ -3,12 +3,11 @@
 use approx::assert_abs_diff_eq;
 use std::path::Path;
 
-use copq::EnvSpec;
 use copq_experiments::{
-    Ending, Metrics, RunConfig, RunFolder, Sheet, comparison_table, read_checkpoint, read_config,
-    tensorboard,
+    Ending, RunConfig, RunFolder, Sheet, comparison_table, read_checkpoint, read_config,
 };
 
+use crate::events;
 use crate::point_mass::{self, Settings, plan, settings};
 
 fn finished(folder: &Path) {
@@ -97,7 +96,7 @@ fn tensorboard_gets_the_same_numbers() {
     let folder = temporary.path().join("run");
     finished(&folder);
     let file = names(&folder).into_iter().find(|name| name.starts_with("events.")).unwrap();
-    let scalars = tensorboard::read_scalars(&folder.join(file)).unwrap();
+    let scalars = events::scalars(&folder.join(file));
     let of = |tag: &str| -> Vec<(u64, f32)> {
         scalars
             .iter()
@@ -157,51 +156,6 @@ fn another_plan_or_other_settings_do_not_resume() {
     assert!(message(plan(1, 620), Settings { rate: 0.5 }).starts_with("settings.rate "));
     assert!(message(plan(1, 619), settings()).contains("at least its 620, got 619"));
     assert!(message(plan(2, 620), settings()).starts_with("plan.run.seed "));
-}
-
-#[test]
-fn metrics_are_averages_over_the_interval() {
-    use copq::Observer;
-    let temporary = tempfile::tempdir().unwrap();
-    let mut metrics = Metrics::open(&temporary.path().join("metrics.csv"), |_| true).unwrap();
-    metrics.scalar(1, "q/safety", 1.0);
-    metrics.scalar(2, "q/safety", 2.0);
-    let spec = EnvSpec::new("test", 1, 1).reward("speed", 1.0).reward("effort", 0.5);
-    metrics.episode(2, &point_mass::episode([4.0, -2.0]), &spec);
-    let row = metrics.row(2).unwrap();
-    let number = |name: &str| row.iter().find(|(column, _)| column == name).unwrap().1;
-    assert_eq!(
-        (number("q/safety"), number("train/weighted_total"), number("train/length")),
-        (1.5, 3.0, 70.0)
-    );
-    assert!(metrics.row(3).unwrap().is_empty());
-}
-
-/// A name from an agent of one's own can neither damage the file nor come back from a checkpoint.
-#[test]
-fn a_scalar_that_no_column_can_be_is_refused() {
-    use copq::{Observer, State};
-    let temporary = tempfile::tempdir().unwrap();
-    let path = temporary.path().join("metrics.csv");
-    let mut metrics = Metrics::open(&path, |_| true).unwrap();
-    for name in ["step", "", "a\nb", "\u{7}"] {
-        metrics.scalar(1, "a", 1.0);
-        metrics.scalar(1, "c", 3.0);
-        metrics.scalar(1, name, 2.0);
-        let mut saved = State::default();
-        metrics.save(&mut saved);
-        let error = metrics.row(1).unwrap_err().to_string();
-        let wanted =
-            "a scalar's name: wanted a word that is not 'step', without control characters, got ";
-        assert_eq!(error, format!("{wanted}{name:?}"));
-        metrics.load(&saved).unwrap();
-        let row = [("a", 1.0), ("c", 3.0)].map(|(name, value)| (name.to_owned(), value));
-        assert_eq!(metrics.row(2).unwrap(), row);
-    }
-    assert_eq!(
-        std::fs::read_to_string(path).unwrap(),
-        "step,a,c\n".to_owned() + &"2,1,3\n".repeat(4)
-    );
 }
 
 #[test]

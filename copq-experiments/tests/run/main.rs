@@ -2,6 +2,7 @@
 
 mod children;
 mod contents;
+mod events;
 mod failures;
 mod point_mass;
 mod resume;

@@ -2,8 +2,8 @@
 //! steps in a blink.
 
 use copq::{
-    Agent, Env, EnvSpec, Episode, Method, Mode, Objective, Observer, Outcome, Result, Rng, State,
-    Stream, Trainer, Transition,
+    Agent, Env, EnvSpec, Method, Mode, Objective, Observer, Outcome, Result, Rng, State, Stream,
+    Trainer, Transition,
 };
 use copq_experiments::{Plan, Run, RunFolder, RunSettings};
 use serde::{Deserialize, Serialize};
@@ -177,9 +177,4 @@ pub fn trainer(seed: u64) -> Trainer {
 pub fn run(folder: RunFolder, plan: &Plan) -> Run {
     let eval_env = Box::new(PointMass::new());
     Run::new(trainer(plan.run.seed), Some(eval_env), folder, plan.run).unwrap()
-}
-
-/// An episode for tests of metrics.
-pub fn episode(returns: [f64; 2]) -> Episode {
-    Episode { returns: returns.to_vec(), length: 70, outcome: Outcome::Truncated }
 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use copq_experiments::{Ending, Plan, Run, RunFolder, read_plan};
 
+use crate::events;
 use crate::point_mass::{self, plan, settings};
 
 /// The files that may not depend on time.
@@ -80,20 +81,9 @@ fn a_run_that_has_ended_is_left_as_it_is() {
 
 /// The step from which on the newest events of a folder void those before.
 fn first_step_of_events(folder: &Path) -> i64 {
-    #[derive(Clone, PartialEq, prost::Message)]
-    struct Event {
-        #[prost(int64, tag = "2")]
-        step: i64,
-    }
     let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let is_events = |path: &PathBuf| path.to_string_lossy().contains("events.out.tfevents.");
-    let bytes = std::fs::read(files.filter(is_events).max().unwrap()).unwrap();
-    let record = |bytes: &[u8]| {
-        let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
-        (bytes[12..12 + length].to_vec(), bytes[16 + length..].to_vec())
-    };
-    let (session, _) = record(&record(&bytes).1); // After the version.
-    prost::Message::decode(&session[..]).map(|event: Event| event.step).unwrap()
+    events::read(&files.filter(is_events).max().unwrap())[1].step // After the version.
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::figure::LAST;
+use crate::figure::{LAST, Line};
 use crate::statistics::{area_under, max, mean};
 
 /// A number that a seed's evaluations come to. It is too early for it before there is one (two for
@@ -28,10 +28,10 @@ pub enum Measure {
 
 impl Measure {
     /// Of a seed's steps and values under a limit; NaN where one of them is.
-    pub(in crate::report) fn of(self, curve: &[(u64, f64)], limit: Option<f64>) -> f64 {
+    pub(in crate::report) fn of(self, curve: &[[f64; 2]], limit: Option<f64>) -> f64 {
         let (steps, values): (Vec<f64>, Vec<f64>) =
-            curve.iter().map(|&(step, value)| (step as f64, value)).unzip();
-        let trained = curve.iter().filter(|(step, _)| *step > 0).map(|&(_, value)| value);
+            curve.iter().map(|&[step, value]| (step, value)).unzip();
+        let trained = curve.iter().filter(|[step, _]| *step > 0.0).map(|&[_, value]| value);
         let trained: Vec<f64> = trained.collect();
         if values.iter().any(|value| value.is_nan()) {
             return f64::NAN;
@@ -58,9 +58,9 @@ impl Measure {
 
     /// Whether one of these seeds' curves has fewer evaluations than it takes; that of step 0 is of
     /// a policy that has not trained.
-    pub(in crate::report) fn is_early(self, curves: &[Vec<(u64, f64)>]) -> bool {
+    pub(in crate::report) fn is_early(self, curves: &[Line]) -> bool {
         curves.iter().any(|curve| {
-            let trained = curve.iter().filter(|&&(step, _)| step > 0).count();
+            let trained = curve.iter().filter(|[step, _]| *step > 0.0).count();
             match self {
                 Self::Final | Self::Area | Self::Best | Self::BestOfMean | Self::Exceeded => {
                     trained < 1
