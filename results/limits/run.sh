@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The paper's constrained off-policy methods on MuJoCo's hopper under its velocity limit, three seeds of 500,000 steps, two at a time:
-# some seven hours on two cores. So far the three of COP-Q on CAL that lie here.
+# some seven hours on two cores. So far the three of COP-Q on CAL and the one of CAL that lie here.
 #   scripts/fetch-mujoco.sh && cargo build --release -p copq-cli --features mujoco && results/limits/run.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."
