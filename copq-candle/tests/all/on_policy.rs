@@ -133,8 +133,17 @@ fn rows(batch: &Value, log_prob: &Value) -> Rows {
     }
 }
 
-/// Rows in stored order.
-fn in_order(_: &mut [usize]) {}
+/// What an update reports, with the rows in stored order.
+fn updated(
+    config: &Config,
+    rows: &Rows,
+    lambda: f64,
+    lr: f64,
+    policy: &mut dyn GaussianPolicy,
+    critics: &mut [Box<dyn StateValue>],
+) -> on_policy::Report {
+    on_policy::update(config, rows, &[lambda], lr, policy, critics, &mut |_| ()).unwrap()
+}
 
 fn check_kl(what: &str, got: &[f64], wanted: &Value) {
     let got: Vec<f32> = got.iter().map(|&x| x as f32).collect();
@@ -155,17 +164,8 @@ fn one_minibatch_of_ppo() {
             max_norm: number(&step["max_grad_norm"]),
             ..Config::default()
         };
-        let lambda = [number(&step["lambda"])];
-        let report = on_policy::update(
-            &config,
-            &rows,
-            &lambda,
-            3e-4,
-            policy.as_mut(),
-            &mut critics,
-            &mut in_order,
-        )
-        .unwrap();
+        let lambda = number(&step["lambda"]);
+        let report = updated(&config, &rows, lambda, 3e-4, policy.as_mut(), &mut critics);
         check_networks(&name, policy.as_ref(), &critics, &step["f32"]["after"]);
         check_kl(&name, &report.kl, &serde_json::json!([step["f32"]["kl_after"]]));
         check_report(&name, &report, &step["f32"], &reference["networks"]);
@@ -235,22 +235,13 @@ fn whole_epochs_of_ppo() {
             batch: update["minibatch"].as_u64().unwrap() as usize,
             ..Config::default()
         };
-        let lambda = [number(&update["lambda"])];
+        let lambda = number(&update["lambda"]);
         for (k, wanted) in update["f32"].as_array().unwrap().iter().enumerate() {
             let name = format!("{}, epoch {k}", update["name"]);
             let rows = rows(&reference["batches"][k], &wanted["logp"]);
             let lr = config.actor_lr(k as u64);
             assert!((lr - number(&wanted["actor_lr"])).abs() < 1e-12);
-            let report = on_policy::update(
-                &config,
-                &rows,
-                &lambda,
-                lr,
-                policy.as_mut(),
-                &mut critics,
-                &mut in_order,
-            )
-            .unwrap();
+            let report = updated(&config, &rows, lambda, lr, policy.as_mut(), &mut critics);
             check_kl(&name, &report.kl, &wanted["kl_after_each_pass"]);
             check_networks(&name, policy.as_ref(), &critics, &wanted["after"]);
         }
@@ -316,17 +307,8 @@ fn the_natural_gradient_of_rcpo() {
     check("product with the Fisher matrix", &product, &flat(&wanted["fvp"]));
     let mut config = Config { batch: 16, ..Method::rcpo().config };
     config.networks.critic_lr = number(&reference["critic_lr"]);
-    let lambda = [number(&reference["lambda"])];
-    let report = on_policy::update(
-        &config,
-        &rows,
-        &lambda,
-        0.0,
-        policy.as_mut(),
-        &mut critics,
-        &mut in_order,
-    )
-    .unwrap();
+    let lambda = number(&reference["lambda"]);
+    let report = updated(&config, &rows, lambda, 0.0, policy.as_mut(), &mut critics);
     check_networks("RCPO", policy.as_ref(), &critics, &wanted["after_whole_update"]);
     check_kl("KL", &report.kl, &serde_json::json!([wanted["kl_summed_over_components"]]));
 }
@@ -396,17 +378,8 @@ fn both_steps_of_cup() {
     let config = Config { batch: 16, ..Method::cup().config };
     assert!(matches!(config.constraint, Some(Constraint::Adam(_))));
     assert_eq!(config.second, Some(SecondStep { passes: 40 }));
-    let lambda = [number(&wanted["lambda_after_its_update"])];
-    let report = on_policy::update(
-        &config,
-        &rows,
-        &lambda,
-        3e-4,
-        policy.as_mut(),
-        &mut critics,
-        &mut in_order,
-    )
-    .unwrap();
+    let lambda = number(&wanted["lambda_after_its_update"]);
+    let report = updated(&config, &rows, lambda, 3e-4, policy.as_mut(), &mut critics);
     check_kl("first step", &report.kl, &wanted["first_kl_after_each_pass"]);
     check_kl("second step", &report.second_kl, &wanted["second_kl_after_each_pass"]);
     check_networks("CUP", policy.as_ref(), &critics, &wanted["after_second"]);
