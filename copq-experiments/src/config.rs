@@ -181,7 +181,8 @@ pub fn with_changes<S: Serialize + DeserializeOwned>(
         // It has a default, so what was taken away came back as that.
         Some((key, value)) => {
             let what = format!("--set {key}=none");
-            Err(Error::invalid(what, format!("one of its values, such as {value}"), "none"))
+            let wanted = format!("one of its values, such as {}", shown(value));
+            Err(Error::invalid(what, wanted, "none"))
         }
         None => Ok(settings),
     }
@@ -255,6 +256,14 @@ pub(crate) fn complete(settings: &toml::Table) -> toml::Table {
     completed.unwrap_or_else(|| settings.clone())
 }
 
+/// A value as its file has it: a table of Rust's values has the f64 next to an f32, in more digits.
+fn shown(value: &toml::Value) -> String {
+    match value.as_float() {
+        Some(x) if f64::from(x as f32) == x => format!("{:?}", x as f32),
+        _ => value.to_string(),
+    }
+}
+
 /// The first key at which two values differ, with both sides.
 pub(crate) fn difference(
     key: &str,
@@ -262,7 +271,7 @@ pub(crate) fn difference(
     b: &toml::Value,
 ) -> Option<(String, String, String)> {
     let (toml::Value::Table(a_table), toml::Value::Table(b_table)) = (a, b) else {
-        return (a != b).then(|| (key.to_owned(), a.to_string(), b.to_string()));
+        return (a != b).then(|| (key.to_owned(), shown(a), shown(b)));
     };
     let nothing = toml::Value::String("nothing".to_owned());
     let mut names: Vec<&String> = a_table.keys().chain(b_table.keys()).collect();
@@ -329,9 +338,13 @@ mod tests {
         let path = Path::new("runs/x/config.toml");
         let saved = config().settings;
         check_same(path, "settings", &saved, &config().settings).unwrap();
-        let changed = Settings { limit: Some(25.0), ..config().settings };
-        let message = check_same(path, "settings", &saved, &changed).unwrap_err().to_string();
-        assert!(message.starts_with("settings.limit ") && message.contains("got 25"), "{message}");
+        let message = |changed: Settings| {
+            check_same(path, "settings", &saved, &changed).unwrap_err().to_string()
+        };
+        let limit = message(Settings { limit: Some(25.0), ..config().settings });
+        assert!(limit.starts_with("settings.limit ") && limit.contains("got 25"), "{limit}");
+        let tau = message(Settings { tau: 0.01, ..config().settings });
+        assert!(tau.ends_with("wanted 0.005, got 0.01"), "{tau}");
     }
 
     #[test]

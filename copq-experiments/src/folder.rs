@@ -13,6 +13,7 @@ use crate::config::{self, MadeWith, RunConfig};
 use crate::ending::resume_command;
 use crate::fingerprint::fingerprint;
 use crate::lock::{LOCK, check_held, lock};
+use crate::origin::Origin;
 use crate::plan::Plan;
 use crate::standing::complaint_file;
 use copq::files;
@@ -111,6 +112,8 @@ pub struct RunFolder {
     path: PathBuf,
     checkpoints: Checkpoints,
     fingerprint: String,
+    /// What its steps are made with.
+    pub(crate) origin: Origin,
     /// The configuration of a run that goes on, if it is to be another.
     changed: Option<String>,
     /// After so many steps it has had a checkpoint, whoever began it.
@@ -138,10 +141,11 @@ impl RunFolder {
         let is_new = !path.exists();
         fs::create_dir_all(&path).map_err(files::failed("making", &path))?;
         let fingerprint = fingerprint(plan, settings)?;
-        let lock = begin(&path, &config, is_new)?;
+        let origin = Origin::new(plan, settings)?;
+        let _lock = begin(&path, &config, is_new)?;
         let checkpoints = Checkpoints::new(&path, &plan.run);
         let first_checkpoint = plan.run.checkpoint_every;
-        Ok(Self { _lock: lock, changed: None, first_checkpoint, checkpoints, fingerprint, path })
+        Ok(Self { path, checkpoints, fingerprint, origin, changed: None, first_checkpoint, _lock })
     }
 
     /// Reopens a folder to go on with its run.
@@ -160,12 +164,13 @@ impl RunFolder {
         read_config::<toml::Table>(&path)?;
         let checkpoints = Checkpoints::new(&path, &plan.run);
         let fingerprint = fingerprint(plan, settings)?;
-        let lock = lock(&path)?;
+        let origin = Origin::new(plan, settings)?;
+        let _lock = lock(&path)?;
         let file = path.join("config.toml");
         let mut saved: RunConfig<S> = config::read(&file)?;
         let first_checkpoint = saved.plan.run.checkpoint_every.max(plan.run.checkpoint_every);
         let mut folder =
-            Self { _lock: lock, path, checkpoints, fingerprint, first_checkpoint, changed: None };
+            Self { path, checkpoints, fingerprint, origin, changed: None, first_checkpoint, _lock };
         config::check_same(&file, "settings", &saved.settings, settings)?;
         check_plan(&folder.path, &saved.plan, plan)?;
         folder.check_not_lost()?;
@@ -339,10 +344,6 @@ fn check_plan(path: &Path, saved: &Plan, now: &Plan) -> Result<()> {
             now.run.steps,
         ));
     }
-    let same = |plan: &Plan| {
-        let mut plan = plan.without_keeping();
-        plan.run.steps = 1;
-        plan
-    };
-    config::check_same(&path.join("config.toml"), "plan", &same(saved), &same(now))
+    let file = path.join("config.toml");
+    config::check_same(&file, "plan", &saved.without_length(), &now.without_length())
 }

@@ -46,6 +46,7 @@ mod metrics;
 mod numbers;
 mod older;
 mod onnx;
+mod origin;
 mod plan;
 mod progress;
 mod records;

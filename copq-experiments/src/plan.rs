@@ -192,6 +192,12 @@ impl Plan {
         Self { threads: 1, run, python: None, env_timeout: None, versions: None, ..self.clone() }
     }
 
+    /// The same of any length, with everything as usual that changes no number.
+    pub(crate) fn without_length(&self) -> Self {
+        let plan = self.without_keeping();
+        Self { run: RunSettings { steps: RunSettings::default().steps, ..plan.run }, ..plan }
+    }
+
     /// Whether two runs differ in nothing but seed, length and cadence.
     pub(crate) fn is_seed_of(&self, other: &Self) -> bool {
         let plain = |plan: &Self| Self { run: RunSettings::default(), ..plan.without_keeping() };

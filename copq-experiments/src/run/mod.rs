@@ -60,6 +60,8 @@ pub struct Run {
     records: Records,
     progress: Progress,
     first_step: u64,
+    /// What to say of settings that are others than those of the checkpoint it goes on from.
+    changed: Option<String>,
     /// The step of the newest checkpoint.
     saved_step: Option<u64>,
     evaluation_time: Duration,
@@ -107,6 +109,9 @@ impl Run {
             records,
             progress: Progress::new(step, settings.steps, &folder.file("log.txt")),
             first_step: step,
+            changed: saved
+                .as_ref()
+                .and_then(|saved| folder.origin.change(saved.child("made_by").ok()?)),
             saved_step: saved.is_some().then_some(step),
             evaluation_time: Duration::ZERO,
             env_errors: saved.and_then(|saved| saved.get_one("env_errors").ok()).unwrap_or(0),
@@ -150,6 +155,9 @@ impl Run {
         let steps = grouped(self.settings.steps);
         let path = self.folder.path().display();
         self.progress.line(&format!("from step {step} to {steps}, in {path}"));
+        if let Some(change) = self.changed.take() {
+            self.progress.line(&change);
+        }
         if let Some(file) = self.records.best_before.take() {
             let file = file.display();
             self.progress.line(&format!(
@@ -273,6 +281,7 @@ impl Run {
         }
         self.records.save(&mut state)?;
         state.put("env_errors", [self.env_errors]);
+        self.folder.origin.save(state.child_mut("made_by"))?;
         if self.settings.replay == SavedReplay::None {
             remove_replay(&mut state);
         }

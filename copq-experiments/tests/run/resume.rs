@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use copq_experiments::{Ending, Plan, Run, RunFolder, read_plan};
 
 use crate::events;
-use crate::point_mass::{self, plan, settings};
+use crate::point_mass::{self, Settings, plan, settings};
 
 /// The files that may not depend on time.
 pub const SAME: [&str; 5] =
@@ -77,6 +77,36 @@ fn a_run_that_has_ended_is_left_as_it_is() {
     assert!(best.exists() && !run.join("policy-best-before.safetensors").exists());
     let log = std::fs::read_to_string(run.join("log.txt")).unwrap();
     assert!(log.contains("nothing to do") && !log.contains("no longer among"), "{log}");
+}
+
+#[test]
+fn a_run_whose_settings_were_edited_says_so() {
+    let temporary = tempfile::tempdir().unwrap();
+    let run = temporary.path().join("run");
+    let edit = |from: &str, to: &str| {
+        let file = run.join("config.toml");
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(text.contains(from), "{text}");
+        std::fs::write(file, text.replace(from, to)).unwrap();
+    };
+    let go_on = |plan: &Plan, rate: f32| {
+        let folder = RunFolder::resume(&run, plan, &Settings { rate }).unwrap();
+        point_mass::run(folder, plan).silent().train().unwrap();
+        std::fs::read_to_string(run.join("log.txt")).unwrap()
+    };
+    train(&run, 3, 300);
+    train(&run, 3, 600);
+    edit("rate = 0.01\n", "rate = 0.5\n");
+    let log = go_on(&plan(3, 900), 0.5);
+    let told = "config.toml was edited: settings.rate is 0.5 from here on, and was 0.01";
+    assert_eq!(log.matches("was edited").count(), 1, "{log}");
+    assert!(log.contains(told), "{log}");
+    edit("eval_episodes = 4\n", "eval_episodes = 2\n");
+    let mut plan = plan(3, 1_200);
+    plan.run.eval_episodes = 2;
+    let told = "config.toml was edited: plan.run.eval_episodes is 2 from here on, and was 4";
+    let log = go_on(&plan, 0.5);
+    assert!(log.matches("was edited").count() == 2 && log.contains(told), "{log}");
 }
 
 /// The step from which on the newest events of a folder void those before.
