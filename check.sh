@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Everything that must hold before a change lands, cheapest first. Needs Rust, a C compiler, python3 with pip and venv, crates.io and PyPI.
-# `./check.sh quick` is for between two edits: no MuJoCo, no documentation, and of the tests those that train little.
+# `./check.sh quick` is for use between edits: no MuJoCo, no documentation, and only the tests that train little.
 set -euo pipefail
 cd "$(dirname "$0")"
 export CARGO_TARGET_DIR=$PWD/target
@@ -11,15 +11,15 @@ run() {
     "$@"
     printf '== %s s\n' $((SECONDS - began))
 }
-# The engine of MuJoCo 3.17.0 and its renderer, in every crate that can have them.
+# The MuJoCo 3.17.0 engine and its renderer, in every crate that can have them.
 mujoco=copq-envs-mujoco/render,copq-tests/mujoco-rs,copq-cli/render,copq-bench/mujoco
 
 run cargo fmt --all --check
-# A lock of its own, that of a user's workspace, which is run last.
+# tests/foreign has its own lock file, as a user's workspace would. It is run last.
 cargo metadata --locked --format-version 1 --manifest-path tests/foreign/Cargo.toml > /dev/null
 run cargo clippy --workspace --all-targets --locked -- -D warnings
 if test "${1:-}" = quick; then
-    # As a part of the workspace, so that nothing is compiled twice.
+    # As part of the workspace, so that nothing is compiled twice.
     run cargo test --workspace --lib --test all --test animation --locked
     printf '\nquick checks passed\n'
     exit
@@ -31,7 +31,7 @@ run cargo clippy --workspace --all-targets --features "$mujoco",copq-envs-mujoco
 run scripts/check-packages.sh
 run cargo test --workspace --features "$mujoco" --locked
 
-# The README's training command, cut short: a real robot, real networks, every file of a run folder. The tests have built the program.
+# The README's training command, cut short: a real robot, real networks, and every file of a run folder. The tests have built the program.
 copq=target/debug/copq
 smoke=$(mktemp -d)
 trap 'rm -rf "$smoke"' EXIT
@@ -41,10 +41,10 @@ for file in config.toml metrics.csv evaluations.csv timings.csv curve.svg curve.
     test -s "$smoke/run/$file" || { echo "the run folder has no $file" >&2; exit 1; }
 done
 
-# The bits of two methods, which read most of an update; the other lines of scripts/bits.txt take a quarter of an hour.
+# The bits of two methods, which cover most of an update. The other lines of scripts/bits.txt take a quarter of an hour.
 run scripts/bits.sh $copq ' cop-cal .*rapier\| cop-td3-oac .*rapier'
 
-# Its policy in pictures, in figures and on its own, and the paper's hopper on MuJoCo.
+# The run's policy evaluated, exported and filmed, and the paper's hopper on MuJoCo.
 run $copq evaluate "$smoke/run" --episodes 2
 run $copq export "$smoke/run"
 test -s "$smoke/run/policy.safetensors"
@@ -60,14 +60,14 @@ fi
 run $copq train --engine mujoco --preset paper \
     --steps 400 --set start_steps=300 --eval-every 400 --eval-episodes 2 --out "$smoke/mujoco"
 
-# The report's page in a browser, and a sweep on a cluster of its own, where there are such.
+# The report's page in a browser, and a sweep on a private cluster, where these are installed.
 run python3 scripts/page-test.py $copq
 run scripts/slurm-test.sh $copq
 
-# A few runs killed, a few faults of their disk; scripts/torture.sh by itself takes an hour and more.
+# A few killed runs and a few disk faults; the whole of scripts/torture.sh takes more than an hour.
 run scripts/torture.sh $copq 6
 
-# The other way to MuJoCo, against whatever is installed: by itself, for one process should hold one MuJoCo.
+# The other way to MuJoCo, against whatever is installed. It runs separately, because one process should hold one MuJoCo.
 if exports=$(scripts/system-mujoco.sh); then
     eval "$exports"
     run cargo test --workspace --features copq-envs-mujoco/system,copq-tests/system --locked \
@@ -76,6 +76,6 @@ else
     printf '\n!! SKIPPED: feature `system` of copq-envs-mujoco, for there is no MuJoCo to test it on\n'
 fi
 
-# A crate outside the workspace trains with a projection, an environment and networks of its own.
+# A crate outside the workspace trains with its own projection, environment and networks.
 run cargo run --locked --manifest-path tests/foreign/Cargo.toml --target-dir target
 printf '\nall checks passed\n'

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Whether a refactoring has kept every bit: trains by each line of scripts/bits.txt for 1,500 steps and compares what the
-# run leaves with the line's two checksums.
+# Checks whether a refactoring has kept every bit: trains with each line of scripts/bits.txt for 1,500 steps and compares
+# what the run leaves with the line's two checksums.
 #
 #     cargo build --release                      # with --features mujoco for the lines of that engine
-#     scripts/bits.sh target/release/copq        # all lines, about 12 minutes an engine on one core
+#     scripts/bits.sh target/release/copq        # all lines, about 12 minutes per engine on one core
 #     scripts/bits.sh target/release/copq 'cop-td3 .*rapier'
 #
-# A change that means to change bits replaces the lines that it changes, and says so in CHANGELOG.md: --print writes them.
+# A change that is meant to change bits replaces the lines that it changes, and says so in CHANGELOG.md. --print writes the new lines.
 set -euo pipefail
 program=$(realpath "${1:?which program, such as target/release/copq}")
 pattern=${2:-}

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Fetches MuJoCo 3.17.0 for feature `mujoco-rs` into third_party/mujoco-3.17.0 (git-ignored): library, headers, licences.
-# It comes out of PyPI's wheel, whose hash is pinned below; needs python3 with pip, on x86-64 Linux. Safe to run again.
+# It comes from the wheel on PyPI, whose hash is pinned below. Needs python3 with pip, on x86-64 Linux. Safe to run again.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -19,7 +19,7 @@ if test "$(uname -sm)" != "Linux x86_64"; then
 fi
 
 if test -e "$target"; then
-    # An empty one of another hand's making may go; anything else is not ours to delete.
+    # An empty folder that somebody else made may be removed; anything else is not ours to delete.
     rmdir "$target" 2> /dev/null || { echo "there is a $target without lib/libmujoco.so: move it away" >&2; exit 1; }
 fi
 mkdir -p third_party
@@ -37,6 +37,6 @@ cp "$work/wheel/mujoco/libmujoco.so.$version" "$work/mujoco/lib/"
 ln -s "libmujoco.so.$version" "$work/mujoco/lib/libmujoco.so"
 cp -r "$work/wheel/mujoco/include" "$work/mujoco/include"
 cp -r "$work"/wheel/mujoco-$version.dist-info/licenses "$work/mujoco/licenses"
-# Last and in one step, so that an interrupted run leaves nothing that looks complete.
+# This comes last and in one step, so that an interrupted run leaves nothing that looks complete.
 mv "$work/mujoco" "$target"
 echo "MuJoCo $version is in $target"

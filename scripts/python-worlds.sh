@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Makes the Pythons that tests and experiments/python.toml use, in third_party (git-ignored): third_party/gymnasium with Gymnasium,
-# MO-Gymnasium and what reads exported policies, third_party/safety-gymnasium with Safety-Gymnasium, which wants Python 3.8 to 3.10.
-# Needs PyPI; what cannot be had is said and left out, and its tests skip. Safe to run again.
+# Makes the Python environments that tests and experiments/python.toml use, in third_party (git-ignored): third_party/gymnasium with
+# Gymnasium, MO-Gymnasium and what reads exported policies; third_party/safety-gymnasium with Safety-Gymnasium, which needs Python 3.8
+# to 3.10. Needs PyPI. What cannot be installed is reported and left out, and its tests are skipped. Safe to run again.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-# The first of some programs that is a Python of one of these versions, of the system's or of pyenv's.
+# Prints the first Python, the system's or pyenv's, that is of one of the given versions.
 python_of() {
     local version python
     for version in "$@"; do

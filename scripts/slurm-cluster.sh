@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # A private Slurm cluster of two nodes on this machine: no systemd, nothing in /etc, loopback only. For tests, and for trying `copq sweep
-# submit` before a real one. Needs slurmctld, slurmd, munged (Debian: apt-get install slurm-wlm munge).
+# submit` before using a real one. Needs slurmctld, slurmd, munged (Debian: apt-get install slurm-wlm munge).
 #   scripts/slurm-cluster.sh up DIR; export SLURM_CONF=DIR/slurm.conf; sinfo; ...; scripts/slurm-cluster.sh down DIR
-# `node DIR n1` and `controller DIR` start one of its parts again.
+# `node DIR n1` and `controller DIR` restart one part of it.
 set -euo pipefail
 usage() { echo "usage: $0 up|down|controller DIR, or $0 node DIR n1|n2" >&2; exit 2; }
 test $# -ge 2 || usage

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# A sweep on a private Slurm cluster survives what happens on clusters, and ends with the bytes that one machine leaves: eight runs, one told
-# of its time limit, one on a node that dies, a controller that dies, one on a full disk. Takes some three minutes.
+# Tests that a sweep on a private Slurm cluster survives what happens on clusters, and ends with the bytes that a single machine leaves.
+# There are eight runs: one is warned of its time limit, one is on a node that dies, and one is on a full disk; the controller dies too.
+# Takes about three minutes.
 #   scripts/slurm-test.sh target/debug/copq
 set -euo pipefail
 copq=$(realpath "${1:?usage: $0 COPQ}")
@@ -12,7 +13,7 @@ for program in slurmctld slurmd munged sbatch; do
 done
 
 work=$(mktemp -d)
-chmod 755 "$work" # munge wants it
+chmod 755 "$work" # munge requires it
 export SLURM_CONF=$work/slurm/slurm.conf
 disk=
 clean() {
@@ -60,7 +61,7 @@ folder() { echo "$work/runs/$(basename "$("$copq" sweep plan sweep.toml | awk -v
 "$cluster" up "$work/slurm"
 say "two nodes are up"
 
-# A disk of 100 kB for the last run, where one may be mounted.
+# A disk of 100 kB for the last run, if one can be mounted.
 full=$(folder 7)
 mkdir -p "$full"
 if mount -t tmpfs -o size=100k tmpfs "$full" 2> /dev/null; then disk=$full; else say "SKIPPED: the full disk, for nothing may be mounted here"; fi
@@ -69,12 +70,12 @@ if mount -t tmpfs -o size=100k tmpfs "$full" 2> /dev/null; then disk=$full; else
 say "submitted"
 has_checkpoint() { test -s "$(folder "$1")/checkpoint.safetensors"; }
 
-# The first run is told of its time limit.
+# The first run is warned of its time limit.
 wait_for "a checkpoint of run 0" has_checkpoint 0
 say "run 0 has a checkpoint"
 job=$(squeue -h -t R -r -o "%A %K" | awk '$2 == 0 { print $1 }')
 test "$job" || fail "run 0 ended before it could be told"
-# (scancel would go on asking a job that is requeued meanwhile.)
+# (Without the timeout, scancel would keep asking about a job that has since been requeued.)
 timeout 1 scancel --signal=USR1 --batch "$job" || true
 say "run 0 is told of its time limit"
 
@@ -105,7 +106,7 @@ answers() { squeue > /dev/null 2>&1; }
 wait_for "the controller" answers
 say "the controller died, and is back"
 
-# Meanwhile the same runs on this machine alone.
+# Meanwhile, the same runs on this machine alone.
 sed 's/"runs"/"local"/' sweep.toml > local.toml
 "$copq" sweep run local.toml > local.txt 2>&1 || { cat local.txt >&2; fail "the local runs"; }
 say "the local runs are done"

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Sees to it that feature `system` finds a MuJoCo on this machine, and prints what to put into the environment, if anything:
+# Makes sure that feature `system` finds a MuJoCo on this machine, and prints what to put into the environment, if anything:
 #
 #     eval "$(scripts/system-mujoco.sh)"
 #
-# What is installed is used as it is; else Debian's libmujoco-dev is unpacked into third_party, which needs no root and changes
-# nothing else. All other words go to stderr. It fails where there is no MuJoCo to be had.
+# An installed MuJoCo is used as it is. Otherwise Debian's libmujoco-dev is unpacked into third_party, which needs no root and
+# changes nothing else. All other output goes to stderr. The script fails where no MuJoCo can be found or downloaded.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -15,7 +15,7 @@ unpack() {
     local target=third_party/mujoco-debian work packages
     if ! test -e $target/usr/include/mujoco/mujoco.h; then
         work=$(mktemp -d third_party/debian.XXXXXX)
-        # A fresh machine may know no packages yet.
+        # A fresh machine may have no package lists yet.
         apt-cache show libmujoco-dev > /dev/null 2>&1 || apt-get update -qq >&2 || true
         packages=$(apt-cache depends --recurse --no-recommends --no-suggests --no-conflicts --no-breaks --no-replaces \
             --no-enhances libmujoco-dev | grep '^lib' | grep -v -e '^libc6' -e '^libgcc' -e '^libstdc++' -e '^libcrypt')

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Kills runs, lets their disk fail and damages their checkpoints, then goes on with each: it must end with the very bytes of a
-# run that nothing happened to, or say what is damaged. Silence, a panic or an abort is a failure. Linux, with a C compiler.
+# Kills runs, makes their disk fail and damages their checkpoints, then resumes each run. It must end with exactly the bytes of a
+# run that nothing happened to, or say what is damaged. Silence, a panic or an abort is a failure. Needs Linux and a C compiler.
 #
-#     scripts/torture.sh target/release/copq        # 1,000 kills, every write of a run by five kinds of faults, 300 damages
+#     scripts/torture.sh target/release/copq        # 1,000 kills, five kinds of fault at every write of a run, 300 damages
 #     scripts/torture.sh target/release/copq 20     # 20 kills, every 40th write, 6 damages
 #
-# Three methods take turns. It prints a tally; runs that failed stay in the folder that it names.
+# Three methods take turns. The script prints a tally. Runs that failed stay in the folder that it names.
 set -euo pipefail
 program=$(realpath "${1:?which program, such as target/release/copq}")
 kills=${2:-1000}
@@ -20,7 +20,7 @@ tiny="--steps 130 --eval-every 50 --eval-episodes 1 --log-every 20 --checkpoint-
     --set networks.hidden=[8,8] --set batch=8 --set start_steps=40"
 declare -A tally
 
-# What may not depend on how a run was interrupted.
+# The files that must not depend on how a run was interrupted.
 bytes() { (cd "$1" && cat metrics.csv evaluations.csv checkpoint.safetensors policy.safetensors policy-best.safetensors | sha256sum); }
 
 count() { tally[$1]=$((${tally[$1]:-0} + 1)); }
@@ -37,7 +37,7 @@ train() { # method's number, folder
     "$program" train ${methods[$1]} $tiny --out "$2"
 }
 
-# Goes on with a run that something happened to, and holds it against the whole one.
+# Resumes a run that something happened to, and compares it with the uninterrupted one.
 verdict() { # what happened, method's number, folder
     local what=$1 method=$2 run=$3
     if grep -q 'panicked' "$run.log"; then failed "$what: panic" "$run"; return; fi
@@ -50,7 +50,7 @@ verdict() { # what happened, method's number, folder
     if grep -q 'panicked' "$run.again" || test "$code" -gt 1; then
         failed "$what: panic or abort on resume" "$run"
     elif test "$code" = 1; then
-        # Only what was damaged from outside may be lost, and then it says so; nothing was believed.
+        # Only what was damaged from outside may be lost. Then the run must say so, and must not have believed it.
         if test "$what" = damage && grep -q 'checkpoint.safetensors' "$run.again"; then
             count "$what: told"; rm -rf "$run" "$run".*
         else
@@ -74,7 +74,7 @@ done
 for ((i = 0; i < kills; i++)); do
     method=$((i % 3)) run=$work/kill$i
     : > "$run.log"
-    # shellcheck disable=SC2086 # several arguments; not by the function, whose shell would be killed instead
+    # shellcheck disable=SC2086 # several arguments; not through the function train, whose shell would be killed instead
     "$program" train ${methods[$method]} $tiny --out "$run" > "$run.log" 2>&1 &
     child=$!
     sleep "$(printf '0.%03d' $((RANDOM % (milliseconds[method] > 999 ? 999 : milliseconds[method]))))"
@@ -88,9 +88,9 @@ for kind in enospc eio short torn rename; do
     for ((at = 1; ; at += stride)); do
         method=$((at % 3)) run=$work/$kind$at code=0
         FAULT_DIR=$run FAULT_AT=$at FAULT_KIND=$kind LD_PRELOAD=$work/faults.so train "$method" "$run" > "$run.log" 2>&1 || code=$?
-        # A signal other than the torn process's own end.
+        # A signal other than the one that ends a torn process.
         if test "$code" -gt 1 -a "$code" != 137; then failed "$kind: abort" "$run"; continue; fi
-        # Nothing was left to fail.
+        # The run ended before this write, or the fault did no harm.
         if test "$code" = 0 && test "$(bytes "$run")" = "${whole[$method]}"; then
             count "$kind: past the end or no harm"
             rm -rf "$run" "$run".*
@@ -101,7 +101,7 @@ for kind in enospc eio short torn rename; do
         verdict "$kind" "$method" "$run"
     done
 done
-# A full disk fails whatever comes first; without it, the library was not loaded.
+# A full disk makes any write fail. If none failed, the library was not loaded.
 test -n "${tally[enospc: same bytes]:-}" || failed "no write has failed" "$work"
 
 for ((i = 0; i < kills * 3 / 10; i++)); do
