@@ -11,25 +11,26 @@ use crate::options::say;
 
 /// Bounds that are built on the covariance; the paper's Figure B.1 compares them.
 const COMPARED: [&str; 4] = ["cholesky", "eigen", "extremum", "diagonal"];
-/// How far the paper's pictures go to each side, of both objectives.
+/// How far the paper's pictures extend to each side, for both objectives.
 const FAR: f64 = 3.5;
 const AXES: [&str; 2] = ["Q of safety", "Q of speed"];
 /// Pictures of the animation, and how long each is shown (hundredths of a second).
 const PICTURES: usize = 61;
 const SHOWN_FOR: u16 = 8;
 
-/// Draws what each bound makes of critics that disagree: the paper's Figures 1, 2 and B.1, and the
-/// clip as an animation over the correlation.
+/// Draws what each bound makes of critics that disagree.
 ///
-/// All points are computed by the projections that training uses, of critics with the covariance
-/// that is drawn. Without --std the paper's cases are drawn.
+/// Without --std, draws the paper's Figures 1, 2 and B.1, and an animation of the clip over the
+/// correlation. All points are computed by the projections that training uses, from critics with
+/// the covariance that is drawn.
 #[derive(clap::Args)]
 pub struct Bounds {
     /// Folder for the pictures.
     #[arg(long, value_name = "DIR", default_value = "bounds")]
     out: PathBuf,
 
-    /// The critics' standard deviations of safety and of speed, as 1,2: one picture of all bounds.
+    /// Standard deviations of the critics' safety and speed, such as 1,2; draws one picture of all
+    /// bounds.
     #[arg(
         long,
         value_name = "A,B",
@@ -39,11 +40,11 @@ pub struct Bounds {
     )]
     std: Option<Vec<f64>>,
 
-    /// How the critics' safety and speed go together, from -1 to 1. [default: 0]
+    /// Correlation of the critics' safety and speed, from -1 to 1. [default: 0]
     #[arg(long, value_name = "R", requires = "std", allow_negative_numbers = true)]
     correlation: Option<f64>,
 
-    /// The objectives' weights.
+    /// Weights of the objectives.
     #[arg(
         long,
         value_name = "A,B",
@@ -138,7 +139,7 @@ impl Critics {
         [self.0.mean()[0], self.0.mean()[1]]
     }
 
-    /// From where to where all critics are seen, on axes of one scale.
+    /// Ranges in which all critics are visible, on axes of the same scale.
     fn ranges(&self) -> [[f64; 2]; 2] {
         let largest = self.points().into_iter().flatten().fold(0.0, |a: f64, x| a.max(x.abs()));
         [[-1.15 * largest, 1.15 * largest]; 2]
@@ -183,7 +184,7 @@ impl Critics {
         let mean = self.mean();
         let free = [0, 1].map(|i| mean[i] - l[(i, 0)] * u[0] - l[(i, 1)] * u[1]);
         let bound = self.bound("cholesky", weights, -1.0)?;
-        // But for rounding to f32, which bounds are.
+        // Except for rounding to f32, the type of bounds.
         let is_free = (0..2).all(|i| (bound[i] - free[i]).abs() < 1e-5 * (1.0 + free[i].abs()));
         let what =
             if is_free { "No clip: the bound lies below" } else { "Clipped: turned onto the line" };
@@ -195,14 +196,14 @@ impl Critics {
     }
 }
 
-/// Where the total is a point's, as far as it may be seen.
+/// The line on which the total is a point's, as far as it is visible.
 fn same_total(at: [f64; 2], weights: [f32; 2]) -> [[f64; 2]; 2] {
     let length = f64::from(weights[0]).hypot(f64::from(weights[1]));
     let [u, v] = weights.map(|weight| f64::from(weight) / length);
     [-4.0 * FAR, 4.0 * FAR].map(|way| [at[0] - way * v, at[1] + way * u])
 }
 
-/// Figure 1 (a): which of two critics has the smaller total is chance.
+/// Figure 1 (a): which of two critics has the smaller total is a matter of chance.
 fn scalarised(weights: [f32; 2]) -> copq::Result<Plane> {
     let critics = [[1.1, -0.9], [-1.0, 0.8]];
     let chosen = smallest("scalarised-min", &critics, weights)?;

@@ -15,20 +15,19 @@ use crate::recipe::Recipe;
 use crate::saved::{self, note_other_versions};
 use crate::world::make_env;
 
-/// Says how often discounted returns are at least as good as the bound that a run's critics put on
-/// them.
+/// Reports how often discounted returns are at least as good as the bound of a run's critics.
 ///
 /// Plays episodes of the policy in each checkpoint that the run's folder keeps (copq train --keep),
-/// and holds the discounted return after some actions against what the critics say of them: mean,
-/// bound, standard deviation. The policy is the one that critics are taught to value: with the
-/// noise of target smoothing (TD3), or sampled and with its entropy bonus (SAC). Actions so near to
-/// the time limit that over a tenth of a return may come after it are left out.
+/// and compares the discounted return after some actions with what the critics predict: mean, bound
+/// and standard deviation. The policy is the one that the critics learn to value: with the noise of
+/// target smoothing (TD3), or sampled and with its entropy bonus (SAC). Actions so close to the
+/// time limit that over a tenth of a return may come after it are left out.
 ///
-/// "coverage" is how often the return is at least as good as the bound (of a cost: at most as
-/// large), with a standard error over episodes; "nominal" what it would be if returns were normal,
-/// with the critics' mean and standard deviation. The bound is low for the weighted total; of an
-/// objective alone it may be above the mean. Of REDQ it is the bound of all critics, where targets
-/// draw two; of CAL's costs it is the actor's, for their targets have none.
+/// "coverage" is how often the return is at least as good as the bound (for a cost: at most as
+/// large), with a standard error over episodes. "nominal" is what it would be if returns were
+/// normal with the critics' mean and standard deviation. The bound is low for the weighted total;
+/// for a single objective it may be above the mean. For REDQ it is the bound of all critics, while
+/// targets draw two; for CAL's costs it is the actor's, because their targets have none.
 #[derive(clap::Args)]
 pub struct CoverageCommand {
     /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
@@ -44,7 +43,7 @@ pub struct CoverageCommand {
     )]
     episodes: usize,
 
-    /// Actions of an episode from one look to the next.
+    /// Compare every Nth action of an episode.
     #[arg(
         long,
         value_name = "N",
@@ -74,7 +73,7 @@ impl CoverageCommand {
             Err(Error::invalid("the run", "one whose critics value actions (off-policy)", got))?
         };
         self.process.over(&mut plan)?;
-        // Opened before anything is played, for a run that goes on renames them.
+        // Opened before anything is played, because a run that continues renames them.
         let files = checkpoint_files(&self.run)?.into_iter().map(|path| Ok((open(&path)?, path)));
         let files = files.collect::<copq::Result<Vec<_>>>()?;
         let mut env = make_env(&plan, None, Some(&self.run))?;
@@ -108,7 +107,7 @@ fn open(path: &Path) -> copq::Result<File> {
     File::open(path).map_err(files::failed("opening", path))
 }
 
-/// A learner as a checkpoint has it, without its replay, and its step.
+/// Loads a checkpoint into a learner, without the replay; returns its step.
 fn load(learner: &mut Learner, file: &mut File, path: &Path) -> copq::Result<u64> {
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes).map_err(files::failed("reading", path))?;

@@ -9,11 +9,13 @@ use copq_envs_python::{PACKAGES, interpreter, look};
 
 use crate::options::say;
 
-/// Says which MuJoCo this build has, whether it fits, and the one thing to do next; and which
-/// environments your Python has. Fails if there is something to do.
+/// Checks the MuJoCo of this build and the environments of your Python.
+///
+/// Reports which MuJoCo this build has, whether it fits, which environments your Python has, and
+/// the one thing to do next. Fails if there is something to do.
 #[derive(clap::Args)]
 pub struct Doctor {
-    /// The interpreter to look at, such as .venv/bin/python. [default: what COPQ_PYTHON names, or
+    /// Interpreter to check, such as .venv/bin/python. [default: what COPQ_PYTHON names, or
     /// python3]
     #[arg(long, value_name = "PATH")]
     python: Option<PathBuf>,
@@ -50,21 +52,21 @@ impl Doctor {
         }
     }
 
-    /// Who named an interpreter, and which.
+    /// What names an interpreter, the option or the variable, and which one.
     fn named_python(&self) -> Option<String> {
         let named = |who: &str, path: &OsStr| format!("{who} {}", path.display());
         let variable = || env::var_os("COPQ_PYTHON").map(|path| named("COPQ_PYTHON", &path));
         self.python.as_ref().map(|path| named("--python", path.as_os_str())).or_else(variable)
     }
 
-    /// What the interpreter has, and what it could have; what there is to say of one that does not
-    /// start.
+    /// What the interpreter has, and what it could have; or, for one that does not start, a line
+    /// that says so.
     fn python_lines(&self) -> Result<Vec<String>, String> {
         let found = look(&interpreter(self.python.as_deref()));
         let python = found.python.display();
         let version = match found.version {
             Ok(version) => version,
-            Err(error) => return Err(format!("python {python}: {error}; no environments of its")),
+            Err(error) => return Err(format!("python {python}: {error}; no environments from it")),
         };
         let mut lines = vec![format!("python {python}: {version}")];
         for (name, version) in found.packages {

@@ -10,17 +10,16 @@ use crate::options::{count, say, whole};
 use crate::python::PythonProcess;
 use crate::saved::Learned;
 
-/// Plays episodes of a run's last policy, or its best, without exploration and says what they
-/// returned.
+/// Plays episodes of a run's last or best policy, without exploration, and reports their returns.
 ///
-/// The folder is only read: the run may go on meanwhile.
+/// The folder is only read: the run may continue meanwhile.
 #[derive(clap::Args)]
 pub struct Evaluate {
     /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
     run: PathBuf,
 
-    /// The policy of the run's best evaluation (costs within their limits first, then the weighted
-    /// total) in place of its last one.
+    /// Use the policy of the run's best evaluation (costs within their limits first, then the
+    /// weighted total) instead of its last one.
     #[arg(long)]
     best: bool,
 
@@ -34,8 +33,8 @@ pub struct Evaluate {
     )]
     episodes: usize,
 
-    /// Seed of the episodes; the run's own begins with those of its evaluations. [default: the
-    /// run's own]
+    /// Seed of the episodes; the run's own begins with the episodes of its evaluations. [default:
+    /// the run's own]
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
     seed: Option<u64>,
 
@@ -57,14 +56,14 @@ struct Report {
     episodes: usize,
     /// Steps of an episode, the weighted total, and each objective's return, over the episodes.
     quantities: Vec<Quantity>,
-    /// The episodes one by one, in JSON alone.
+    /// The episodes one by one, in JSON only.
     each: Vec<Played>,
 }
 
 /// One episode.
 #[derive(Serialize)]
 struct Played {
-    /// What the environment was reset with; one of Python's with its remainder by 2^31.
+    /// What the environment was reset with; a Python environment with its remainder by 2^31.
     seed: u64,
     steps: u64,
     terminated: bool,
@@ -122,7 +121,7 @@ impl Evaluate {
 }
 
 impl Played {
-    /// The episode of a seed, by a policy.
+    /// The episode of a seed, played by a policy.
     fn by(
         policy: &mut Policy,
         rollout: &mut copq::Rollout<Box<dyn Env>>,
@@ -170,7 +169,7 @@ impl Report {
             format!("{method} on {task} ({engine}), {episodes} episodes of seed {seed}\n\n");
         table += "| | mean | std | min | max |\n|---|--:|--:|--:|--:|\n";
         for Quantity { name, mean, std, min, max } in &self.quantities {
-            // A share of the episodes, or as small as one.
+            // A share of the episodes, or as small as a share.
             let digits = if *min >= 0.0 && *max <= 1.0 { 2 } else { 1 };
             let cells = [mean, std, min, max].map(|value| format!("{value:.digits$}"));
             table += &format!("| {name} | {} |\n", cells.join(" | "));

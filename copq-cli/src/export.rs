@@ -10,23 +10,24 @@ use copq_experiments::{read_policy, write_onnx};
 use crate::options::{not_of_a_run, say};
 use crate::saved::{Learned, newest_policy};
 
-/// Writes what a run has learned to one small file, without the replay: network, normaliser, action
-/// bounds. Of a run's folder it is the last policy; policy-best.safetensors in it is the best one.
+/// Writes a run's policy to one small file: network, normaliser, action bounds, but no replay.
 ///
-/// copq::Policy reads safetensors back, and so does Python; ONNX needs no copq: raw observations
-/// in, the environment's own actions out.
+/// The policy of a run's folder is the last one; policy-best.safetensors in it is the best one.
+///
+/// copq::Policy and Python can read safetensors back. ONNX needs no copq: raw observations in, the
+/// environment's own actions out.
 #[derive(clap::Args)]
 pub struct Export {
-    /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0; or a policy's file, such as
-    /// its policy-best.safetensors.
+    /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0; or a policy file, such as its
+    /// policy-best.safetensors.
     run: PathBuf,
 
-    /// The file's format. [default: as the name of --out ends, or safetensors]
+    /// Format of the file. [default: from the extension of --out, or safetensors]
     #[arg(long, value_name = "NAME")]
     format: Option<Format>,
 
-    /// The file to write. [default: policy.safetensors or policy.onnx in the run's folder; beside
-    /// a policy's file under its name]
+    /// File to write. [default: policy.safetensors or policy.onnx in the run's folder; for a policy
+    /// file, beside it under its name]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -38,7 +39,7 @@ enum Format {
 }
 
 impl Format {
-    /// How its files' names end.
+    /// The extension of its files.
     fn extension(self) -> &'static str {
         match self {
             Self::Safetensors => "safetensors",
@@ -46,7 +47,7 @@ impl Format {
         }
     }
 
-    /// What a file's name ends in, if that is a format.
+    /// The format of a file's extension, if it is one.
     fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_ascii_lowercase();
         [Self::Safetensors, Self::Onnx].into_iter().find(|format| extension == format.extension())
@@ -65,7 +66,7 @@ impl Export {
         Ok(say(&format!("the policy is in {}\n", out.display()))?)
     }
 
-    /// The format that is asked for, in words or by the file's name; an error if they differ.
+    /// The format asked for, in words or by the file's name; an error if they differ.
     fn format(&self) -> Result<Format> {
         let named = self.out.as_deref().and_then(Format::of);
         let format = self.format.or(named).unwrap_or(Format::Safetensors);
@@ -78,7 +79,7 @@ impl Export {
         Ok(format)
     }
 
-    /// The file to write; an error for the one that is read, and for what else a run has.
+    /// The file to write; an error for the one that is read, and for a run's other files.
     fn out(&self, format: Format) -> Result<PathBuf> {
         let is_file = self.run.is_file();
         let usual = if is_file {
@@ -88,7 +89,7 @@ impl Export {
         };
         let is_usual = self.out.is_none();
         let out = self.out.clone().unwrap_or(usual);
-        // Beside a policy's file lie a run's own.
+        // A policy file may lie among a run's own files.
         if is_file && (out == self.run || is_usual && out.exists()) {
             let what = format!("'{}'", out.display());
             return Err(Error::invalid(what, "a new file (--out)", "one that is there"));
@@ -104,7 +105,7 @@ impl Export {
             return Policy::from_state(&read_policy(&self.run)?, &Candle::default());
         }
         let learned = Learned::read(&self.run)?;
-        // No world is needed for it; one of Python's may not be there.
+        // No environment is needed for it; a Python environment may be missing.
         let file = self.run.join("policy.safetensors");
         let of_python = is_task(&learned.plan.task) && file.is_file();
         if let Some(file) = newest_policy(&self.run).or(of_python.then_some(file)) {

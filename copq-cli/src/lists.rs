@@ -6,22 +6,22 @@ use crate::options::say;
 use crate::recipe::Recipe;
 
 const HEADING: &str = "\
-N is the number of objectives; critics value all of them, unless some are for costs and some for rewards.
+N is the number of objectives. Critics value all of them, unless some are for costs and some for rewards.
 
 | method | critics | bound | explores by | holds costs by | source |
 |---|---|---|---|---|---|
 ";
 
 const PYTHONS: &str = "\
-PACKAGE:ID      any environment of Python's with boxes of numbers, such as gymnasium:Pendulum-v1, \
-mo-gymnasium:mo-hopper-v5 or safety-gymnasium:SafetyHopperVelocity-v1 (copq doctor says what there is)
+PACKAGE:ID      any Python environment with boxes of numbers, such as gymnasium:Pendulum-v1, \
+mo-gymnasium:mo-hopper-v5 or safety-gymnasium:SafetyHopperVelocity-v1 (copq doctor lists the packages)
 ";
 
-/// Lists the tasks: what each sees and moves, its objectives by priority with their weights, its
-/// costs with their limits.
+/// Lists the tasks: what each sees and moves, its objectives by priority with their weights, and
+/// its costs with their limits.
 #[derive(clap::Args)]
 pub struct Tasks {
-    /// Whose robots: gym-v5 (Gymnasium's) or paper (Brax's, as in the paper).
+    /// Which version of the robots: gym-v5 (Gymnasium's) or paper (Brax's, which the paper uses).
     #[arg(long, value_name = "NAME", default_value = "gym-v5")]
     preset: String,
 }
@@ -33,7 +33,7 @@ impl Tasks {
     }
 }
 
-/// Lists the methods: critics, bound, explorer, constraint, and where each is from.
+/// Lists the methods: critics, bound, exploration, constraint and source of each.
 #[derive(clap::Args)]
 pub struct Methods {}
 

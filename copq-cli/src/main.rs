@@ -1,4 +1,4 @@
-//! `copq`, the program: trains, resumes, evaluates, draws and compares. `copq --help` teaches.
+//! `copq`, the program: trains, resumes, evaluates, draws and compares. `copq --help` explains it.
 
 mod bounds;
 mod coverage;
@@ -29,7 +29,7 @@ use clap_complete::Shell;
 
 /// Deep Q-learning with a vector of values: safe first, fast second (COP-Q).
 ///
-/// A first hour: copq train; copq rollout runs/FOLDER; copq train --bound extremum; copq plot
+/// To get started: copq train; copq rollout runs/FOLDER; copq train --bound extremum; copq plot
 /// a=runs/FOLDER b=runs/OTHER.
 #[derive(Parser)]
 #[command(name = "copq", version, arg_required_else_help = true)]
@@ -53,11 +53,11 @@ enum Command {
     Tasks(lists::Tasks),
     Methods(lists::Methods),
     Doctor(doctor::Doctor),
-    /// Prints a script that completes copq's options in your shell.
+    /// Prints a shell completion script.
     ///
     /// For bash: copq completions bash > ~/.local/share/bash-completion/completions/copq
     Completions {
-        /// The shell that you use.
+        /// Shell to print the script for.
         shell: Shell,
     },
 }
@@ -66,7 +66,7 @@ fn main() -> ExitCode {
     match run(Cli::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // Where in the program it arose helps nobody who mistyped an option.
+            // A backtrace helps nobody who mistyped an option.
             writeln!(std::io::stderr(), "Error: {error:#}").unwrap_or_default();
             ExitCode::FAILURE
         }

@@ -14,12 +14,12 @@ pub fn say(text: &str) -> std::io::Result<()> {
     }
 }
 
-/// A word on the side, on standard error; that nobody listens is no reason to stop.
+/// Prints a note to standard error; that nobody reads it is no reason to stop.
 pub fn note(text: &str) {
     writeln!(std::io::stderr(), "note: {text}").unwrap_or_default();
 }
 
-/// An error for a file that a run has in its folder: what is told of it must not take its place.
+/// An error for a file in a run's folder: output about the run must not overwrite it.
 pub fn not_of_a_run(out: &Path) -> Result<(), Error> {
     let folder = out.parent().unwrap_or(Path::new(""));
     if out.exists() && folder.join("config.toml").is_file() {
@@ -29,15 +29,15 @@ pub fn not_of_a_run(out: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// The largest number that a file of settings (TOML) holds.
+/// The largest number that a settings file (TOML) can hold.
 const LARGEST: u64 = i64::MAX as u64;
 
-/// A whole number from 0 on. Clap would take the minus of -1 for an option's.
+/// A whole number from 0 up. By itself, clap would take -1 for an option.
 pub fn whole(text: &str) -> Result<u64, String> {
     number_from(0, text)
 }
 
-/// A whole number from 1 on.
+/// A whole number from 1 up.
 pub fn positive(text: &str) -> Result<u64, String> {
     number_from(1, text)
 }
@@ -50,7 +50,7 @@ fn number_from(first: u64, text: &str) -> Result<u64, String> {
     }
 }
 
-/// The same, for what is counted in memory.
+/// The same as a `usize`, for what is counted in memory.
 pub fn count(text: &str) -> Result<usize, String> {
     positive(text).map(|number| number as usize)
 }

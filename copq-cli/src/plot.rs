@@ -7,13 +7,13 @@ use copq_experiments::{ReportRun, compare, comparison_table};
 use crate::options::{not_of_a_run, note, say};
 use crate::report::of_folder;
 
-/// Draws and compares runs: one colour a label, runs of one label are its seeds.
+/// Draws and compares runs: one colour per label; runs with the same label are its seeds.
 ///
 /// Example: copq plot --out results/hopper.svg cholesky=runs/a-s0 cholesky=runs/a-s1
 /// minimum=runs/b-s0
 #[derive(clap::Args)]
 pub struct Plot {
-    /// Figure to write; its ending, .svg or .png, decides the format. May be given several times,
+    /// Figure to write, in the format of its extension, .svg or .png. May be given several times,
     /// or not at all: the table is printed anyway.
     #[arg(long, value_name = "FILE")]
     out: Vec<PathBuf>,
@@ -23,21 +23,20 @@ pub struct Plot {
     title: String,
 
     /// Draw a dashed line at this return of an objective, such as cost=740.2; may be given several
-    /// times. [default: the runs' own limits, where all that
-    /// have one have the same]
+    /// times. [default: the runs' own limits, where all runs that have one have the same]
     #[arg(long, value_name = "OBJECTIVE=RETURN", value_parser = limit, requires = "out")]
     limit: Vec<(String, f64)>,
 
-    /// Also say, seed by seed, at which step the mean of five evaluations' weighted totals first
-    /// passes this.
+    /// Also report, seed by seed, the step at which the mean weighted total of five evaluations
+    /// first passes this.
     #[arg(long, value_name = "TOTAL", allow_negative_numbers = true, value_parser = finite)]
     passes: Option<f64>,
 
-    /// Also write the markdown table that is printed to this file.
+    /// Also write the printed Markdown table to this file.
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
 
-    /// A name for the legend and the folder of a run.
+    /// Name for the legend, and the folder of a run.
     #[arg(required = true, value_name = "LABEL=DIR", value_parser = labelled)]
     runs: Vec<ReportRun>,
 }
@@ -77,7 +76,7 @@ impl Plot {
         for out in &self.out {
             if !missing.is_empty() && out.extension().is_some_and(|ending| ending == "png") {
                 let shown = out.display();
-                note(&format!("{shown} has no letters for {missing}; a figure as .svg has"));
+                note(&format!("{shown} has no letters for {missing}; an .svg figure has"));
             }
             compare(&self.title, &self.runs, &limits, out)?;
         }

@@ -1,4 +1,4 @@
-//! What environments of Python's need to be said.
+//! Options of Python environments.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,50 +10,51 @@ use copq_experiments::{OnResume, Plan};
 /// The engine of these environments, as a plan names it.
 pub const ENGINE: &str = "python";
 
-/// How an environment of Python's is made.
+/// How a Python environment is made.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Environments of Python's (--task PACKAGE:ID)")]
+#[command(next_help_heading = "Python environments (--task PACKAGE:ID)")]
 pub struct PythonWorld {
     #[command(flatten)]
     process: PythonProcess,
 
-    /// Names of its rewards between commas, in the environment's order. [default: reward, or
-    /// reward.0,reward.1,...; of Safety-Gymnasium cost,reward]
+    /// Names of its rewards, separated by commas, in the environment's order. [default: reward, or
+    /// reward.0,reward.1,...; for Safety-Gymnasium, cost,reward]
     ///
-    /// Safety-Gymnasium's cost comes first, whatever it is called.
-    /// Their priority is this order, unless --order says another. An environment of your own has
-    /// several if its reward_space says how many: Box(-inf, inf, (2,)).
+    /// Safety-Gymnasium's cost comes first, whatever it is called. This order is also their
+    /// priority, unless --order is given. Your own environment has several rewards if its
+    /// reward_space says how many: Box(-inf, inf, (2,)).
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     objectives: Vec<String>,
 
-    /// Arguments that it is made with, as JSON: '{"max_episode_steps": 500}'.
+    /// Arguments to make it with, as JSON: '{"max_episode_steps": 500}'.
     #[arg(long, value_name = "JSON", value_parser = json)]
     env_kwargs: Option<String>,
 
-    /// A module to import first, which registers environments of your own: its name, or its file
-    /// PATH.py; may be given several times. Runs do not notice when it changes: give those of
-    /// another version another folder.
+    /// Module to import first, which registers your own environments: its name, or its file
+    /// PATH.py. May be given several times.
+    ///
+    /// Runs do not notice when it changes: give the runs of each version their own folder.
     #[arg(long, value_name = "MODULE")]
     import: Vec<String>,
 }
 
-/// The process that an environment of Python's lives in; it changes no number of a run.
+/// The process that a Python environment lives in; it changes no number of a run.
 #[derive(clap::Args, Default)]
-#[command(next_help_heading = "Environments of Python's (--task PACKAGE:ID)")]
+#[command(next_help_heading = "Python environments (--task PACKAGE:ID)")]
 pub struct PythonProcess {
-    /// The interpreter that has the environment's package, such as .venv/bin/python. [default: what
-    /// COPQ_PYTHON names, or python3; of a run that is there its own]
+    /// Interpreter that has the environment's package, such as .venv/bin/python. [default: what
+    /// COPQ_PYTHON names, or python3; for an existing run, its own]
     #[arg(long, value_name = "PATH")]
     python: Option<PathBuf>,
 
-    /// Longest silence before a reset or a step counts as failed; a start may take five times as
+    /// Longest silence before a reset or a step counts as failed; starting may take five times as
     /// long. [default: 60]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     env_timeout: Option<f64>,
 }
 
 impl PythonProcess {
-    /// The plan with these over it; an error if it has no use for them.
+    /// The plan with these applied; an error if its task does not use them.
     pub fn over(&self, plan: &mut Plan) -> anyhow::Result<()> {
         let is_used = self.python.is_some() || self.env_timeout.is_some();
         anyhow::ensure!(!is_used || is_task(&plan.task), of_python(&plan.task));
@@ -64,7 +65,7 @@ impl PythonProcess {
 }
 
 impl PythonWorld {
-    /// The plan with these over it, and what follows from its task.
+    /// The plan with these applied, and what follows from its task.
     pub fn over(&self, plan: &mut Plan) -> anyhow::Result<()> {
         if !is_task(&plan.task) {
             let is_plain =
@@ -76,7 +77,7 @@ impl PythonWorld {
         ENGINE.clone_into(&mut plan.engine);
         plan.run.on_resume = OnResume::NewEpisode;
         self.process.over(plan)?;
-        // Whoever goes on with the run has perhaps another one.
+        // Whoever resumes the run may have a different one.
         plan.python =
             plan.python.take().or_else(|| std::env::var_os("COPQ_PYTHON").map(Into::into));
         if !self.objectives.is_empty() {
@@ -89,7 +90,7 @@ impl PythonWorld {
         if let Some(kwargs) = &self.env_kwargs {
             plan.world.insert("kwargs".to_owned(), kwargs.clone().into());
         }
-        // Written down, so that whoever reads of the run knows it.
+        // Written down, so that it can be read in the run's folder.
         plan.limits = options(plan)?.with_usual_limit(&plan.task).limits;
         Ok(())
     }
@@ -99,13 +100,13 @@ impl PythonWorld {
         !self.objectives.is_empty()
     }
 
-    /// What tells its folder from others of the same environment.
+    /// What distinguishes its folder from others of the same environment.
     pub fn arguments(&self) -> Option<&String> {
         self.env_kwargs.as_ref()
     }
 }
 
-/// A plan's limits, but for the one that its task has by itself: another task has its own.
+/// A plan's limits, except for the one that its task has by default: another task has its own.
 pub fn limits_given(plan: &Plan) -> Result<BTreeMap<String, f64>> {
     if !is_task(&plan.task) {
         return Ok(plan.limits.clone());
@@ -117,7 +118,7 @@ pub fn limits_given(plan: &Plan) -> Result<BTreeMap<String, f64>> {
     Ok(limits)
 }
 
-/// What a run like one in Python's world, but in another, does without.
+/// Drops what a plan copied from a run in a Python environment does not need elsewhere.
 fn forget_python(plan: &mut Plan) {
     if plan.engine == ENGINE {
         let usual = Plan::on_policy("any");
@@ -136,8 +137,8 @@ fn of_python(task: &str) -> String {
     )
 }
 
-/// A plan's environment of Python's; relative paths are looked for in the current folder, and in
-/// those above its run's folder if there is one.
+/// A plan's Python environment. Relative paths are looked for in the current folder, and in the
+/// run's folder and those above it if there is one.
 pub fn make_python(plan: &Plan, run: Option<&Path>, render: bool) -> Result<PythonEnv> {
     let options = options(plan)?;
     let python = plan.python.as_ref().map(|python| found(python, run));
@@ -154,7 +155,7 @@ pub fn make_python(plan: &Plan, run: Option<&Path>, render: bool) -> Result<Pyth
     PythonEnv::new(&plan.task, &options)
 }
 
-/// What a plan says of such an environment.
+/// What a plan says about such an environment.
 fn options(plan: &Plan) -> Result<Options> {
     let told: Options = plan
         .world
@@ -165,7 +166,7 @@ fn options(plan: &Plan) -> Result<Options> {
     Ok(Options { limits: plan.limits.clone(), timeout, ..told })
 }
 
-/// Where a relative path of a run leads to.
+/// Where a relative path of a run leads.
 fn found(path: &Path, run: Option<&Path>) -> PathBuf {
     let is_name = path.components().count() == 1 && path.extension().is_none();
     if path.exists() || path.is_absolute() || is_name {
@@ -176,7 +177,7 @@ fn found(path: &Path, run: Option<&Path>) -> PathBuf {
     found.unwrap_or_else(|| path.to_owned())
 }
 
-/// An object as JSON, in the one way of writing it.
+/// A JSON object, written in one canonical way.
 fn json(text: &str) -> Result<String, String> {
     match serde_json::from_str::<serde_json::Map<String, serde_json::Value>>(text) {
         Ok(object) => Ok(serde_json::Value::Object(object).to_string()),

@@ -40,7 +40,7 @@ impl Recipe {
         }
     }
 
-    /// The plan of a run that says nothing else.
+    /// The plan of a run unless its options change it.
     pub fn usual_plan(&self) -> Plan {
         let paper = self.name() == "cop-td3-paper";
         let benchmark = match self {
@@ -54,7 +54,7 @@ impl Recipe {
         let run = match self {
             Self::OffPolicy(_) if paper => RunSettings { steps: 1_000_000, ..usual.run },
             Self::OffPolicy(_) => usual.run,
-            // Whole epochs of 2,048 steps: 500 of them, a row each, an evaluation every tenth.
+            // 500 whole epochs of 2,048 steps: a row for each, an evaluation every tenth.
             Self::OnPolicy(_) => RunSettings {
                 steps: 1_024_000,
                 log_every: 2_048,
@@ -71,7 +71,7 @@ impl Recipe {
         }
     }
 
-    /// Whether something in it holds the limits of costs.
+    /// Whether the method holds the limits of costs.
     pub fn holds_costs(&self) -> bool {
         match self {
             Self::OffPolicy(method) => method.config.constraint.is_some(),
@@ -89,7 +89,7 @@ impl Recipe {
         }
     }
 
-    /// The budgets that its world must show, if any.
+    /// The budgets that its environment must show, if any.
     pub fn saute(&self) -> Option<&SauteConfig> {
         match self {
             Self::OffPolicy(_) => None,
@@ -97,8 +97,8 @@ impl Recipe {
         }
     }
 
-    /// The same with settings changed, as `--set` has them; an error for those that make another
-    /// method of it than its name says.
+    /// The same with settings changed as by `--set`; an error for changes that make it a method
+    /// different from the one that its name says.
     pub fn with_changes(mut self, changes: &[String]) -> anyhow::Result<Self> {
         match &mut self {
             Self::OffPolicy(method) => {
@@ -115,7 +115,7 @@ impl Recipe {
         Ok(self)
     }
 
-    /// For a run that begins with a policy: that one acts in its warm-up, too.
+    /// For a run that begins with a policy: that policy also acts during its warm-up.
     pub fn by_its_policy(mut self) -> Self {
         if let Self::OffPolicy(method) = &mut self {
             method.config.warm_up = WarmUp::Policy;
@@ -123,7 +123,7 @@ impl Recipe {
         self
     }
 
-    /// For a run of another length: a step size that falls over all of a run still does.
+    /// For a run of another length: a step size that decays over a whole run still does.
     pub fn stretched(mut self, from: u64, to: u64) -> Self {
         if let Self::OnPolicy(method) = &mut self
             && method.config.anneal_steps == Some(from)
@@ -133,7 +133,7 @@ impl Recipe {
         self
     }
 
-    /// An agent that learns by it, which begins with the policy in a file if there is one.
+    /// An agent that learns by it, beginning with the policy in a file if there is one.
     pub fn agent(self, spec: &EnvSpec, plan: &Plan, init: Option<&Path>) -> Result<Box<dyn Agent>> {
         let candle = Candle::threads(plan.threads);
         Ok(match self {
@@ -203,7 +203,7 @@ pub fn is_on_policy(name: &str) -> bool {
     on_policy::Method::names().any(|known| known == name)
 }
 
-/// An error for settings that make another method of it than its name says.
+/// An error for settings that make it a method different from the one that its name says.
 fn check_name(name: &str, before: &Config, after: &Config) -> anyhow::Result<()> {
     let has_oac = Method::names().any(|known| known == format!("{name}-oac"));
     if (has_oac || name.ends_with("-oac")) && before.optimism.is_some() != after.optimism.is_some()
@@ -277,7 +277,7 @@ fn explorer(method: &Method) -> String {
         None => noise,
         Some(optimism) => {
             let bound = optimism.projection.as_deref().unwrap_or(method.bound.name());
-            format!("{noise}, shifted up the {bound} bound")
+            format!("{noise}, shifted towards the upper {bound} bound")
         }
     }
 }
@@ -296,7 +296,7 @@ fn constraint(method: &Method) -> &'static str {
 
 fn on_policy_constraint(config: &on_policy::Config) -> &'static str {
     match &config.constraint {
-        _ if config.saute.is_some() => "a budget in sight",
+        _ if config.saute.is_some() => "a budget in the observation",
         None => "nothing",
         Some(_) if config.second.is_some() => "a second step by a Lagrange multiplier",
         Some(_) if config.natural.is_some() => "a Lagrange multiplier, natural steps",

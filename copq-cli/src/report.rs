@@ -15,13 +15,13 @@ use crate::options::{note, number_of, positive, say};
 use crate::rollout::film;
 use crate::saved;
 
-/// Looks at which nothing has changed, after which nothing goes on.
+/// Looks in a row at which nothing has changed, after which no run is thought to continue.
 const LOOKS: usize = 3;
 
 /// Puts many runs on one page: what was run, curves, tables, settings, failures.
 ///
-/// The page is one file for any browser, without a server or a script from elsewhere. Runs of one
-/// task are drawn together; a method is called by what sets it apart from the others.
+/// The page is one file for any browser, without a server or scripts from elsewhere. Runs of the
+/// same task are drawn together. A method is named by what sets it apart from the others.
 ///
 /// Example: copq report runs --out report.html
 #[derive(clap::Args)]
@@ -29,7 +29,7 @@ pub struct Report {
     #[command(flatten)]
     making: Making,
 
-    /// A run's folder, or one with runs anywhere in it; LABEL=DIR gives its method a name.
+    /// Folder of a run, or one with runs anywhere in it; LABEL=DIR gives its method a name.
     #[arg(required = true, value_name = "[LABEL=]DIR")]
     runs: Vec<String>,
 }
@@ -37,25 +37,24 @@ pub struct Report {
 /// How a page is made, whatever is on it.
 #[derive(clap::Args)]
 pub struct Making {
-    /// The page to write. [default: report.html; of a sweep in the folder of its runs]
+    /// Page to write. [default: report.html; for a sweep, in the folder of its runs]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
-    /// The page's title. [default: the folders' or the sweep's name]
+    /// Title of the page. [default: the folders' or the sweep's name]
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
 
-    /// Writes the page again every so many seconds while runs go on; the page loads itself again,
-    /// too.
+    /// Rewrite the page every SECONDS while runs continue; the page also reloads itself.
     #[arg(long, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true)]
     every: Option<u64>,
 
-    /// Also writes the tables as Markdown, LaTeX and CSV and the figures as SVG and PNG into this
+    /// Also write the tables (Markdown, LaTeX and CSV) and the figures (SVG and PNG) into this
     /// folder, for a paper.
     #[arg(long, value_name = "DIR")]
     parts: Option<PathBuf>,
 
-    /// A task's score that counts as 1 where tasks are taken together, such as a/hopper=3042; may
+    /// Score of a task that counts as 1 where tasks are taken together, such as a/hopper=3042; may
     /// be given several times.
     #[arg(long, value_name = "TASK=SCORE", value_parser = number_of)]
     reference: Vec<(String, f64)>,
@@ -63,8 +62,8 @@ pub struct Making {
     #[arg(skip)]
     paper: Paper,
 
-    /// Films a policy of every method on each task first (rollout.gif in the run's folder), where
-    /// there is no film or an older one, and shows the films. With --every also when all are done.
+    /// First film one policy of every method on each task (rollout.gif in the run's folder) unless
+    /// its film is up to date, and show the films. With --every, also when all runs are done.
     #[arg(long)]
     rollouts: bool,
 }
@@ -86,7 +85,7 @@ impl Report {
                         all.push(ReportRun { label: label.clone(), ..of_folder(folder) });
                     } else if let Some(label) = &label {
                         let shown = folder.display();
-                        note(&format!("{shown} is there already, and not again as {label}"));
+                        note(&format!("{shown} is already there, so not again as {label}"));
                     }
                 })?;
                 ensure!(!is_empty, "'{folder}': wanted runs in it, got none");
@@ -96,7 +95,7 @@ impl Report {
     }
 }
 
-/// LABEL=DIR, or DIR alone, if there is one of that name.
+/// LABEL=DIR, or DIR alone if there is a folder of that whole name.
 fn labelled(text: &str) -> anyhow::Result<(Option<String>, &str)> {
     let (label, folder) = match text.split_once('=') {
         Some((label, folder)) if !Path::new(text).exists() => (Some(label.to_owned()), folder),
@@ -105,7 +104,7 @@ fn labelled(text: &str) -> anyhow::Result<(Option<String>, &str)> {
     ensure!(label.as_deref() != Some(""), "'{text}': wanted a name before the =, got none");
     ensure!(
         !Path::new(folder).is_file(),
-        "'{folder}': wanted a folder, got a file (of a sweep's file copq sweep report makes the page)"
+        "'{folder}': wanted a folder, got a file (for a sweep's file, use copq sweep report)"
     );
     Ok((label, folder))
 }
@@ -115,7 +114,7 @@ pub fn find(folder: &Path, found: &mut impl FnMut(&Path)) -> anyhow::Result<()> 
     find_new(folder, &mut BTreeSet::new(), found)
 }
 
-/// The same, but for the folders that have been looked into: links may lead round in circles.
+/// The same, except for folders already looked into: links may lead round in circles.
 fn find_new(
     folder: &Path,
     seen: &mut BTreeSet<PathBuf>,
@@ -133,7 +132,7 @@ fn find_new(
         entries.map(|entry| entry.path()).filter(|path| may_hold_runs(path)).collect();
     folders.sort_by_cached_key(|path| (path.is_symlink(), path.clone()));
     for folder in &folders {
-        // One that may not be read costs no other.
+        // A folder that cannot be read must not hide the others.
         find_new(folder, seen, found)
             .unwrap_or_else(|error| note(&format!("not looked into: {error:#}")));
     }
@@ -146,7 +145,7 @@ fn may_hold_runs(path: &Path) -> bool {
     path.is_dir() && !is_hidden && !path.join("CACHEDIR.TAG").exists()
 }
 
-/// What a folder is called, `.` too.
+/// A folder's name, also that of `.`.
 fn named(text: &str) -> String {
     let path = std::path::absolute(text).unwrap_or_default();
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
@@ -174,7 +173,7 @@ pub fn of_task(mut run: ReportRun, plan: &Plan) -> ReportRun {
             names.push(objective.name);
         }
     }
-    // Of a task of Python's the objectives are not known, and these would be taken for all.
+    // The objectives of a Python task are not known, and these would be taken for all of them.
     if let Some(weights) = plan.weights.as_ref().filter(|_| !names.is_empty()) {
         let known: Vec<&str> = names.iter().map(String::as_str).collect();
         let own = read_weights(weights, &known).unwrap_or_default().into_iter();
@@ -189,7 +188,7 @@ pub fn of_task(mut run: ReportRun, plan: &Plan) -> ReportRun {
 }
 
 impl Making {
-    /// Beside what a sweep's file says of a paper; the command line's scores win.
+    /// Adds what a sweep's file says about a paper; the command line's scores win.
     pub fn beside(self, paper: Paper) -> Self {
         Self { paper, ..self }
     }
@@ -217,7 +216,7 @@ impl Making {
         let mut looks = 0;
         let mut before = String::new();
         loop {
-            // Between two runs, or while a cluster starts one again, none is at work for a moment.
+            // Between two runs, or while a cluster restarts one, none is in progress for a moment.
             let again = (looks < LOOKS && !stop.is_asked()).then_some(every);
             let is_first_or_last = before.is_empty() || looks == LOOKS;
             let runs = runs().map(|runs| self.filmed(runs, is_first_or_last));
@@ -252,7 +251,7 @@ impl Making {
         runs
     }
 
-    /// Writes a page; whether anything on it goes on, and what it is of.
+    /// Writes a page; returns whether any run on it continues, and a summary.
     fn write(
         &self,
         out: &Path,

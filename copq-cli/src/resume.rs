@@ -1,4 +1,4 @@
-//! `copq resume`: on from the last checkpoint.
+//! `copq resume`: continues from the last checkpoint.
 
 use std::path::PathBuf;
 
@@ -10,25 +10,28 @@ use crate::python::PythonProcess;
 use crate::saved;
 use crate::training::{leave, train};
 
-/// Goes on with a run from its last checkpoint, as if it had never stopped.
+/// Resumes a run from its last checkpoint, as if it had never stopped.
 ///
-/// To other numbers it goes on with a new episode, in worlds of Python's and after an error of a
-/// world, and without a replay, where the checkpoint has none (--replay).
+/// Its numbers differ from an unbroken run's where it continues with a new episode (in Python
+/// environments, and after an environment error) or without a replay (from a checkpoint that has
+/// none, see --replay).
 ///
-/// Method, task, seed and settings are the run's own. Ctrl-C saves and exits with code 75 again.
+/// Method, task, seed and settings are the run's own. As in training, Ctrl-C saves and
+/// exits with code 75.
 #[derive(clap::Args)]
 pub struct Resume {
     /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
     run: PathBuf,
 
-    /// Environment steps to train for in all, not fewer than the run has. A step size that has
-    /// fallen to its end stays there. [default: the run's own]
+    /// Total environment steps to train for, not fewer than the run's own. A step size that has
+    /// decayed to its final value stays there. [default: the run's own]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     steps: Option<u64>,
 
-    /// Goes back to the checkpoint before the last one, or to the next one before that is sound.
-    /// The last one stays as checkpoint.damaged.safetensors, or as checkpoint.later.safetensors if
-    /// it is sound.
+    /// Go back to the checkpoint before the last one, or to the next older one that is sound.
+    ///
+    /// The last one is kept as checkpoint.damaged.safetensors, or as checkpoint.later.safetensors
+    /// if it is sound.
     #[arg(long)]
     previous: bool,
 
@@ -46,7 +49,7 @@ impl Resume {
         self.keeping.over(&mut plan);
         self.process.over(&mut plan)?;
         if plan.run.on_resume == OnResume::NewEpisode {
-            note("its world cannot be saved: it goes on with a new episode, all else as it was");
+            note("its environment cannot be saved: a new episode begins, all else is as it was");
         }
         let init = saved::init(&self.run, &plan)?;
         let ending = train(recipe, plan, init, Some(&self.run), |recipe, plan| {

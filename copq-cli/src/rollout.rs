@@ -16,18 +16,18 @@ use crate::saved::{Learned, note_other_versions};
 use crate::view::{VIEWS, make_view};
 use crate::world::{World, adjusted, make_world};
 
-/// Plays episodes of a run's last policy, or its best, without exploration; writes a GIF in real
-/// time, with the returns so far.
+/// Films episodes of a run's last or best policy, without exploration: a GIF in real time, with the
+/// returns so far.
 ///
-/// Task, engine and policy are those of the run, which may go on meanwhile: nothing in its folder
+/// Task, engine and policy are the run's own. The run may continue meanwhile: nothing in its folder
 /// is written but rollout.gif.
 #[derive(clap::Args)]
 pub struct Rollout {
     /// Folder of the run, such as runs/cop-td3-a-hopper-cholesky-s0.
     run: PathBuf,
 
-    /// The policy of the run's best evaluation (costs within their limits first, then the weighted
-    /// total) in place of its last one.
+    /// Use the policy of the run's best evaluation (costs within their limits first, then the
+    /// weighted total) instead of its last one.
     #[arg(long)]
     best: bool,
 
@@ -41,11 +41,12 @@ pub struct Rollout {
     )]
     episodes: usize,
 
-    /// Seed of the episodes; the run's own gives those of its evaluations. [default: the run's own]
+    /// Seed of the episodes; the run's own begins with the episodes of its evaluations. [default:
+    /// the run's own]
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
     seed: Option<u64>,
 
-    /// Most steps to play of an episode.
+    /// Maximum number of steps to play per episode.
     #[arg(
         long,
         value_name = "N",
@@ -55,16 +56,16 @@ pub struct Rollout {
     )]
     steps: usize,
 
-    /// How to draw: `side` needs nothing, `mujoco` is MuJoCo's own picture, of whichever engine's
-    /// run. Environments of Python's draw themselves.
+    /// How to draw: `side` needs nothing; `mujoco` uses MuJoCo's own renderer, whichever engine the
+    /// run is on. Python environments draw themselves.
     #[arg(long, value_parser = VIEWS, default_value = "side")]
     view: String,
 
-    /// The GIF to write. [default: rollout.gif in the run's folder]
+    /// GIF to write. [default: rollout.gif in the run's folder]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
-    /// Folder for the frames as PNG files, if you want them too.
+    /// Also write the frames as PNG files into this folder.
     #[arg(long, value_name = "DIR")]
     png: Option<PathBuf>,
 
@@ -100,14 +101,14 @@ impl Rollout {
         let is_gif = out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gif"));
         let shown = out.display();
         ensure!(is_gif, "--out {shown}: wanted a name that ends in .gif");
-        ensure!(folder.is_none_or(Path::is_dir), "--out {shown}: wanted a folder that is there");
+        ensure!(folder.is_none_or(Path::is_dir), "--out {shown}: wanted an existing folder");
         self.process.over(&mut learned.plan)?;
         if is_task(&learned.plan.task) {
             return self.film_python(&learned);
         }
         let world = adjusted(make_world(&learned.plan)?, &learned.plan)?;
         let robot = &world.env().task().robot;
-        // Before anything is played, for it may have something to complain of.
+        // Before anything is played, because it may fail.
         let mut draw = make_view(&self.view, robot)?;
         let dt = robot.dt();
         match learned.saute() {
@@ -128,7 +129,7 @@ impl Rollout {
         self.out.clone().unwrap_or_else(|| self.run.join("rollout.gif"))
     }
 
-    /// An environment of Python's draws itself, when it is looked at.
+    /// Films a Python environment, which draws itself whenever it is looked at.
     fn film_python(self, learned: &Learned) -> anyhow::Result<()> {
         anyhow::ensure!(
             self.view == "side",
@@ -185,12 +186,12 @@ impl Rollout {
     }
 }
 
-/// A world with an episode in it, and how to see it.
+/// An environment with an episode in it, and how to look at it.
 struct Stage<'a, E> {
     rollout: copq::Rollout<E>,
     /// Seconds that a step takes.
     dt: f64,
-    /// Where all is now, as it is drawn.
+    /// Returns the current position, as it is drawn.
     look: &'a mut dyn FnMut(&mut E) -> Result<Vec<f64>>,
 }
 

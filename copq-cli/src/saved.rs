@@ -1,4 +1,4 @@
-//! A run's folder, read again: its method, world and policy.
+//! A run's folder, read again: its method, environment and policy.
 
 use std::path::{Path, PathBuf};
 
@@ -32,8 +32,8 @@ const BEST: &str = "policy-best.safetensors";
 /// A run's own copy of the policy that it began with.
 pub const INIT: &str = "policy-init.safetensors";
 
-/// What a run that has no checkpoint yet begins with, if that is a policy: its copy, or what it was
-/// made from if it was killed before there was one.
+/// The policy that a run without a checkpoint begins with, if any: its copy, or the original if the
+/// run was killed before there was a copy.
 pub fn init(folder: &Path, plan: &Plan) -> copq::Result<Option<PathBuf>> {
     let copy = folder.join(INIT);
     if folder.join("checkpoint.safetensors").is_file() {
@@ -46,12 +46,12 @@ pub fn init(folder: &Path, plan: &Plan) -> copq::Result<Option<PathBuf>> {
     }
 }
 
-/// The checksum of a policy's file.
+/// The checksum of a policy file.
 pub fn checksum(file: &Path) -> copq::Result<String> {
     Ok(policy_checksum(&read_policy(file)?))
 }
 
-/// An error if the policy that a run begins with is not the one that its plan knows.
+/// An error if the policy that a run begins with is not the one in its plan.
 pub fn check_init(file: &Path, plan: &Plan) -> copq::Result<()> {
     let Some(wanted) = &plan.init_checksum else { return Ok(()) };
     let got = checksum(file)?;
@@ -62,7 +62,8 @@ pub fn check_init(file: &Path, plan: &Plan) -> copq::Result<()> {
     Err(Error::invalid(what, format!("the policy of checksum {wanted}"), got))
 }
 
-/// The policy's file of a run's folder, the best one if there is one; or the file itself.
+/// The policy file of a run's folder, the best one if there is one; or the path itself if it is a
+/// file.
 pub fn policy_file(path: &Path) -> copq::Result<PathBuf> {
     if path.is_file() {
         return Ok(path.to_owned());
@@ -76,8 +77,8 @@ pub fn policy_file(path: &Path) -> copq::Result<PathBuf> {
     })
 }
 
-/// What a run's policy takes to be used: its plan, its world's budgets, its networks. Runs of other
-/// programs' methods have it, too.
+/// What it takes to use a run's policy: its plan, its environment's budgets, its networks. Runs of
+/// other programs' methods also have it.
 pub struct Learned {
     pub plan: Plan,
     folder: PathBuf,
@@ -87,7 +88,7 @@ pub struct Learned {
 }
 
 impl Learned {
-    /// Of the run in a folder.
+    /// Reads it from a run's folder.
     pub fn read(folder: &Path) -> copq::Result<Self> {
         let plan = read_plan(folder)?;
         if is_on_policy(&plan.method) {
@@ -102,19 +103,19 @@ impl Learned {
         Ok(Self { plan, folder: folder.to_owned(), saute: None, networks, kind })
     }
 
-    /// The run's world.
+    /// The run's environment.
     pub fn env(&self) -> copq::Result<Box<dyn Env>> {
         let env = make_env(&self.plan, self.saute.as_ref(), Some(&self.folder))?;
         note_other_versions(&self.plan, env.spec());
         Ok(env)
     }
 
-    /// The budgets that its world shows, if any.
+    /// The budgets that its environment shows, if any.
     pub fn saute(&self) -> Option<&SauteConfig> {
         self.saute.as_ref()
     }
 
-    /// What has been learned so far, or what was best of it, for the run's world.
+    /// The last policy, or the best one so far, for the run's environment.
     pub fn policy(&self, best: bool, spec: &EnvSpec) -> copq::Result<Policy> {
         let folder = &self.folder;
         let file = if best { Some(best_policy(folder)?) } else { newest_policy(folder) };
@@ -140,15 +141,14 @@ fn best_policy(folder: &Path) -> copq::Result<PathBuf> {
     Err(Error::invalid(what, format!("{BEST}, which evaluations write"), "a run without one"))
 }
 
-/// The file of a run's last policy, which every evaluation renews, unless its checkpoint is newer
-/// by the times that the files bear.
+/// The file of a run's last policy, which every evaluation rewrites, unless the checkpoint is newer
+/// by the files' modification times.
 pub fn newest_policy(folder: &Path) -> Option<PathBuf> {
     let file = folder.join("policy.safetensors");
     is_as_new(&file, &folder.join("checkpoint.safetensors")).then_some(file)
 }
 
-/// Whether a file is there and not older than another that may be there, by the times that they
-/// bear.
+/// Whether a file exists and is not older than another that may exist, by their modification times.
 fn is_as_new(file: &Path, than: &Path) -> bool {
     let changed = |path: &Path| path.metadata().and_then(|about| about.modified()).ok();
     changed(file).is_some_and(|at| changed(than).is_none_or(|other| other <= at))
@@ -162,22 +162,22 @@ pub fn is_filmed(folder: &Path) -> bool {
         .all(|name| is_as_new(&film, &folder.join(name)))
 }
 
-/// Says so if a world is of other versions than those that its run began with.
+/// Notes an environment whose versions differ from those that its run began with.
 pub fn note_other_versions(plan: &Plan, spec: &EnvSpec) {
     if let (Some(then), Some(now)) = (&plan.versions, &spec.versions)
         && then != now
     {
-        note(&format!("the run was begun with {then}, and its world is now of {now}"));
+        note(&format!("the run began with {then}, but its environment now has {now}"));
     }
 }
 
-/// Says so if another build of the program began a run: its bits may not be this one's.
+/// Notes a run that was begun by another build of the program: the bits of the two may differ.
 pub fn note_other_build(folder: &Path) {
     let Ok(config) = read_config::<toml::Table>(folder) else { return };
     let now = MadeWith::here();
     if config.made_with.build.is_some() && config.made_with.build != now.build {
         let shown = folder.display();
         let (then, now) = (config.made_with.version(), now.version());
-        note(&format!("{shown} was begun by {then} and goes on by {now}"));
+        note(&format!("{shown} was begun by {then} and continues with {now}"));
     }
 }

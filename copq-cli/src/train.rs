@@ -1,4 +1,4 @@
-//! `copq train`: a method, a task, and a folder for everything that the run leaves.
+//! `copq train`: a method, a task, and a folder for everything that the run writes.
 
 use std::path::PathBuf;
 
@@ -16,74 +16,77 @@ use crate::training::{leave, train};
 
 /// Trains a method on a robot.
 ///
-/// Leaves a folder with settings, metrics.csv, TensorBoard events, curves and a checkpoint. Ctrl-C
-/// saves and exits with code 75; copq resume goes on, bit for bit.
+/// Writes a folder with settings, metrics.csv, TensorBoard events, curves and a checkpoint. Ctrl-C
+/// saves and exits with code 75; copq resume continues the run, bit for bit.
 #[derive(clap::Args)]
 pub struct Train {
-    /// What to learn by; copq methods describes each. [default: cop-td3]
+    /// Method to train; copq methods describes each. [default: cop-td3]
     #[arg(value_parser = clap::builder::PossibleValuesParser::new(Recipe::names()))]
     method: Option<String>,
 
-    /// Begins like the run in this folder: with its method, and with its task, settings and cadence
-    /// where no others are given here. Its seed, too, unless --seed says another. The new run needs
-    /// an --out.
+    /// Begin like the run in this folder; requires --out.
+    ///
+    /// Copies that run's method, and its task, settings and cadence unless others are given here.
+    /// The seed is also copied, unless --seed is given.
     #[arg(long, value_name = "DIR", conflicts_with = "method", requires = "out")]
     like: Option<PathBuf>,
 
-    /// Begins with the best policy of a run's folder or policy file (.safetensors or .onnx): its
-    /// weights and its normaliser, but not its critics, optimiser or replay. It acts from the first
-    /// step on, with its noise (--set warm_up=uniform: at random first). The new folder keeps a
-    /// copy of it.
+    /// Begin with the best policy of a run's folder, or with a policy file (.safetensors or .onnx).
+    ///
+    /// Loads the policy's weights and normaliser, but no critics, optimiser or replay. The policy
+    /// acts from the first step, with its noise (with --set warm_up=uniform, actions are random at
+    /// first). The new folder keeps a copy of it.
     #[arg(long, value_name = "DIR")]
     init_from: Option<PathBuf>,
 
     /// Robot and task: what moves, and which rewards it gets, by priority; copq tasks lists them.
-    /// Or an environment of Python's as PACKAGE:ID, such as mo-gymnasium:mo-hopper-v5. [default:
-    /// a/hopper; b/hopper under a limit]
+    /// Or a Python environment as PACKAGE:ID, such as mo-gymnasium:mo-hopper-v5. [default:
+    /// a/hopper; b/hopper for methods that hold a cost under a limit]
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
 
-    /// Short for --task a/NAME, or of the benchmark that the method is for: a robot with rewards
-    /// (a), with a cost under a limit (b), with Gymnasium's own reward (gym).
+    /// Robot in the benchmark that the method, or the run of --like, is for: short for --task
+    /// a/NAME (rewards), b/NAME (a cost under a limit) or gym/NAME (Gymnasium's own reward).
     #[arg(long, value_name = "NAME", conflicts_with = "task")]
     robot: Option<String>,
 
-    /// Another priority order of the objectives, most important first: first letters (vsc), or
-    /// names between commas.
+    /// Priority order of the objectives in place of the task's own, most important first: first
+    /// letters (vsc), or names separated by commas.
     ///
-    /// Weights and limits follow. Only bounds that know priorities care.
+    /// Weights and limits stay with their objectives. Only bounds that use priorities are affected.
     #[arg(long, value_name = "ORDER")]
     order: Option<String>,
 
-    /// Worlds that take their steps together; of on-policy methods alone. With --threads they share
+    /// Number of environments to step together; on-policy methods only. --threads spreads them over
     /// the processors; the results are the same, bit for bit. [default: 1]
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     envs: Option<usize>,
 
-    /// Another limit of a cost than the task's own, such as cost=25: what an episode may cost; may
-    /// be given several times. In a task of Python's any objective with a limit is a cost; it has
-    /// to count from 0 up.
+    /// Limit of a cost in place of the task's own, such as cost=25: the most that an episode may
+    /// cost. May be given several times.
+    ///
+    /// In a Python environment, any objective with a limit is a cost; its values must be 0 or more.
     #[arg(long, value_name = "COST=LIMIT", value_parser = number_of)]
     limit: Vec<(String, f64)>,
 
-    /// Other weights of the objectives than the task's own: by name (control=0.5), or all of them
+    /// Weights of the objectives in place of the task's own: by name (control=0.5), or all of them
     /// in the task's order (1,1,0.5).
     #[arg(long, value_name = "WEIGHTS", allow_hyphen_values = true)]
     weights: Option<String>,
 
     /// Physics engine: rapier (pure Rust, nothing to install), mujoco or system (your libmujoco).
-    ///
-    /// Engines differ a little in contacts and integration; compare runs of one engine only.
     /// [default: rapier]
+    ///
+    /// Engines differ a little in contacts and integration; compare only runs on the same engine.
     #[arg(long, value_name = "NAME")]
     engine: Option<String>,
 
-    /// Whose robots: gym-v5 (Gymnasium's) or paper (Brax's, as in the paper). [default: gym-v5;
-    /// paper for cop-td3-paper]
+    /// Which version of the robots: gym-v5 (Gymnasium's) or paper (Brax's, which the paper uses).
+    /// [default: gym-v5; paper for cop-td3-paper]
     #[arg(long, value_name = "NAME")]
     preset: Option<String>,
 
-    /// How critics that disagree become one cautious value vector; the critics come with it.
+    /// How critics that disagree become one cautious value vector; it also determines the critics.
     /// [default: the method's own]
     ///
     /// cholesky puts the uncertainty of high-priority objectives first; swap it to see what that is
@@ -96,39 +99,39 @@ pub struct Train {
     )]
     bound: Option<String>,
 
-    /// Environment steps to train for; copq resume lets you raise them. [default: 110000; 1000000
-    /// for cop-td3-paper, 1024000 for on-policy methods, whose step size falls over them]
+    /// Environment steps to train for; copq resume can raise the number. [default: 110000; 1000000
+    /// for cop-td3-paper; 1024000 for on-policy methods, whose step size decays over them]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     steps: Option<u64>,
 
     /// Seed of every random number. The same seed on the same machine gives the same run, bit for
-    /// bit.
+    /// bit. [default: 0]
     ///
-    /// Compare methods over several seeds, each a process of its own. [default: 0]
+    /// Compare methods over several seeds, each in its own process.
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
     seed: Option<u64>,
 
-    /// New folder for everything the run leaves behind. [default: runs/METHOD-TASK-BOUND-sSEED]
+    /// New folder for everything the run writes. [default: runs/METHOD-TASK-BOUND-sSEED]
     ///
-    /// The default also names order, engine, preset and settings where they are not the usual ones.
+    /// The default also names order, engine, preset and settings that differ from the usual ones.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Environment steps between two evaluations without exploration; 0 for none. [default: 5000;
+    /// Environment steps between evaluations, which do not explore; 0 for none. [default: 5000;
     /// 20480 for on-policy methods]
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
     eval_every: Option<u64>,
 
-    /// Episodes of an evaluation, on the same seeds every time; more make a smoother curve.
-    /// [default: 10]
+    /// Episodes per evaluation, on the same seeds every time; more give a smoother curve. [default:
+    /// 10]
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     eval_episodes: Option<usize>,
 
-    /// Environment steps between two checkpoints: what a crash can cost you.
+    /// Environment steps between checkpoints: what a crash can cost you. [default: 20000; 102400
+    /// for on-policy methods]
     ///
-    /// A checkpoint holds the replay buffer, so it grows to hundreds of megabytes, and writing or
-    /// loading one needs as much memory again. Ctrl-C writes one too. [default: 20000; 102400 for
-    /// on-policy methods]
+    /// A checkpoint holds the replay buffer, so it grows to hundreds of megabytes. Writing or
+    /// loading one needs as much memory again. Ctrl-C also writes one.
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     checkpoint_every: Option<u64>,
 
@@ -140,16 +143,16 @@ pub struct Train {
     #[command(flatten)]
     keeping: Keeping,
 
-    /// Another value for one of the method's settings, such as batch=512; may be given several
-    /// times.
+    /// Change one of the method's settings, such as batch=512. May be given several times.
     ///
-    /// config.toml lists them, and a wrong name says which there are on its level, those that are
-    /// not in use among them: networks.precision=backward (products of the backward pass in bf16),
-    /// famo.lr. Deeper ones have dots, lists brackets: "networks.hidden=[64, 64]",
-    /// networks.activation=tanh, smoothing.std=0.1, or smoothing={std=0.1}: what a table does not
-    /// name stays. none takes away what a run can do without, such as smoothing=none. With
-    /// cop-td3-oac, optimism.projection=extremum explores towards another upper bound than
-    /// --bound's.
+    /// config.toml lists the settings. The error for a wrong name lists all names on its level,
+    /// including those not in use, such as networks.precision=backward (products of the backward
+    /// pass in bf16) and famo.lr.
+    ///
+    /// Use dots for nested settings and brackets for lists: "networks.hidden=[64, 64]",
+    /// networks.activation=tanh, smoothing.std=0.1. A table changes only what it names:
+    /// smoothing={std=0.1}. none removes an optional setting: smoothing=none. With cop-td3-oac,
+    /// optimism.projection=extremum explores towards that upper bound instead of --bound's.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 
@@ -157,7 +160,7 @@ pub struct Train {
     python: PythonWorld,
 }
 
-/// The longest name of a folder that systems take.
+/// The longest folder name that systems accept.
 const LONGEST_NAME: usize = 255;
 
 /// What to train, and the usual name of its folder.
@@ -171,7 +174,7 @@ impl Train {
     pub fn run(self) -> anyhow::Result<()> {
         let Prepared { recipe, mut plan, name } = self.prepare()?;
         let folder = self.out.unwrap_or_else(|| PathBuf::from("runs").join(name));
-        // A run like another begins with that one's own copy of a policy.
+        // A run like another one begins with that run's own copy of a policy.
         let copy =
             self.like.filter(|_| self.init_from.is_none()).map(|like| like.join(saved::INIT));
         let init = match copy.filter(|copy| copy.is_file()) {
@@ -183,7 +186,7 @@ impl Train {
         leave(&train(recipe, plan, init, None, open)?)
     }
 
-    /// What these options come to, before anything is made.
+    /// What these options amount to, before anything is created.
     pub fn prepare(&self) -> anyhow::Result<Prepared> {
         let (base, recipe) = self.base()?;
         let usual_steps = base.run.steps;
@@ -202,7 +205,7 @@ impl Train {
         Ok(Prepared { name, recipe, plan })
     }
 
-    /// What the options change: the plan and method of another run, or a method's usual ones.
+    /// What the options apply to: the plan and method of another run, or a method's usual ones.
     fn base(&self) -> anyhow::Result<(Plan, Recipe)> {
         if let Some(folder) = &self.like {
             return Ok(saved::run(folder)?);
@@ -211,14 +214,14 @@ impl Train {
         Ok((recipe.usual_plan(), recipe))
     }
 
-    /// The method with the options over it.
+    /// The method with the options applied.
     fn recipe(&self, recipe: Recipe) -> anyhow::Result<Recipe> {
         let recipe = match (recipe, &self.bound) {
             (Recipe::OffPolicy(method), Some(bound)) => {
                 Recipe::OffPolicy(with_bound(method, bound)?)
             }
             (Recipe::OnPolicy(method), Some(bound)) => {
-                bail!("--bound {bound}: wanted none, for {} bounds nothing", method.name)
+                bail!("--bound {bound}: wanted none, because {} has no bound", method.name)
             }
             (recipe, None) => recipe,
         };
@@ -226,7 +229,7 @@ impl Train {
         recipe.with_changes(&self.set)
     }
 
-    /// The plan with the options over it.
+    /// The plan with the options applied.
     fn plan(&self, base: Plan) -> anyhow::Result<Plan> {
         let run = RunSettings {
             steps: self.steps.unwrap_or(base.run.steps),
@@ -263,14 +266,14 @@ impl Train {
         let (name, envs) = (&plan.method, plan.envs);
         ensure!(
             envs == 1 || is_on_policy(name),
-            "--envs: wanted 1 for {name}, which learns from one world (on-policy methods, such as \
-             ppo, take several), got {envs}"
+            "--envs: wanted 1 for {name}, which learns from one environment (on-policy methods, \
+             such as ppo, take several), got {envs}"
         );
         let is_free = self.engine.is_none() && self.preset.is_none();
         let task = &plan.task;
         ensure!(
             is_free || !is_task(task),
-            "--engine, --preset: wanted none, for {task} brings its own world"
+            "--engine, --preset: wanted none, because {task} brings its own environment"
         );
         Ok(plan)
     }
@@ -291,14 +294,14 @@ impl Train {
     }
 }
 
-/// The name of a folder whose settings are too many for one: letters of their own.
+/// A short folder name where the settings are too many: letters that stand for them.
 pub fn short_name(long: &str) -> String {
     let (stem, seed) = long.rsplit_once("-s").unwrap_or((long, "0"));
     let start: String = stem.chars().take(100).collect();
     format!("{start}-{}-s{seed}", letters_of(stem))
 }
 
-/// The method with another bound; an error for one that has its own.
+/// The method with another bound; an error for a method that has its own.
 fn with_bound(method: Method, bound: &str) -> anyhow::Result<Method> {
     let usual = Method::by_name(&method.name)?;
     let name = &usual.name;
@@ -309,7 +312,7 @@ fn with_bound(method: Method, bound: &str) -> anyhow::Result<Method> {
         !is_part_of_it || bound == own,
         "--bound {bound}: wanted none, for {name} has its own, {own}"
     );
-    // The same bound takes no part away, such as REDQ's subset.
+    // The same bound must not remove a part of the method, such as REDQ's subset.
     if bound == method.bound.name() {
         Ok(method)
     } else {

@@ -1,4 +1,4 @@
-//! A run by its plan: its worlds, its agent, its folder, and how the program leaves when it ends.
+//! Trains a plan: its environments, its agent, its folder, and how the program exits at the end.
 
 use std::path::{Path, PathBuf};
 
@@ -12,10 +12,10 @@ use crate::saved;
 use crate::train::Prepared;
 use crate::world::make_env;
 
-/// Stopped, and can go on (EX_TEMPFAIL).
+/// Exit code of a run that was stopped and can be resumed (EX_TEMPFAIL).
 pub const STOPPED: i32 = 75;
 
-/// Leaves the program as a run has ended, so that nothing goes on with half of it.
+/// Exits as the run has ended, so that nothing continues with half of it.
 pub fn leave(ending: &Ending) -> anyhow::Result<()> {
     match ending {
         Ending::Finished { .. } => Ok(()),
@@ -23,8 +23,8 @@ pub fn leave(ending: &Ending) -> anyhow::Result<()> {
     }
 }
 
-/// Trains to the end of a plan, in the folder that `open` makes or reopens when all else has proved
-/// to fit. A run that begins with the policy in a file keeps a copy of it.
+/// Trains to the end of a plan, in the folder that `open` makes or reopens once everything else has
+/// proved to fit. A run that begins with the policy in a file keeps a copy of it.
 pub fn train(
     recipe: Recipe,
     mut plan: Plan,
@@ -34,29 +34,29 @@ pub fn train(
 ) -> anyhow::Result<Ending> {
     plan.check()?;
     init.as_deref().map_or(Ok(()), |file| saved::check_init(file, &plan))?;
-    // The worlds to learn in, and below another one to be evaluated in.
+    // The environments to learn in; the one for evaluations is made below.
     let env = make_env(&plan, recipe.saute(), run)?;
     note_unheeded(&recipe, env.spec());
     note_no_update(&recipe, &plan);
     note_last_step_size(&recipe, &plan);
     match run {
         Some(_) => saved::note_other_versions(&plan, env.spec()),
-        // Those of its own world, even if it is like a run of others.
+        // Those of its own environment, even if it is like a run with others.
         None => plan.versions.clone_from(&env.spec().versions),
     }
     let mut agent = recipe.clone().agent(env.spec(), &plan, init.as_deref())?;
-    // Before so many worlds are made.
+    // Before the other environments are made.
     agent.prepare(plan.envs)?;
     let mut envs = vec![env];
     for _ in 1..plan.envs {
         envs.push(make_env(&plan, recipe.saute(), run)?);
     }
-    let trainer = copq::Trainer::of_worlds(envs, agent)?.threads(plan.threads);
+    let trainer = copq::Trainer::with_envs(envs, agent)?.threads(plan.threads);
     let eval_env = match plan.run.eval_every {
         0 => None,
         _ => Some(
             make_env(&plan, recipe.saute(), run)
-                .context("a second world, to be evaluated in (--eval-every 0 does without)")?,
+                .context("a second environment, for evaluations (--eval-every 0 needs none)")?,
         ),
     };
     let folder = open(&recipe, &plan)?;
@@ -64,34 +64,34 @@ pub fn train(
         read_policy(file)?.write_file(folder.file(saved::INIT))?;
     }
     let ending = Run::new(trainer, eval_env, folder, plan.run)?.train()?;
-    // The run is done and says so in its log, too; that nobody reads it here is no failure.
+    // The run is done and its log also says so; that nobody reads it here is no failure.
     say(&format!("{ending}\n")).unwrap_or_default();
     Ok(ending)
 }
 
-/// Says so if a step size that falls has fallen before a run is over.
+/// Notes a step size that reaches the end of its decay before the run is over.
 fn note_last_step_size(recipe: &Recipe, plan: &Plan) {
     if let Recipe::OnPolicy(method) = recipe
         && let Some(steps) = method.config.anneal_steps
         && steps < plan.run.steps
         && method.config.natural.is_none()
     {
-        note(&format!("after step {steps} the policy's step size is the last, a small one"));
+        note(&format!("after step {steps} the policy's step size stays at its last, small value"));
     }
 }
 
-/// Says so if a run is over before it learns anything.
+/// Notes a run that is over before it learns anything.
 fn note_no_update(recipe: &Recipe, plan: &Plan) {
     let (name, first) = match recipe {
         Recipe::OffPolicy(method) => ("start_steps", method.config.start_steps),
         Recipe::OnPolicy(method) => ("steps_per_epoch", method.config.steps_per_epoch as u64),
     };
     if plan.run.steps < first {
-        note(&format!("nothing is learned before step {first} ({name}), where this run is over"));
+        note(&format!("nothing is learned before step {first} ({name}), and this run ends first"));
     }
 }
 
-/// Makes a run's world and agent, and lets them go again: an error for what could not begin.
+/// Makes a run's environment and agent and drops them: an error for a run that could not begin.
 pub fn try_out(prepared: &Prepared) -> anyhow::Result<()> {
     let Prepared { plan, recipe, .. } = prepared;
     plan.check()?;
@@ -101,19 +101,19 @@ pub fn try_out(prepared: &Prepared) -> anyhow::Result<()> {
     Ok(agent.prepare(plan.envs)?)
 }
 
-/// A note where a method leaves something of its task unheeded.
+/// Notes what a method does not heed in its task.
 fn note_unheeded(recipe: &Recipe, spec: &EnvSpec) {
     for objective in spec.objectives.iter().filter(|objective| objective.is_cost()) {
         let Objective { name: cost, weight, .. } = objective;
         if !recipe.holds_costs() {
             let other = recipe.constrained();
             note(&format!(
-                "nothing holds the {cost}'s limit here, its weight is {weight}; {other} holds it"
+                "nothing holds the {cost}'s limit here (its weight is {weight}); {other} does"
             ));
         } else if *weight != 0.0 {
             note(&format!(
-                "the {cost}'s weight of {weight} counts in the weighted total alone: the method \
-                 weighs it by its limit"
+                "the {cost}'s weight of {weight} counts only in the weighted total: the method \
+                 weighs the {cost} by its limit"
             ));
         }
     }
@@ -122,7 +122,8 @@ fn note_unheeded(recipe: &Recipe, spec: &EnvSpec) {
     }
 }
 
-/// What to say where a bound that knows priorities puts what counts for nothing before what counts.
+/// What to say if a bound that uses priorities puts an objective that counts for nothing before one
+/// that counts.
 fn idle_first(method: &Method, spec: &EnvSpec) -> Option<String> {
     let is_weighed = |objective: &&Objective| {
         objective.weight != 0.0 || (objective.is_cost() && method.config.constraint.is_some())
@@ -138,7 +139,7 @@ fn idle_first(method: &Method, spec: &EnvSpec) -> Option<String> {
     })
 }
 
-/// What to say where a bound that knows priorities puts a reward before a cost that is to be held.
+/// What to say if a bound that uses priorities puts a reward before a cost that is to be held.
 fn late_cost(method: &Method, spec: &EnvSpec) -> Option<String> {
     let knows_order = method.config.constraint.is_some() && method.bound.name() == "cholesky";
     let reward = spec.objectives.iter().position(|objective| !objective.is_cost())?;

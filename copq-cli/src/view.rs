@@ -8,8 +8,8 @@ use copq_render::animation::{Capsule, Draw, SideView, limb_colour};
 /// The views that [`make_view`] knows.
 pub const VIEWS: [&str; 2] = ["side", "mujoco"];
 
-/// Draws a robot's qpos, of whichever engine: from the side, which needs nothing, or as MuJoCo
-/// does.
+/// Draws a robot's qpos, whichever engine it comes from: from the side, which needs nothing, or as
+/// MuJoCo does.
 pub fn make_view(name: &str, robot: &RobotSpec) -> Result<Box<Draw<'static>>> {
     match name {
         "side" => from_the_side(robot.clone()),

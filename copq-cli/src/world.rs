@@ -1,4 +1,4 @@
-//! A world by the names of its task, engine and preset, or one of Python's.
+//! Environments by the names of their task, engine and preset, or from Python.
 
 use std::path::Path;
 
@@ -16,15 +16,15 @@ pub const ENGINES: [&str; 3] = ["rapier", "mujoco", "system"];
 /// A robot and its task, on an engine chosen at run time.
 pub type World = Locomotion<Box<dyn Physics>>;
 
-/// A plan's task on its engine, its objectives in the plan's order, its budgets in sight if there
-/// are settings for that. `run` is its folder, if it has been there before.
+/// A plan's task on its engine, its objectives in the plan's order, its budgets in the observation
+/// if there are settings for them. `run` is its folder, if it already exists.
 pub fn make_env(
     plan: &Plan,
     saute: Option<&SauteConfig>,
     run: Option<&Path>,
 ) -> Result<Box<dyn Env>> {
     let world = adjusted(make_any(plan, run)?, plan)?;
-    // Budgets are seen in the task's own order, whatever the priorities.
+    // Budgets are shown in the task's own order, whatever the priorities.
     let shown: Box<dyn Env> = match saute {
         Some(saute) => Box::new(Saute::new(world, saute)?),
         None => Box::new(world),
@@ -35,7 +35,7 @@ pub fn make_env(
     })
 }
 
-/// A world under the plan's limits and weights.
+/// An environment with the plan's limits and weights.
 pub fn adjusted<E: Env>(world: E, plan: &Plan) -> Result<AdjustedEnv<E>> {
     let limits = plan.limits.iter().map(|(cost, &limit)| (cost.as_str(), limit));
     let world = AdjustedEnv::new(world).limits(limits)?;
@@ -60,7 +60,7 @@ fn make_any(plan: &Plan, run: Option<&Path>) -> Result<Box<dyn Env>> {
     Ok(Box::new(make_world(plan)?))
 }
 
-/// A plan's task on its engine, whose robot can be looked at.
+/// A plan's task on its engine, with access to its robot.
 pub fn make_world(plan: &Plan) -> Result<World> {
     let options = Options { preset: plan.preset.parse()?, ..Options::default() };
     Locomotion::make(&plan.task, &options, |robot| make_physics(&plan.engine, robot))

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 
-/// One processor of every core that this process may use, by the system's numbers; none where the
-/// system does not tell.
+/// One processor of every core that this process may use, by the system's numbers; empty where the
+/// system does not say.
 pub fn cores() -> Vec<usize> {
     let mut seen = BTreeSet::new();
     allowed().into_iter().filter(|&cpu| seen.insert(core_of(cpu))).collect()
 }
 
-/// The processors that share a core with one, as Linux lists them.
+/// The processors that share a core with this one, as Linux lists them.
 fn core_of(cpu: usize) -> String {
     let file = format!("/sys/devices/system/cpu/cpu{cpu}/topology/thread_siblings_list");
     std::fs::read_to_string(file).unwrap_or_else(|_| cpu.to_string())
@@ -27,7 +27,7 @@ fn allowed() -> Vec<usize> {
     Vec::new()
 }
 
-/// Keeps this process and the threads that it will make on one processor, where the system allows.
+/// Keeps this process and its future threads on one processor, where the system allows it.
 #[cfg(target_os = "linux")]
 pub fn stay_on(cpu: usize) {
     use rustix::thread::{CpuSet, sched_setaffinity};
@@ -38,8 +38,7 @@ pub fn stay_on(cpu: usize) {
     }
 }
 
-/// Names this process for those who look at a list of them: it may have been started by a name that
-/// says nothing.
+/// Names this process for lists of processes: the name that it was started by may say nothing.
 #[cfg(target_os = "linux")]
 pub fn be_called_copq() {
     rustix::thread::set_name(c"copq").unwrap_or_default();

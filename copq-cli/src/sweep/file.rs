@@ -14,14 +14,14 @@ use crate::saved;
 use crate::train::{Prepared, Train, short_name};
 use crate::training::try_out;
 
-/// Longest name of a folder that every file system takes, with room for an ending.
+/// The longest folder name that every file system accepts, with room for an extension.
 const LONGEST: usize = 240;
-/// What a sweep's file comes to.
+/// A sweep's file, read and checked.
 pub struct SweepFile {
     /// The folder of all runs.
     pub out: PathBuf,
     pub title: String,
-    /// What it says of a paper.
+    /// What it says about a paper.
     pub paper: Paper,
     pub tasks: Vec<Task>,
 }
@@ -34,16 +34,16 @@ pub struct Task {
     pub plan: Plan,
     /// Its method's settings.
     pub settings: toml::Table,
-    /// What it is: [`copq_experiments::fingerprint`].
+    /// Its [`copq_experiments::fingerprint`].
     pub fingerprint: String,
-    /// What it was when it was submitted, if it was.
+    /// The fingerprint when it was submitted, if it was.
     pub submitted: Option<String>,
-    /// What the file says of it.
+    /// What the file says about it.
     options: Options,
     arguments: Vec<String>,
 }
 
-// `copq train` alone, so that a task's options are read as its.
+// `copq train` alone, so that a task's options are parsed as its options.
 #[derive(Parser)]
 #[command(disable_help_flag = true)]
 struct Line {
@@ -52,14 +52,14 @@ struct Line {
 }
 
 impl Task {
-    /// As somebody would type it.
+    /// The command as a user would type it.
     pub fn command(&self) -> String {
         let words = self.arguments.iter().map(|argument| quoted(argument));
         let folder = quoted(&self.folder.to_string_lossy());
         format!("copq train {} --out {folder}", words.collect::<Vec<_>>().join(" "))
     }
 
-    /// What it would train; an error for options that do not fit.
+    /// What it would train; an error for options that do not fit together.
     pub fn prepare(&self) -> anyhow::Result<Prepared> {
         Ok(Prepared { plan: self.plan.clone(), ..prepare(&self.arguments)? })
     }
@@ -69,8 +69,8 @@ impl Task {
         read_done(&self.folder).is_some_and(|fingerprint| fingerprint == self.fingerprint)
     }
 
-    /// Why the run that has begun cannot go on to the file's steps, if its step size falls over all
-    /// of its own.
+    /// Why the run that has begun cannot continue to the file's steps, if its step size decays over
+    /// its own steps.
     pub fn why_only_anew(&self) -> Option<String> {
         let begun = read_config::<toml::Table>(&self.folder).ok()?;
         let over = |settings: &toml::Table| settings.get("anneal_steps")?.as_integer();
@@ -79,8 +79,8 @@ impl Task {
         (then < now).then(|| {
             format!(
                 "its step size falls over {then} steps, the file's over {now}, which is another \
-                 run: give it another folder (out, or the name of an [[arm]]); outside of the \
-                 sweep copq resume {folder} --steps N goes on with the last, small step size"
+                 run: give it another folder (out, or the name of an [[arm]]); outside the sweep, \
+                 copq resume {folder} --steps N continues with the last, small step size"
             )
         })
     }
@@ -102,7 +102,7 @@ impl Task {
         let folder = out.join(name);
         prepared.plan.init_checksum = init_checksum(&prepared.plan, &folder);
         let submitted = combination.submitted.clone();
-        // One that has begun has its own copy of the policy.
+        // A run that has begun has its own copy of the policy.
         if let (Some(_), Ok(begun)) = (&submitted, read_plan(&folder)) {
             prepared.plan.init_checksum = begun.init_checksum;
         }
@@ -119,9 +119,9 @@ impl Task {
     }
 }
 
-/// The checksum of the policy that a run begins with. One that began before checksums were written
-/// has none (and off-policy acted at random first: `set = "warm_up=uniform"`); of a policy that is
-/// gone, what its run has written is what there is.
+/// The checksum of the policy that a run begins with. A run that began before checksums were
+/// written has none (and, off-policy, acted at random first: `set = "warm_up=uniform"`). If the
+/// policy is gone, the checksum that the run has written is used.
 fn init_checksum(plan: &Plan, folder: &Path) -> Option<String> {
     let from = plan.init_from.as_deref()?;
     let now = saved::policy_file(from).and_then(|file| saved::checksum(&file)).ok();
@@ -135,7 +135,7 @@ fn prepare(arguments: &[String]) -> anyhow::Result<Prepared> {
     let words = std::iter::once("copq train").chain(arguments.iter().map(String::as_str));
     let line = Line::try_parse_from(words).map_err(|error| {
         let text = error.to_string();
-        // Without clap's advice on the command line's own help.
+        // Without clap's advice about the command line's help.
         let ends = ["\nUsage:", "\nFor more", "\n  tip: to pass"];
         let said =
             ends.iter().fold(text.as_str(), |said, end| said.split(end).next().unwrap_or(said));
@@ -149,12 +149,12 @@ fn prepare(arguments: &[String]) -> anyhow::Result<Prepared> {
 }
 
 impl SweepFile {
-    /// All runs, each of them checked.
+    /// Reads all runs and checks each.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         Self::read_within(path, None, &mut Vec::new())
     }
 
-    /// The same of a file that others have named, in the first one's folder.
+    /// The same for a file that others have named, in the first one's folder.
     fn read_within(
         path: &Path,
         out: Option<&Path>,
@@ -207,8 +207,8 @@ impl SweepFile {
         Ok(Self { out, title, paper, tasks })
     }
 
-    /// All runs, for whoever begins them: an error that names the first one that could not begin,
-    /// for its world or its method cannot be made. Seeds are all alike.
+    /// All runs, for whoever begins them. An error names the first run that could not begin because
+    /// its environment or its method cannot be made; runs that differ only in seed are tried once.
     pub fn read_to_begin(path: &Path) -> anyhow::Result<Self> {
         let sweep = Self::read(path)?;
         check_paper(&sweep).with_context(|| format!("'{}'", path.display()))?;
@@ -230,8 +230,8 @@ impl SweepFile {
         (0..self.tasks.len()).filter(|&number| !self.tasks[number].is_done()).collect()
     }
 
-    /// One of its runs alone, for a process that is one of thousands; or the one with a
-    /// fingerprint, wherever it stands in a file that has changed since.
+    /// One of its runs only, for a process that is one of thousands; or the one with the expected
+    /// fingerprint, wherever it is in a file that has changed since.
     pub fn read_task(path: &Path, number: usize, expect: Option<&str>) -> anyhow::Result<Task> {
         let task = Self::read_numbered(path, number);
         let Some(expected) = expect else { return task };

@@ -18,21 +18,21 @@ use clap::Subcommand;
 use crate::options::say;
 pub use file::SweepFile;
 
-/// What a file looks like.
-const FILE: &str = r#"A sweep's file is TOML. Its keys are copq train's long options, and `method`:
+/// What a sweep's file looks like.
+const FILE: &str = r#"A sweep's file is TOML. Its keys are copq train's long options and `method`:
 
-  title = "Two bounds"       # of the report
-  out = "runs/two-bounds"    # the folder of all runs; runs/ and the file's name if not given
+  title = "Two bounds"       # title of the report
+  out = "runs/two-bounds"    # folder of all runs; by default runs/ and the file's name
 
-  [all]                      # of every run
+  [all]                      # options of every run
   steps = 20000
-  set = ["batch=128"]        # several --set; those of grid and arms come on top
+  set = ["batch=128"]        # several --set; those of grid and arms are added
 
-  [grid]                     # every combination of these lists is a run
+  [grid]                     # one run for each combination of these lists
   task = ["a/hopper", "a/walker2d"]
   seed = [0, 1, 2]
 
-  [[arm]]                    # and all of them for each arm, whose name begins the folder's
+  [[arm]]                    # the whole grid for each arm; its name begins the folder names
   name = "cholesky"
 
   [[arm]]
@@ -40,40 +40,40 @@ const FILE: &str = r#"A sweep's file is TOML. Its keys are copq train's long opt
   bound = "scalarised-min"
   set = ["tau=0.01"]
 
-  [[exclude]]                # without the combinations that have all of these
+  [[exclude]]                # leave out the combinations that have all of these
   name = "minimum"
   seed = 2
 
-  [[include]]                # and with this run, over [all]
+  [[include]]                # add this run, with its options on top of [all]
   method = "ppo"
   task = "a/hopper"
 
   [reference]                # scores that count as 1 where the report takes tasks together
   "a/hopper" = 3042
 
-  [[published]]              # a paper's numbers, beside those of the report's tables
+  [[published]]              # a paper's numbers, shown beside the runs' in the tables
   source = "Table 2"
   task = "a/hopper"
   of = "final"               # or best, best-of-mean, area, last-five (with quantity = "cost")
   seeds = 5
   scores = { cholesky = [3042, 99], minimum = 3020 }    # mean and standard deviation, or mean
 
-  [[claim]]                  # what a paper concludes, which the report judges by intervals
+  [[claim]]                  # a paper's conclusion, which the report judges by intervals
   says = "it learns faster"
   source = "section 5.1"
   task = ["a/hopper", "a/walker2d"]
   of = "area"                # or final, best, last-five, swing, exceeded (of a quantity)
   method = "cholesky"        # as the report calls it
   is = "above"               # or below; near or not-below, with within = 0.1
-  than = "minimum"           # several in a list; limit is that of the cost in quantity
+  than = "minimum"           # or a list; "limit" is the limit of the cost in quantity
 
-`files = ["other.toml"]` takes in the runs of other files, which lie beside this one. All other
-paths, `out` too, begin in the folder where copq is called. experiments/ has examples."#;
+`files = ["other.toml"]` adds the runs of other files; their paths are relative to this file. All
+other paths, including `out`, are relative to the folder where copq is called. experiments/ has
+examples."#;
 
-/// Trains many runs that one file describes: methods, tasks, seeds and whatever else copq train
-/// has.
+/// Trains the runs that a file describes: methods, tasks, seeds and any other option of copq train.
 ///
-/// The same command goes on where the last one stopped, however it stopped; what is done is not
+/// The same command continues where the last one stopped, however it stopped. What is done is not
 /// done again.
 #[derive(clap::Args)]
 #[command(after_long_help = FILE)]
@@ -84,11 +84,11 @@ pub struct Sweep {
 
 #[derive(Subcommand)]
 enum Action {
-    /// Lists the runs of a file, each with its number, its folder, the fingerprint of all that can
+    /// Lists the runs of a file, each with its number, its folder, a fingerprint of all that can
     /// change its numbers, and its command.
     Plan(Named),
     Run(pool::Run),
-    /// Says which runs are done, which go on, which failed and why.
+    /// Reports which runs are done, which are running, and which failed and why.
     Status(Named),
     Submit(submit::Submit),
     Report(report::Report),
@@ -97,7 +97,7 @@ enum Action {
 
 #[derive(clap::Args)]
 struct Named {
-    /// The sweep's file, such as experiments/quick.toml.
+    /// File of the sweep, such as experiments/quick.toml.
     file: PathBuf,
 }
 

@@ -1,4 +1,4 @@
-//! A pool of processes, one a run.
+//! A pool of processes, one for each run.
 
 use std::fs::{self, File};
 use std::io::{IsTerminal, Write};
@@ -25,17 +25,18 @@ const PAUSE: Duration = Duration::from_millis(200);
 /// How often a view that cannot be overwritten is written.
 const REPORT: Duration = Duration::from_secs(60);
 
-/// Trains all that is not done yet, several at once. Ctrl-C saves them all.
+/// Trains all runs that are not done yet, several at once. Ctrl-C saves them all.
 #[derive(clap::Args)]
 pub struct Run {
     #[command(flatten)]
     named: super::Named,
 
-    /// Runs at the same time, a process each. [default: one a core, fewer where runs have threads]
+    /// Number of runs at the same time, each in its own process. [default: one per core, fewer if
+    /// runs have threads]
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     jobs: Option<usize>,
 
-    /// Leaves it to the system where each run works, instead of a core of its own (Linux).
+    /// Let the system place the runs, instead of giving each its own core (Linux).
     #[arg(long)]
     no_pin: bool,
 }
@@ -55,17 +56,17 @@ struct Pool<'a> {
     /// Runs that are not done, the next one last.
     waiting: Vec<usize>,
     running: Vec<Running>,
-    /// Cores that nobody here works on.
+    /// Cores that no run here uses.
     free: Vec<usize>,
     done: usize,
     failed: usize,
     /// Runs that were stopped and saved, those that ended unsaved, and those that another process
-    /// was at.
+    /// had.
     stopped: usize,
     killed: usize,
     held: usize,
     began: Instant,
-    /// Steps that ended runs have done here.
+    /// Steps that ended runs did here.
     stepped: u64,
     shown: Instant,
 }
@@ -75,11 +76,11 @@ impl Run {
         let sweep = SweepFile::read_to_begin(&self.named.file)?;
         let mut free = cores();
         let all = available_parallelism().map_or(1, usize::from);
-        // A container may have fewer processors than there are to stay on.
+        // A container may have fewer processors than there are to be pinned to.
         let places = if free.is_empty() { all } else { free.len().min(all) };
         let threads = sweep.tasks.iter().map(|task| task.plan.threads).max().unwrap_or(1);
         let jobs = self.jobs.unwrap_or((places / threads).max(1));
-        // Fewer runs than cores leave it to the system: another sweep may want the others.
+        // With fewer runs than cores the system places them: another sweep may want the others.
         if self.no_pin || threads > 1 || jobs != free.len() {
             free.clear();
         }
@@ -105,13 +106,13 @@ impl Run {
     }
 }
 
-/// Where a run's words on standard error go while it runs here.
+/// Where a run's standard error goes while it runs here.
 fn words(folder: &Path) -> PathBuf {
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     folder.with_file_name(format!(".{name}.{}.err", std::process::id()))
 }
 
-/// Takes away what a run said under pools that were killed.
+/// Removes what a run said under pools that were killed.
 fn forget_words(folder: &Path) {
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     let entries = folder.parent().and_then(|folder| fs::read_dir(folder).ok());
@@ -124,13 +125,13 @@ fn forget_words(folder: &Path) {
     }
 }
 
-/// What a run said on standard error stays beside its folder if it failed without leaving the
-/// reason itself, as a panic does; so does how the system ended it, for a fault in the program or
-/// for want of memory.
+/// Keeps what a run said on standard error beside its folder if it failed without leaving the
+/// reason itself, as after a panic. If the system ended it, because of a fault in the program or a
+/// lack of memory, that is added.
 fn keep_words(folder: &Path, is_failure: bool, status: ExitStatus) {
     let words = words(folder);
     let kept = complaint_file(folder);
-    // People's help, not the runs' truth: a disk that is full takes no word either.
+    // A help for people, which no run depends on: a full disk may refuse it.
     if !is_failure || kept.exists() {
         return fs::remove_file(words).unwrap_or_default();
     }
@@ -155,7 +156,7 @@ impl Pool<'_> {
             while !told && self.running.len() < jobs {
                 let Some(number) = self.waiting.pop() else { break };
                 if let Err(error) = self.start(number) {
-                    // Those that run are not left behind for it.
+                    // The runs in progress are not abandoned for it.
                     self.failed += 1;
                     self.tell(number, &format!("could not be started: {error:#}"));
                 }
@@ -167,7 +168,7 @@ impl Pool<'_> {
         self.end()
     }
 
-    /// What the sweep came to.
+    /// Reports how the sweep ended.
     fn end(&self) -> anyhow::Result<()> {
         let file = self.file.display();
         if self.failed > 0 {
@@ -179,22 +180,22 @@ impl Pool<'_> {
         let mut text = String::new();
         for (count, what) in [
             (self.stopped, "stopped and saved"),
-            (self.killed, "ended at once and go on from their last checkpoint"),
-            (self.held, "are other processes' work (copq sweep status says whose)"),
+            (self.killed, "ended at once and continue from their last checkpoint"),
+            (self.held, "belong to other processes (copq sweep status says which)"),
             (self.waiting.len(), "wait"),
         ] {
             if count > 0 {
                 text += &format!("{count} runs {what}\n");
             }
         }
-        say(&(text + "the same command goes on\n"))?;
+        say(&(text + "run the same command again to continue\n"))?;
         std::process::exit(STOPPED)
     }
 
     fn start(&mut self, number: usize) -> anyhow::Result<()> {
         let task = &self.sweep.tasks[number];
         let folder = &task.folder;
-        // What a run says lies in its folder's log.txt, but for why it could not even begin.
+        // What a run says is in its folder's log.txt, except for why it could not even begin.
         let words = words(folder);
         if let Some(folder) = words.parent() {
             fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
@@ -238,7 +239,7 @@ impl Pool<'_> {
         }
     }
 
-    /// Takes in the runs that have ended.
+    /// Handles the runs that have ended.
     fn look(&mut self) {
         let mut i = 0;
         while i < self.running.len() {
@@ -274,7 +275,7 @@ impl Pool<'_> {
             Some(STOPPED) => self.stopped += 1,
             Some(HELD) => {
                 self.held += 1;
-                self.tell(number, "is another process's work");
+                self.tell(number, "belongs to another process");
             }
             _ => {
                 self.failed += 1;
@@ -284,7 +285,7 @@ impl Pool<'_> {
         }
     }
 
-    /// Says what has become of a run; that nobody listens is no reason to stop.
+    /// Reports what has become of a run; that nobody reads it is no reason to stop.
     fn tell(&self, number: usize, what: &str) {
         let name = self.sweep.tasks[number].folder.display();
         say(&format!("{}{name} {what}\n", clear())).unwrap_or_default();

@@ -17,7 +17,7 @@ pub fn this_program() -> std::io::Result<Command> {
     Ok(command)
 }
 
-/// Whether a process was ended by what people and schedulers send, before it listened.
+/// Whether a process was ended by a signal that people and schedulers send, before it listened.
 #[cfg(unix)]
 pub fn was_told_to_end(status: ExitStatus) -> bool {
     use std::os::unix::process::ExitStatusExt;
@@ -37,7 +37,7 @@ pub fn terminate(child: &Child) -> std::io::Result<()> {
     Ok(kill_process(Pid::from_child(child), Signal::TERM)?)
 }
 
-/// Asks a process to save and end: on this system a console's Ctrl-C has done it.
+/// Asks a process to save and end: on this system, the console's Ctrl-C has already done so.
 #[cfg(not(unix))]
 pub fn terminate(_: &Child) -> std::io::Result<()> {
     Ok(())

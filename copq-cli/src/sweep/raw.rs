@@ -1,4 +1,4 @@
-//! What a sweep's file says: lists of options, and what they come to together.
+//! What a sweep's file says: lists of options, and their combinations.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -7,14 +7,14 @@ use anyhow::{Context, bail, ensure};
 use copq_experiments::paper::{Claim, Paper, Published};
 use serde::Deserialize;
 
-/// Options of copq train by their long names; `method` is the method, `set`, `limit` and `import`
+/// Options of copq train by their long names. `method` is the method; `set`, `limit` and `import`
 /// are lists.
 pub type Options = BTreeMap<String, toml::Value>;
 
-/// Options that may be given several times, and add up.
+/// Options that may be given several times, and are added up.
 pub const REPEATED: [&str; 3] = ["set", "limit", "import"];
 
-/// What a run was when it was submitted, in a file that `copq sweep submit` writes.
+/// The key of a run's fingerprint at its submission, in a file that `copq sweep submit` writes.
 pub const SUBMITTED: &str = "fingerprint";
 
 #[derive(Debug, Deserialize)]
@@ -25,11 +25,11 @@ pub struct Raw {
     /// The product of these lists, option by option.
     #[serde(default)]
     grid: BTreeMap<String, Vec<toml::Value>>,
-    /// Named variants, each with options of its own; every one is run over the whole grid.
+    /// Named variants, each with its own options; each is run over the whole grid.
     #[serde(default)]
     arm: Vec<Options>,
-    /// Combinations to leave out: those that have all of an entry's options, one `set` of several
-    /// too.
+    /// Combinations to leave out: those that have all of an entry's options, which may be one `set`
+    /// of several.
     #[serde(default)]
     exclude: Vec<Options>,
     /// Combinations to add: options over those of all runs.
@@ -38,8 +38,8 @@ pub struct Raw {
     /// Options of all runs.
     #[serde(default)]
     all: Options,
-    /// Other files, from this one's folder, whose runs are this one's, too. A run that two of them
-    /// have is run once.
+    /// Other files, relative to this one's folder, whose runs are also this one's. A run that two
+    /// of them have is run once.
     #[serde(default)]
     pub files: Vec<PathBuf>,
     /// The report's title. [default: the file's name]
@@ -47,7 +47,7 @@ pub struct Raw {
     /// Tasks' scores that count as 1 where a report takes tasks together.
     #[serde(default)]
     reference: BTreeMap<String, f64>,
-    /// A paper's numbers, which stand beside the runs'.
+    /// A paper's numbers, which are shown beside the runs'.
     #[serde(default)]
     published: Vec<Published>,
     /// A paper's claims, which the report judges.
@@ -74,7 +74,7 @@ impl Raw {
         Ok((raw, out))
     }
 
-    /// What it says of a paper.
+    /// What it says about a paper.
     pub fn paper(&self) -> Paper {
         Paper {
             reference: self.reference.clone(),
@@ -94,7 +94,7 @@ impl Raw {
                 .collect();
         }
         let mut all = Vec::new();
-        // Options of all runs alone are one run, unless its runs are named elsewhere.
+        // Options of all runs by themselves make one run, unless the runs are named elsewhere.
         let is_one = !self.all.is_empty() && self.include.is_empty() && self.files.is_empty();
         let is_product = !self.grid.is_empty() || !self.arm.is_empty() || is_one;
         for options in product.iter().filter(|_| is_product) {
@@ -124,7 +124,7 @@ impl Raw {
 }
 
 impl Combination {
-    /// Whether it has all of these options, its arm's `name` among them; of those that add up, it
+    /// Whether it has all of these options, including its arm's `name`; of those that add up, it
     /// may have more.
     fn has_all(&self, options: &Options) -> bool {
         options.iter().all(|(option, value)| match option.as_str() {
@@ -156,7 +156,7 @@ fn named(arm: Option<&Options>) -> anyhow::Result<(Option<String>, Options)> {
     }
 }
 
-/// Options over others; those that may be given several times add up.
+/// Options applied over others; those that may be given several times add up.
 fn with(base: &Options, over: impl IntoIterator<Item = (String, toml::Value)>) -> Options {
     let mut options = base.clone();
     for (name, value) in over {

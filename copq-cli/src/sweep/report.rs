@@ -12,7 +12,7 @@ use super::file::{SweepFile, Task};
 use crate::report::{Making, find};
 use crate::saved;
 
-/// Puts a sweep's runs on one page, those that have not begun among them.
+/// Puts a sweep's runs on one page, including those that have not begun.
 ///
 /// Example: copq sweep report experiments/quick.toml
 #[derive(clap::Args)]
@@ -23,9 +23,9 @@ pub struct Report {
     #[command(flatten)]
     making: Making,
 
-    /// Where the file's runs may also lie, however long they are: for one that has not begun, a run
-    /// of the same method, settings, task and seed anywhere in this folder takes its place, up to
-    /// the steps that the file wants.
+    /// Also look for runs in this folder, whatever their length. For a run that has not begun, one
+    /// of the same method, settings, task and seed anywhere in it takes its place, up to the steps
+    /// that the file wants.
     #[arg(long, value_name = "DIR")]
     from: Vec<PathBuf>,
 }
@@ -42,8 +42,7 @@ impl Report {
     }
 }
 
-/// An error for a paper's numbers and claims that no run of the file is of, before it is run for
-/// them.
+/// An error for a paper's numbers and claims that match no run of the file, before anything runs.
 pub fn check_paper(sweep: &SweepFile) -> anyhow::Result<()> {
     if sweep.paper == Paper::default() {
         return Ok(());
@@ -70,16 +69,16 @@ fn of_task(task: &Task, elsewhere: &BTreeMap<String, PathBuf>) -> ReportRun {
     crate::report::of_task(run, &task.plan)
 }
 
-/// The runs in some folders, by what they are.
+/// The runs in some folders, by their identity.
 fn runs_in(folders: &[PathBuf]) -> anyhow::Result<BTreeMap<String, PathBuf>> {
     let mut runs = BTreeMap::new();
     for folder in folders {
         find(folder, &mut |run| {
-            // What cannot be read is nobody's run.
+            // What cannot be read is not a run of the file.
             let Ok((plan, recipe)) = saved::run(run) else { return };
             let Ok(settings) = recipe.settings() else { return };
             let Some(it) = identity(&plan, &settings) else { return };
-            // Of several the longest.
+            // Of several, the longest.
             let known = runs.entry(it).or_insert_with(|| run.to_owned());
             if steps_done(run) > steps_done(known) {
                 run.clone_into(known);
@@ -89,7 +88,7 @@ fn runs_in(folders: &[PathBuf]) -> anyhow::Result<BTreeMap<String, PathBuf>> {
     Ok(runs)
 }
 
-/// What a run is but for its length and cadence.
+/// What a run is, regardless of its length and cadence.
 fn identity(plan: &Plan, settings: &toml::Table) -> Option<String> {
     let run = RunSettings { seed: plan.run.seed, ..RunSettings::default() };
     fingerprint(&Plan { run, critics: None, ..plan.clone() }, settings).ok()

@@ -1,13 +1,13 @@
-//! Slurm's commands and its ways of writing times and arrays.
+//! Slurm's commands, and how it writes times and arrays.
 
 use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, ensure};
 
-/// Most tasks of one array; Slurm's own limit is 1001 unless its administrator has raised it.
+/// Maximum tasks of one array; Slurm's own limit is 1001 unless its administrator has raised it.
 const ARRAY: usize = 1_000;
-/// Seconds of the shortest limit that leaves a run some time to work.
+/// The shortest time limit that leaves a run some time to work, in seconds.
 const SHORTEST: u64 = 600;
 
 /// How many jobs of a name are in the queue; none if the queue cannot be asked.
@@ -18,8 +18,8 @@ pub fn queued(name: &str) -> anyhow::Result<usize> {
     Ok(String::from_utf8_lossy(&output.stdout).lines().count())
 }
 
-/// A time limit as Slurm has it: minutes, minutes:seconds, hours:minutes:seconds, days-hours and so
-/// on.
+/// A time limit in Slurm's format: minutes, minutes:seconds, hours:minutes:seconds, days-hours and
+/// so on.
 pub fn time(text: &str) -> Result<String, String> {
     let wanted = "wanted a time as Slurm has it, such as 30, 2:00:00 or 1-00:00:00";
     let (days, rest) = text.split_once('-').map_or((None, text), |(days, rest)| (Some(days), rest));
@@ -41,7 +41,7 @@ pub fn time(text: &str) -> Result<String, String> {
     Ok(text.to_owned())
 }
 
-/// The runs as arrays of Slurm, each with the number that its own numbers count from.
+/// The runs as Slurm arrays, each with the number that its own numbers count from.
 pub fn arrays(numbers: &[usize], at_once: Option<usize>) -> Vec<[String; 2]> {
     let limit = at_once.map_or(String::new(), |jobs| format!("%{jobs}"));
     let chunk_of = |number: &usize| number / ARRAY;
@@ -55,7 +55,7 @@ pub fn arrays(numbers: &[usize], at_once: Option<usize>) -> Vec<[String; 2]> {
         .collect()
 }
 
-/// Numbers in order as 0-3,7.
+/// Sorted numbers, written as 0-3,7.
 fn ranges(numbers: &[usize]) -> String {
     let runs = numbers.chunk_by(|a, b| a + 1 == *b);
     let range = |run: &[usize]| match run {

@@ -21,13 +21,13 @@ pub fn print(sweep: &SweepFile) -> anyhow::Result<()> {
     Ok(say(&(text + &remarks))?)
 }
 
-/// Where a run stands, and what there is to say of it.
+/// Where a run stands, and what there is to say about it.
 fn standing(task: &Task) -> [String; 2] {
     match Standing::of(&task.folder) {
         Standing::Done if !task.is_done() => {
             let remark = task.why_only_anew().unwrap_or_else(|| {
-                "done by other settings than the file has now; sweep run goes on where only steps \
-                 have risen, and says what else differs"
+                "done with other settings than the file has now; sweep run continues it if only \
+                 steps have risen, and says what else differs"
                     .to_owned()
             });
             let why = failure(&task.folder).filter(|why| *why != remark);

@@ -1,4 +1,4 @@
-//! A sweep for Slurm or GNU parallel: readable files, and then what submits them.
+//! A sweep for Slurm or GNU parallel: readable files, and then the command that submits them.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -15,51 +15,56 @@ use crate::options::{count, note, say};
 /// Seconds before its time limit at which a run is told to save.
 const WARNING: u32 = 120;
 
-/// Hands all that is not done yet to Slurm, or writes it down for GNU parallel.
+/// Submits all runs that are not done yet to Slurm, or writes a list of them for GNU parallel.
 ///
-/// Leaves what it submits in a folder in submit/ beside the runs, one for the sweep's file as it is
-/// now: the runs, this program, the scripts, and each run's words. Whatever becomes of the file or
-/// of the program, what waits in a queue stays what it was (but for worlds in Python, which are not
-/// copied). Slurm starts a run again that it has stopped at its time limit, or whose node died; it
-/// goes on from its last checkpoint. The same command submits what is not done, once the queue is
-/// empty.
+/// Keeps what it submits in a folder in submit/ beside the runs, one for the sweep's file as it is
+/// now: the runs, this program, the scripts, and each run's output. Whatever happens to the file or
+/// the program, what waits in a queue does not change (except Python environments, which are not
+/// copied).
+///
+/// Slurm restarts a run that it has stopped at its time limit, or whose node died. The run
+/// continues from its last checkpoint. Once the queue is empty, the same command submits what is
+/// not done.
 #[derive(clap::Args)]
 pub struct Submit {
     #[command(flatten)]
     named: super::Named,
 
-    /// Who runs them: slurm submits an array of jobs, and then one that makes the report; parallel
+    /// What runs them: slurm submits an array of jobs, and then one that makes the report; parallel
     /// writes a list for GNU parallel.
     #[arg(long, default_value = "slurm")]
     engine: Engine,
 
-    /// Only writes the files.
+    /// Only write the files.
     #[arg(long)]
     dry_run: bool,
 
-    /// Slurm's partition.
+    /// Slurm partition.
     #[arg(long, value_name = "NAME")]
     partition: Option<String>,
 
-    /// Slurm's account.
+    /// Slurm account.
     #[arg(long, value_name = "NAME")]
     account: Option<String>,
 
-    /// Time limit of each run between two saves, as Slurm has it (2:00:00, 1-00:00:00), ten minutes
-    /// at least; a run that reaches it is saved and goes on in another turn.
+    /// Time limit of each run between two saves, in Slurm's format (2:00:00, 1-00:00:00), at least
+    /// ten minutes. A run that reaches it is saved and continues in another turn.
     #[arg(long, value_name = "TIME", default_value = "4:00:00", value_parser = time)]
     time: String,
 
-    /// Memory of each run, as Slurm has it. The replay takes 0.09 GB for a million of the hopper's
-    /// transitions, 1.1 for the humanoid's, and as much again while a checkpoint is written or read.
+    /// Memory of each run, in Slurm's format.
+    ///
+    /// The replay takes 0.09 GB for a million of the hopper's transitions, 1.1 GB for a million of
+    /// the humanoid's, and as much again while a checkpoint is written or read.
     #[arg(long, value_name = "SIZE", default_value = "2G")]
     memory: String,
 
-    /// Runs at the same time. [default: slurm: as many as it lets; parallel: one a core]
+    /// Number of runs at the same time. [default: slurm: as many as it allows; parallel: one per
+    /// core]
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     at_once: Option<usize>,
 
-    /// Another line for Slurm, such as --sbatch=--constraint=avx512; may be given several times.
+    /// Further option for sbatch, such as --sbatch=--constraint=avx512; may be given several times.
     #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
     sbatch: Vec<String>,
 }
@@ -77,7 +82,8 @@ struct Place {
     name: String,
     /// The sweep's file as it is now.
     file: PathBuf,
-    /// The script that starts this program's copy, where relative paths of the file begin.
+    /// The script that starts this program's copy in the folder that the file's paths are relative
+    /// to.
     run: PathBuf,
 }
 
@@ -97,12 +103,12 @@ impl Submit {
         }
     }
 
-    /// Makes the folder, with the file that the runs will read and the program that they will be.
+    /// Makes the folder, with the file that the runs will read and the program that they will run.
     fn write_down(sweep: &SweepFile) -> anyhow::Result<Place> {
         let out = absolute(&sweep.out)?;
         ensure!(
             !out.to_string_lossy().contains(':'),
-            "'{}': wanted a folder without : in its name, which parts the places of libraries",
+            "'{}': wanted a folder without : in its name, which separates library paths",
             out.display()
         );
         let text = sweep.frozen(&out)?;
@@ -112,7 +118,7 @@ impl Submit {
         fs::create_dir_all(&logs).map_err(files::failed("making", &logs))?;
         let file = folder.join("sweep.toml");
         files::replace(&file, text.as_bytes())?;
-        // Its copy, so that all runs are of one build whatever is compiled meanwhile.
+        // A copy, so that all runs use one build whatever is compiled meanwhile.
         let program = folder.join("copq");
         let this = std::env::current_exe()?;
         if !program.exists() {
@@ -122,10 +128,10 @@ impl Submit {
         } else if fs::read(&program)? != fs::read(&this)? {
             let shown = program.display();
             note(&format!(
-                "runs go on by the program that began them, {shown}; remove it for this one"
+                "runs continue with the program that began them, {shown}; remove it to use this one"
             ));
         }
-        // And MuJoCo's library, which lies where it was built.
+        // Also MuJoCo's library, which is still where it was built.
         for library in libraries() {
             let copy = folder.join(library.file_name().unwrap_or_default());
             let bytes = fs::read(&library).map_err(files::failed("reading", &library))?;
@@ -173,7 +179,7 @@ impl Submit {
         let mut ids: Vec<String> = Vec::new();
         for [array, first] in &arrays {
             let mut options = vec![format!("--array={array}")];
-            // A limit is of one array: the next one waits for it.
+            // A limit applies to one array: the next one waits for it.
             options.extend(
                 ids.last()
                     .filter(|_| self.is_chained(ids.len()))
@@ -186,7 +192,7 @@ impl Submit {
         }
         let after = format!("--dependency=afterany:{}", ids.join(":"));
         let id = sbatch(&[&after, "--kill-on-invalid-dep=yes"], &report, &[])?;
-        Ok(say(&format!("job {id}: the report, when they have ended\n"))?)
+        Ok(say(&format!("job {id}: the report, when the runs have ended\n"))?)
     }
 
     /// Whether an array waits for the one before it.
@@ -198,8 +204,8 @@ impl Submit {
         let list = place.folder.join("runs.txt");
         let [run, file] = [word(&place.run)?, word(&place.file)?];
         let line = |number: usize| format!("sh {run} sweep task {file} --task {number}\n");
-        // All of them, in one order for ever: parallel knows a run by its line. Those that are done
-        // end at once.
+        // All of them, always in the same order: parallel knows a run by its line. Those that are
+        // done end at once.
         let lines: String = (0..sweep.tasks.len()).map(line).collect();
         files::replace(&list, lines.as_bytes())?;
         let log = word(&place.folder.join("joblog"))?;
@@ -212,7 +218,7 @@ impl Submit {
         Ok(say(&format!("{command}\n"))?)
     }
 
-    /// The head of a script: its name, where its words go, and what the user has asked for.
+    /// The head of a script: its name, where its output goes, and what the user has asked for.
     fn head(&self, place: &Place, name: &str, log: &str) -> anyhow::Result<String> {
         let shown = place.folder.to_str().context("the folder's name: wanted letters")?;
         ensure!(
@@ -271,14 +277,14 @@ exit $code
 }
 
 impl Place {
-    /// What its jobs are called.
+    /// The name of its jobs.
     fn job(&self) -> String {
         format!("copq-{}", self.name)
     }
 }
 
 /// MuJoCo's library as this program has loaded it, unless it is the system's own: on another node,
-/// or after `cargo clean`, it is not there. None where the system does not say.
+/// or after `cargo clean`, it is missing. Empty where the system does not say.
 fn libraries() -> BTreeSet<PathBuf> {
     let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();
     let path = |line: &str| line.split_once('/').map(|(_, path)| PathBuf::from(format!("/{path}")));
@@ -289,7 +295,7 @@ fn libraries() -> BTreeSet<PathBuf> {
     maps.lines().filter_map(path).filter(is_own).collect()
 }
 
-/// A path as one word of a shell.
+/// A path as one shell word.
 fn word(path: &Path) -> anyhow::Result<String> {
     let text = path.to_str().with_context(|| {
         format!("'{}': wanted a path of letters, got other bytes", path.display())

@@ -1,4 +1,4 @@
-//! One run of a sweep: begun, gone on with, or left alone if it is done.
+//! One run of a sweep: started, resumed, or left alone if it is done.
 
 use std::fs;
 use std::path::Path;
@@ -14,32 +14,33 @@ use crate::options::{note, say};
 use crate::saved;
 use crate::training::{STOPPED, train};
 
-/// Another process is at it (EX_CANTCREAT).
+/// Exit code if another process has the run (EX_CANTCREAT).
 pub const HELD: i32 = 73;
 
-/// Trains one run of a file; the exit code 75 means that it was stopped and can go on, 73 that
-/// another process is at it.
+/// Trains one run of a file.
+///
+/// Exit code 75 means that it was stopped and can be resumed, 73 that another process has it.
 #[derive(clap::Args)]
 pub struct One {
     #[command(flatten)]
     named: super::Named,
 
-    /// The run's number, counted from 0 as copq sweep plan does.
+    /// Number of the run, counted from 0 as in copq sweep plan.
     #[arg(long, value_name = "N")]
     task: usize,
 
-    /// The fingerprint that the run must have: the file may have changed since.
+    /// Fingerprint that the run must have: the file may have changed since.
     #[arg(long, value_name = "LETTERS", hide = true)]
     expect: Option<String>,
 
-    /// The processor to stay on.
+    /// Processor to stay on.
     #[arg(long, value_name = "N", hide = true)]
     core: Option<usize>,
 }
 
 impl One {
     pub fn run(self) -> anyhow::Result<()> {
-        // Before all else: a signal must not end what has not yet begun to listen.
+        // Before all else: a signal must not end a process that does not listen yet.
         let stop = Stop::catch()?;
         cores::be_called_copq();
         if let Some(core) = self.core {
@@ -56,14 +57,14 @@ fn run(task: &Task, stop: &Stop) -> anyhow::Result<()> {
         return Ok(say(&format!("{} is done\n", folder.display()))?);
     }
     leave_if_held(folder);
-    // What was said of an earlier failure is no longer true.
+    // What was said about an earlier failure is no longer true.
     fs::remove_file(complaint_file(folder)).unwrap_or_default();
     let ending = begin_or_go_on(task);
     match ending {
         Ok(Ending::Finished { .. }) => Ok(()),
         Ok(_) => exit(STOPPED),
         Err(error) => {
-            // Another may have been quicker between the look and the lock.
+            // Another process may have been quicker between the look and the lock.
             leave_if_held(folder);
             if stop.is_asked() {
                 note(&format!("{error:#}"));
@@ -75,17 +76,17 @@ fn run(task: &Task, stop: &Stop) -> anyhow::Result<()> {
     }
 }
 
-/// Leaves the reason of a failure beside the folder, which may be full or not there at all. If that
-/// cannot be done either, it has been said on standard error.
+/// Writes the reason of a failure beside the folder, which may be full or missing. If that also
+/// fails, standard error already has it.
 fn complain(folder: &Path, error: &anyhow::Error) {
     let text = format!("Error: {error:#}\n");
     files::replace(&complaint_file(folder), text.as_bytes()).unwrap_or_default();
 }
 
-/// Ends the process if another is at the run.
+/// Ends the process if another one has the run.
 fn leave_if_held(folder: &Path) {
     if let Some(who) = held_by(folder) {
-        note(&format!("{} is another's: {who}", folder.display()));
+        note(&format!("{} belongs to {who}", folder.display()));
         exit(HELD);
     }
 }
