@@ -16,7 +16,9 @@ pub(crate) struct Origin {
 
 impl Origin {
     pub(crate) fn new<S: Serialize>(plan: &Plan, settings: &S) -> Result<Self> {
-        Ok(Self { plan: plan.without_length(), settings: table(settings)? })
+        // What its first policy was, whichever file it came from.
+        let plan = Plan { init_from: None, ..plan.without_length() };
+        Ok(Self { plan, settings: table(settings)? })
     }
 
     /// Writes it into a checkpoint.
