@@ -1,6 +1,6 @@
-//! A policy by itself, without learner and replay: read from its file, it acts in its task for an
-//! episode, on rapier with the usual preset. (A policy's file does not say in which world it
-//! learned; a run's folder does, and `copq rollout` plays it there.)
+//! A policy by itself, without learner or replay. It is read from its file and acts in its task for
+//! one episode, on rapier with the default preset. (A policy's file does not say which environment
+//! it learned in; a run's folder does, and `copq rollout` plays it there.)
 //!
 //! `cargo run --release -p copq-examples --example act -- runs/FOLDER/policy-best.safetensors`
 
@@ -23,7 +23,7 @@ fn main() -> Result<()> {
     world.reset(0)?;
     while world.is_running() {
         let began = Instant::now();
-        // In [-1, 1]; `Policy::scale` brings it to a robot's own units, as the world does here.
+        // In [-1, 1]; `Policy::scale` converts it to the robot's own units, as `Rollout` does here.
         policy.act(world.obs(), &mut action)?;
         times.push(began.elapsed());
         world.step(&action)?;

@@ -1,5 +1,5 @@
-//! Two methods over several seeds, each a run with a folder of its own: interrupt it, and the same
-//! command goes on where it stopped.
+//! Two methods over several seeds, each run in a folder of its own. If you interrupt it, the same
+//! command resumes where it stopped.
 //!
 //! `cargo run --release -p copq-examples --example compare` leaves `runs/compare`.
 
@@ -15,11 +15,11 @@ use copq_experiments::{
 
 const TASK: &str = "a/hopper";
 
-/// Trains one seed to its end, from wherever it stands; its folder.
+/// Trains one seed to its end, from wherever it stopped, and returns its folder.
 fn train(method: Method, seed: u64, steps: u64) -> Result<PathBuf> {
     let run =
         RunSettings { steps, seed, eval_every: (steps / 10).max(1), ..RunSettings::default() };
-    // What the run is called: a plan's words are yours to give, and nobody checks them.
+    // What names the run: the words in a plan are yours to choose, and nothing checks them.
     let plan = Plan { task: TASK.to_owned(), run, ..Plan::new(&method) };
     let path = Path::new("runs/compare").join(plan.folder_name());
     let config = method.config.clone();
@@ -29,7 +29,7 @@ fn train(method: Method, seed: u64, steps: u64) -> Result<PathBuf> {
     };
     let env = copq_envs_rapier::make(TASK)?;
     let learner = Learner::new(method, env.spec(), &Candle::default(), seed)?;
-    let agent: Box<dyn Agent> = Box::new(learner); // a run takes any
+    let agent: Box<dyn Agent> = Box::new(learner); // a run takes any agent
     let trainer = Trainer::new(env, agent)?;
     match Run::new(trainer, Some(copq_envs_rapier::make(TASK)?), folder, run)?.train()? {
         Ending::Finished { .. } => Ok(path),

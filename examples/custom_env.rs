@@ -1,4 +1,4 @@
-//! An environment of your own: a cart that should be quick, but above all should not hit the wall.
+//! An environment of your own: a cart that should be quick, but above all must not hit the wall.
 //!
 //! `cargo run --release -p copq-examples --example custom_env -- 20000` checks it, then trains for
 //! that many steps.
@@ -34,7 +34,7 @@ impl Env for Cart {
     }
 
     fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()> {
-        // An episode depends on its seed alone.
+        // An episode depends only on its seed.
         self.state = [Rng::new(seed, Stream::Custom).uniform_in(0.0, 2.0) as f32, 0.0];
         self.steps = 0;
         obs.copy_from_slice(&self.state);
@@ -52,13 +52,13 @@ impl Env for Cart {
         Ok(if !safe {
             Outcome::Terminated // nothing follows
         } else if self.steps == self.spec.horizon {
-            Outcome::Truncated // time ran out, but the state is worth what it is worth
+            Outcome::Truncated // time ran out, but the state keeps its value
         } else {
             Outcome::Running
         })
     }
 
-    // With these a run can stop and go on in the middle of an episode, bit for bit.
+    // With these a run can stop in the middle of an episode and resume, bit for bit.
     fn save(&self, state: &mut State) -> Result<()> {
         state.put("state", self.state);
         state.put("steps", [self.steps as u64]);
@@ -74,7 +74,7 @@ impl Env for Cart {
 
 fn main() -> Result<()> {
     let steps = copq_examples::steps(20_000)?;
-    print!("{}", check_env(&mut Cart::new())?); // first of all
+    print!("{}", check_env(&mut Cart::new())?); // do this first
 
     let mut method = Method::cop_td3().warm_up((steps / 10).max(1));
     method.config.networks.hidden = vec![64, 64];

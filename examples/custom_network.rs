@@ -6,7 +6,7 @@ use candle_nn::{Module, VarBuilder, layer_norm_no_bias, linear};
 use copq::{Learner, Method, Result, Silent, Trainer};
 use copq_candle::{Candle, Modules};
 
-/// Observation and action in, a value of each objective out.
+/// Observation and action in, one value for each objective out.
 fn critic(
     vars: VarBuilder<'_>,
     input: usize,
@@ -25,7 +25,7 @@ fn main() -> Result<()> {
         let mut method = Method::cop_td3().warm_up((steps / 4).max(1));
         method.config.networks.hidden = vec![64];
 
-        // The policy is copq's own in both.
+        // Both use copq's own policy.
         let learner = match normed {
             true => Learner::new(method, env.spec(), &Modules::with_critics(critic), 0)?,
             false => Learner::new(method, env.spec(), &Candle::default(), 0)?,

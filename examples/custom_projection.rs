@@ -7,8 +7,8 @@ use copq::projection::{Deviations, Ellipsoid, Work, check_projection};
 use copq::{Learner, Method, Result, Silent, Trainer};
 use copq_candle::Candle;
 
-/// The mean, less `caution * u_0` standard deviations of the first objective: u is the direction of
-/// the weights, whose sign turns a cost's bound upwards.
+/// The mean, less `caution * u_0` standard deviations of the first objective. Here u is the
+/// direction of the weights; for a cost u_0 is negative, which turns the bound upwards.
 #[derive(Debug)]
 struct SafetyOnly {
     caution: f64,
@@ -19,8 +19,8 @@ impl Ellipsoid for SafetyOnly {
         "safety-only"
     }
 
-    /// How far from the mean, for one row: X holds the critics' deviations, u the unit direction of
-    /// the weights.
+    /// The offset from the mean for one row. X holds the critics' deviations, and u is the unit
+    /// direction of the weights.
     fn offset(&self, x: &Deviations<'_>, u: &[f64], _: &mut Work, out: &mut [f64]) {
         out.fill(0.0);
         out[0] = self.caution * x.std(0) * u[0];
@@ -42,7 +42,7 @@ impl Ellipsoid for SafetyOnly {
 
 fn main() -> Result<()> {
     let steps = copq_examples::steps(20_000)?;
-    check_projection(&SafetyOnly { caution: 2.0 }, 3, 2)?; // first of all: is the gradient right?
+    check_projection(&SafetyOnly { caution: 2.0 }, 3, 2)?; // first: is the gradient right?
 
     let env = copq_envs_rapier::make("a/hopper")?;
     let method = Method::cop_td3().bound(SafetyOnly { caution: 2.0 }).warm_up((steps / 4).max(1));

@@ -1,5 +1,5 @@
-//! What an ensemble says about one action: covariance, factor in priority order, confidence ellipse
-//! and bounds, drawn.
+//! What an ensemble says about one action: covariance, factor in priority order, and a drawing of
+//! the confidence ellipse and bounds.
 //!
 //! `cargo run --release -p copq-examples --example inspect_bound` leaves bound.svg here.
 
@@ -9,7 +9,7 @@ use copq_candle::fused;
 use copq_render::Plane;
 
 fn main() -> Result<()> {
-    // Four critics of three values each, fresh: they disagree about everything.
+    // Four untrained critics of three values each: they disagree about everything.
     let mut env = copq_envs_rapier::make("a/hopper")?;
     let mut rng = Rng::new(0, Stream::Init);
     let mut critic = fused::Critics::new(env.spec(), 4, &Networks::default(), &mut rng)?;

@@ -2,7 +2,7 @@
 
 use copq::{Error, Result};
 
-/// The number of steps that the command line asks for, its only argument.
+/// The number of steps given on the command line, its only argument.
 pub fn steps(default: u64) -> Result<u64> {
     let Some(given) = std::env::args().nth(1) else { return Ok(default) };
     let wanted = format!("steps to train for, such as {default}");

@@ -8,10 +8,10 @@ use copq_candle::Candle;
 
 fn main() -> Result<()> {
     let steps = copq_examples::steps(20_000)?;
-    let env = copq_envs_rapier::make("b/hopper")?; // a cost, the speed, whose sum has a limit, and a reward
+    let env = copq_envs_rapier::make("b/hopper")?; // a cost (speed) whose sum has a limit, and a reward
 
-    // SAC, one critic of the cost and two of the reward, and a multiplier that learns how much the
-    // limit matters.
+    // SAC with one critic of the cost and two of the reward, and a multiplier that learns how much
+    // the limit matters.
     let plain = LagrangianConfig { augmentation: 0.0, ..Default::default() };
     let sac =
         Method::sac().bound(IndependentMin).critics(Ensemble::Separate { cost: 1, reward: 2 });

@@ -1,5 +1,6 @@
-//! Every projection on the same robot and seed, briefly: each learns, in one table. Which is better
-//! takes several seeds and some 150,000 steps (`examples/compare.rs`, `copq sweep`).
+//! Trains briefly with every projection on the same robot and seed: each learns, in one table. To
+//! see which is better takes several seeds and about 150,000 steps (`examples/compare.rs`, `copq
+//! sweep`).
 //!
 //! `cargo run --release -p copq-examples --example swap_projection`
 
@@ -11,7 +12,7 @@ fn main() -> Result<()> {
     for name in projection::names() {
         let env = copq_envs_rapier::make("a/hopper")?;
 
-        // The swap is this one word; the critics that the projection wants come with it.
+        // The swap is this one word; the critics that the projection needs come with it.
         let method = Method::cop_td3()
             .bound(projection::by_name(name)?)
             .warm_up(steps.min(1_000).div_ceil(2));

@@ -60,11 +60,11 @@ impl Records {
         trainer: &Trainer,
     ) -> Result<Self> {
         if saved.is_none() {
-            check_not_begun(folder, trainer.worlds() as u64)?;
+            check_not_begun(folder, trainer.env_count() as u64)?;
         }
         let step = trainer.steps();
         let spec = trainer.spec();
-        let pace = Pace { worlds: trainer.worlds() as u64 };
+        let pace = Pace { worlds: trainer.env_count() as u64 };
         // Several worlds may go beyond the last step that is wanted.
         let is_done = read_done(folder.path()).is_some() && step >= settings.steps;
         let table = |name: &str, every: u64| {

@@ -1,12 +1,12 @@
 //! Safe first, fast second: deep Q-learning with a *vector* of values, in priority order.
 //!
-//! An ensemble of K critics gives K guesses at the N values of an action (safety, speed, effort).
-//! copq turns their disagreement into one confidence bound for the whole vector: it factors the
-//! critics' covariance in priority order, so that each objective's bound is conditioned only on
-//! those above it (but where a clip keeps the total from rising). The lower bound goes into TD
-//! targets and the actor, the upper one can explore. That is COP-Q; the other ways to be pessimistic
-//! (eigenvectors, extreme points, standard deviations, double-Q minima) are here too, behind one
-//! trait, [`Projection`].
+//! An ensemble of K critics gives K estimates of the N values of an action (safety, speed, effort).
+//! copq turns their disagreement into one confidence bound for the whole vector. It factors the
+//! critics' covariance in priority order, so each objective's bound is conditioned only on those
+//! above it (except where a clip keeps the total from rising). The lower bound goes into the TD
+//! targets and the actor; the upper bound can drive exploration. That is COP-Q. The other ways to
+//! be pessimistic (eigenvectors, extreme points, standard deviations, double-Q minima) are here
+//! too, behind one trait, [`Projection`].
 //!
 //! ```
 //! use copq::projection::{BoundQuery, Cholesky, Projection, QView, Scratch};
@@ -28,63 +28,63 @@
 //! | you want to | type |
 //! |---|---|
 //! | choose or compose an algorithm | [`Method`], with its numbers in [`Config`] and its critics in [`Ensemble`] |
-//! | learn from the policy's own steps alone (PPO and its constrained kin) | [`on_policy`] |
-//! | learn by it | [`Learner`], with networks from a [`Backend`] (`copq_candle::Candle`) |
-//! | describe a world | [`Env`] and its [`EnvSpec`]; [`check_env`] first of all (robots: `copq-envs-rapier`, `copq-envs-mujoco`) |
+//! | learn only from the policy's own steps (PPO and its constrained variants) | [`on_policy`] |
+//! | learn with it | [`Learner`], with networks from a [`Backend`] (`copq_candle::Candle`) |
+//! | describe an environment | [`Env`] and its [`EnvSpec`]; call [`check_env`] first (robots: `copq-envs-rapier`, `copq-envs-mujoco`) |
 //! | train, evaluate, save, resume | [`Trainer`], or run folders with `copq-experiments` |
-//! | use what was learned | [`Policy`] |
-//! | bound the critics your own way | [`projection::Ellipsoid`], or [`Projection`] written out |
-//! | explore, or weigh costs, your own way | [`Explore`], [`Multiplier`] |
+//! | use a learned policy | [`Policy`] |
+//! | bound the critics your own way | [`projection::Ellipsoid`], or a [`Projection`] written out in full |
+//! | explore, or weight costs, your own way | [`Explore`], [`Multiplier`] |
 //! | bring your own networks | [`Critic`], [`Actor`], or a whole [`Backend`] |
 //!
-//! Observations are flat vectors of `f32`, actions boxes of continuous numbers: there are no
-//! discrete actions and no images. Off-policy methods learn from one environment at a time. This
-//! crate itself depends on no tensor library and no physics engine; `copq_candle::Candle` computes
-//! on the CPU.
+//! Observations are flat vectors of `f32`, and actions are boxes of continuous numbers: there are
+//! no discrete actions and no images. Off-policy methods learn from one environment at a time. This
+//! crate itself does not depend on a tensor library or a physics engine; `copq_candle::Candle`
+//! computes on the CPU.
 //!
 //! ```ignore
 //! let env = copq_envs_rapier::make("a/hopper")?;
-//! let method = Method::cop_td3().bound(Extremum); // the swap: critics follow
+//! let method = Method::cop_td3().bound(Extremum); // the swap; the critics follow
 //! let learner = Learner::new(method, env.spec(), &Candle::default(), 0)?;
 //! let mut trainer = Trainer::new(env, learner)?;
-//! trainer.run(20_000, &mut Silent)?; // a beginning: a hopper stands after some 110,000
+//! trainer.run(20_000, &mut Silent)?; // only a start: a hopper stands after about 110,000
 //! println!("{}", trainer.evaluate(10)?);
 //! ```
 //!
 //! # Cookbook
 //!
-//! **Explore otherwise**: by default the policy's own noise explores. [`Method::explore`] shifts its
-//! actions towards the critics' upper bound ([`Method::cop_td3_oac`]), by the projection that
-//! [`Optimism::projection`] names. [`Learner::explore`] takes a rule of your own.
+//! **Explore differently**: by default, the policy's own noise explores. [`Method::explore`] shifts
+//! the actions towards the critics' upper bound ([`Method::cop_td3_oac`]), under the projection
+//! that [`Optimism::projection`] names. [`Learner::explore`] takes your own rule.
 //!
-//! **Change the priorities**: [`AdjustedEnv`] is the same world with its objectives in another
-//! order, with other weights, and other limits of its costs.
+//! **Change the priorities**: [`AdjustedEnv`] wraps an environment to change the order and the
+//! weights of its objectives and the limits of its costs.
 //!
-//! **Train, save, resume**: [`Trainer::step`] is one environment step with its learning,
-//! [`Trainer::save`] holds everything; a loaded trainer goes on bit for bit, and refuses what is of
-//! another method, task or seed.
+//! **Train, save, resume**: [`Trainer::step`] is one environment step with its learning.
+//! [`Trainer::save`] saves everything. A loaded trainer resumes bit for bit, and refuses the state
+//! of a different method, task or seed.
 //!
-//! **See why a run fails**: give [`Trainer::step`] an [`Observer`]; the learner reports values,
-//! targets, losses, the critics' spread, how often the clip fires, and FAMO's weights, all by
-//! objective.
+//! **See why a run fails**: give [`Trainer::step`] an [`Observer`]. For each objective, the learner
+//! reports values, targets, losses, the critics' spread and FAMO's weights; it also reports how
+//! often the clip fires.
 //!
 //! # Words
 //!
 //! | word | meaning |
 //! |---|---|
-//! | objective | one component of the reward vector: a reward, or a cost |
-//! | cost, limit | an objective to keep small, told as a number of 0 or more; the most that its sum over an episode may be |
-//! | priority | the objectives' order, most important first |
-//! | critics, ensemble | networks of all N values, or *separate* ones of one value each; all of them together |
-//! | projection, bound | a rule that makes one vector of what the critics say of an action; that vector. Its *step* is signed: -1 is the lower (pessimistic) bound, 1 the upper one |
-//! | clip | the turn R that keeps a Cholesky lower bound from raising the weighted total |
-//! | weights | the scalarisation w, not a network's parameters; u = w / \|w\| is their direction |
-//! | target network | the slow copy of a network |
-//! | TD target | the value that critics learn towards |
-//! | FAMO | learned weights of the objectives' losses, so that their logarithms fall equally fast |
-//! | agent, learner, trainer | what acts and may learn; an agent that learns, off-policy or on; an agent with its world, step by step |
+//! | objective | one component of the reward vector: a reward or a cost |
+//! | cost, limit | an objective to keep small, reported as a number of 0 or more; the limit is the largest sum over an episode that is allowed |
+//! | priority | the order of the objectives, most important first |
+//! | critics, ensemble | networks that each estimate all N values, or *separate* ones that estimate one value each; the ensemble is all of them together |
+//! | projection, bound | a rule that turns the critics' estimates for an action into one vector; the bound is that vector. Its *step* is signed: -1 is the lower (pessimistic) bound, 1 the upper one |
+//! | clip | the rotation R that keeps a Cholesky lower bound from raising the weighted total |
+//! | weights | the scalarisation weights w, not a network's parameters; u = w / \|w\| is their direction |
+//! | target network | a copy of a network that follows it slowly |
+//! | TD target | the value that critics are trained towards |
+//! | FAMO | learned weights for the objectives' losses, so that the logarithms of the losses fall equally fast |
+//! | agent, learner, trainer | an agent acts and may learn; a learner is an agent that learns, off-policy or on-policy; a trainer runs an agent in its environment, step by step |
 //! | mode | a policy's action without noise |
-//! | Sigma, L | the critics' covariance of one action's values; its Cholesky factor, in priority order |
+//! | Sigma, L | the covariance of the critics' values for one action; its Cholesky factor, in priority order |
 
 mod actor;
 mod adam;

@@ -1,4 +1,4 @@
-"""Acts by a policy in a run's folder with numpy alone: python act_numpy.py runs/FOLDER/policy-best.safetensors"""
+"""Acts with a policy from a run's folder, using only numpy: python act_numpy.py runs/FOLDER/policy-best.safetensors"""
 
 import json
 import sys
@@ -17,10 +17,10 @@ activate = {"relu": lambda x: np.maximum(x, 0), "tanh": np.tanh, "silu": lambda 
 
 
 def act(obs):
-    """The environment's own actions for raw observations, a row each."""
+    """The environment's own actions for raw observations, one row each."""
     x = obs.astype(np.float64)
     if p.get("normaliser/count", [0])[0] > 1:
-        mean, squares = p["normaliser/mean"], p["normaliser/squares"]  # components after these stay as they are
+        mean, squares = p["normaliser/mean"], p["normaliser/squares"]  # later components stay as they are
         std = np.maximum(np.sqrt(squares / (p["normaliser/count"] - 1.0)), 0.01)
         x[:, : len(mean)] = np.clip((x[:, : len(mean)] - mean) / std, -5, 5)
     for layer in range(len(p["policy/hidden"]) + 1):

@@ -1,4 +1,4 @@
-"""Acts by a policy that `copq export --format onnx` has written, with onnxruntime alone.
+"""Acts with a policy written by `copq export --format onnx`, using only onnxruntime.
 
     python act_onnx.py runs/FOLDER/policy.onnx
 """
@@ -16,6 +16,6 @@ print(about["kind"], "policy for", about["task"], "by", about.get("method", "a m
 length = session.get_inputs()[0].shape[1]
 obs = np.random.default_rng(0).normal(size=(4, length)).astype(np.float32)
 
-# The environment's own actions, never beyond its bounds. A stochastic policy has "mean" and "std" too.
+# The environment's own actions, never beyond its bounds. A stochastic policy also has "mean" and "std".
 [action] = session.run(["action"], {"obs": obs})
 print(np.round(action, 4))

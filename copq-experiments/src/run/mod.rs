@@ -195,7 +195,7 @@ impl Run {
         let before = self.trainer.steps();
         let stepped = self.trainer.step(&mut self.records.metrics);
         let (episodes, failure) = match stepped {
-            Err(error) if self.trainer.world_failed() => {
+            Err(error) if self.trainer.env_failed() => {
                 (self.trainer.cut_short().to_vec(), Some(error))
             }
             stepped => (stepped?, None),
@@ -220,7 +220,7 @@ impl Run {
             None => self.env_errors_in_a_row = 0,
             // A signal to all processes ends a world in another one, too.
             Some(_) if stop.is_asked() => return Ok(()),
-            Some(error) => self.world_failed(error)?,
+            Some(error) => self.env_failed(error)?,
         }
         if self.settings.eval_every > 0 && has_passed(self.settings.eval_every) {
             self.evaluate(stop)?;
@@ -232,7 +232,7 @@ impl Run {
     }
 
     /// The episode is over where it was; the run ends here, saved, or goes on with the next one.
-    fn world_failed(&mut self, error: Error) -> Result<()> {
+    fn env_failed(&mut self, error: Error) -> Result<()> {
         self.env_errors_in_a_row += 1;
         let step = grouped(self.trainer.steps());
         let goes_on = self.settings.on_env_error == OnEnvError::Reset;

@@ -14,13 +14,13 @@ pub struct Context<'a> {
     pub step: u64,
     /// The policy.
     pub actor: &'a mut dyn Actor,
-    /// The critics, for rules that look for optimism.
+    /// The critics, for optimistic rules.
     pub critic: &'a mut dyn Critic,
     /// The projection of the learner's targets.
     pub projection: &'a dyn Projection,
     /// The current scalarisation weights.
     pub weights: &'a [f32],
-    /// The exploration stream.
+    /// The random numbers for exploration.
     pub rng: &'a mut Rng,
     /// Working memory for the projection.
     pub scratch: &'a mut Scratch,
@@ -53,7 +53,7 @@ impl Debug for Context<'_> {
 ///     }
 /// }
 ///
-/// // A learner takes it by Learner::explore(Fading). By hand, around a policy that always says 0:
+/// // Learner::explore(Fading) gives it to a learner. By hand, with a policy that always returns 0:
 /// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
 /// # use still::Still;
 /// # let mut rng = Rng::new(0, Stream::Explore);
@@ -77,15 +77,15 @@ impl Debug for Context<'_> {
 /// # Ok::<(), copq::Error>(())
 /// ```
 pub trait Explore: Debug + Send {
-    /// Writes an action in [-1, 1] for one observation, normalised if the learner's networks see
-    /// normalised ones.
+    /// Writes an action in [-1, 1] for one observation, which is normalised if the learner's
+    /// networks see normalised ones.
     fn act(&mut self, context: &mut Context<'_>, obs: &[f32], action: &mut [f32]) -> Result<()>;
 
-    /// Says that an episode has begun, for a rule whose memory begins anew with it.
+    /// Tells the rule that an episode has begun, in case its memory starts afresh then.
     fn begin_episode(&mut self) {}
 
-    /// Writes what changes from step to step; the generator is the learner's. A rule with a memory
-    /// implements this and [`Explore::load`], or a resumed run differs without a word.
+    /// Writes what changes from step to step; the learner saves the random numbers. A rule with a
+    /// memory must implement this and [`Explore::load`], or a resumed run silently differs.
     fn save(&self, _state: &mut State) {}
 
     /// Restores what [`Explore::save`] wrote.
@@ -112,8 +112,9 @@ impl Explore for Box<dyn Explore> {
     }
 }
 
-/// The policy's action plus Gaussian noise, clipped to [-1, 1] (TD3). It is what a deterministic
-/// method explores with unless told otherwise, at [`Config::exploration_std`](crate::Config):
+/// The policy's action plus Gaussian noise, clipped to [-1, 1] (TD3). It is the default exploration
+/// of a deterministic method, with [`Config::exploration_std`](crate::Config) as its standard
+/// deviation:
 ///
 /// ```
 /// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
@@ -142,8 +143,8 @@ impl Explore for GaussianNoise {
     }
 }
 
-/// A sample of a stochastic policy (SAC), what a stochastic method explores with unless told
-/// otherwise. A deterministic policy has none to give:
+/// A sample of a stochastic policy (SAC). It is the default exploration of a stochastic method. A
+/// deterministic policy has no samples:
 ///
 /// ```
 /// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
@@ -178,9 +179,9 @@ impl Explore for PolicySamples {
     }
 }
 
-/// Uniform actions in [-1, 1], whatever the policy says: the warm-up of
-/// [`WarmUp::Uniform`](crate::WarmUp). A learner that explores with it forever learns from data
-/// that no policy has gathered:
+/// Uniform actions in [-1, 1], whatever the policy: the warm-up of
+/// [`WarmUp::Uniform`](crate::WarmUp). A learner that always explores with it learns from data that
+/// no policy has gathered:
 ///
 /// ```
 /// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }

@@ -12,14 +12,15 @@ use crate::{Net, Optimism, QView, Result};
 /// [`Cholesky`](crate::projection::Cholesky) (paper eq. 15), Extremum-OAC with
 /// [`Extremum`](crate::projection::Extremum).
 ///
-/// The mean of the exploring policy moves by `shift * Sigma_T g / sqrt(g' Sigma_T g)`, with g the
-/// gradient of `u . (mean + beta C R u)` at the policy's mode and Sigma_T the policy's covariance
-/// (paper App. D.1): the KL divergence from the policy is `shift^2 / 2`, whatever the gradient's
-/// size. A zero gradient moves nothing.
+/// The mean of the exploring policy moves by `shift * Sigma_T g / sqrt(g' Sigma_T g)`, where g is
+/// the gradient of `u . (mean + beta C R u)` at the policy's mode and Sigma_T is the policy's
+/// covariance (paper App. D.1). The KL divergence from the policy is then `shift^2 / 2`, whatever
+/// the gradient's size. A zero gradient moves nothing.
 ///
-/// For a deterministic policy g is taken in the action and Sigma_T is `std^2 I`. For a squashed
-/// Gaussian g is taken in its mean before the tanh. Both are one rule in units of the noise,
-/// `noise + shift * h / |h|`, where h is the gradient in the noise.
+/// For a deterministic policy, g is the gradient with respect to the action, and Sigma_T is
+/// `std^2 I`. For a squashed Gaussian, g is the gradient with respect to the mean before the tanh.
+/// Both are the same rule in units of the noise, `noise + shift * h / |h|`, where h is the gradient
+/// with respect to the noise.
 ///
 /// ```
 /// use copq::projection::Extremum;
@@ -37,12 +38,12 @@ pub struct Optimistic {
     optimism: Optimism,
     /// In units of half the action range.
     std: f32,
-    /// Whose upper bound; the learner's own projection's, unless given.
+    /// The projection whose upper bound is used; `None` for the learner's own.
     projection: Option<Arc<dyn Projection>>,
     buffers: Buffers,
 }
 
-/// Buffers of one action, made at the first.
+/// Buffers for one action, sized at the first.
 #[derive(Debug, Default)]
 struct Buffers {
     unit: Vec<f64>,
@@ -54,7 +55,7 @@ struct Buffers {
 
 impl Default for Optimistic {
     /// The upper bound of the learner's own projection, with the paper's constants (Tables D.2 and
-    /// D.3): a noise of 0.1, whatever the method's own is.
+    /// D.3). The noise is 0.1, whatever the method's own noise is.
     fn default() -> Self {
         Self {
             optimism: Optimism::default(),
@@ -66,8 +67,9 @@ impl Default for Optimistic {
 }
 
 impl Optimistic {
-    /// Optimism as described, an error for what cannot be used; `std` is the standard deviation of
-    /// a deterministic policy's noise, in units of half the action range, unused for others.
+    /// Optimism with these settings; an error if they cannot be used. `std` is the standard
+    /// deviation of a deterministic policy's noise, in units of half the action range; other
+    /// policies do not use it.
     pub fn new(optimism: Optimism, std: f32) -> Result<Self> {
         check_not_negative("optimistic.std", f64::from(std))?;
         optimism.check()?;
@@ -75,12 +77,13 @@ impl Optimistic {
         Ok(Self { optimism, std, projection, ..Self::default() })
     }
 
-    /// The upper bound of another projection than the learner's own, or of one of your own making.
+    /// Uses the upper bound of a projection different from the learner's, such as one that you
+    /// wrote.
     pub fn projection(self, projection: impl Projection + 'static) -> Self {
         Self { projection: Some(Arc::new(projection)), ..self }
     }
 
-    /// Writes the gradient of the scalarised upper bound in the action, at `action`.
+    /// Writes the gradient of the scalarised upper bound with respect to the action, at `action`.
     fn action_grad(
         &mut self,
         context: &mut Context<'_>,

@@ -23,8 +23,8 @@ impl Learner {
         }
     }
 
-    /// A checkpoint without the replay: as much is gathered anew as before the first update, by the
-    /// policy as it is.
+    /// Empties the replay, for a checkpoint without one. The current policy then gathers as many
+    /// steps again as there were before the first update.
     fn forget_replay(&mut self) -> Result<()> {
         self.replay = Replay::new(&self.spec, self.config.capacity)?;
         self.first_update = self.steps + self.config.start_steps;
@@ -32,7 +32,7 @@ impl Learner {
         Ok(())
     }
 
-    /// Keeps one observation as the networks see it.
+    /// Stores one observation as the networks see it.
     pub(super) fn normalise(&mut self, obs: &[f32]) -> Result<()> {
         check_len("observation", obs.len(), self.obs.len())?;
         self.obs.copy_from_slice(obs);

@@ -15,16 +15,16 @@ pub(super) struct Buffers {
     pub(super) policy_noise: Vec<f32>,
     pub(super) log_prob: Vec<f32>,
     /// The critics' values at the replayed actions after their step, `critics x rows x objectives`,
-    /// and the target critics' at the next ones.
+    /// and the target critics' values at the next actions.
     pub(super) q: Vec<f32>,
     pub(super) next_q: Vec<f32>,
-    /// The positions of all critics, the first few of them drawn for a target.
+    /// The positions of all critics; the first few are those drawn for a target.
     pub(super) positions: Vec<usize>,
-    /// TD targets, `rows x objectives`, or `critics x rows x objectives` if critics have targets of
-    /// their own.
+    /// TD targets, `rows x objectives`, or `critics x rows x objectives` if each critic has its own
+    /// targets.
     pub(super) target: Vec<f32>,
-    /// The bounds at the replayed actions, and at the policy's own with what the actor's loss
-    /// changes by them, `rows x objectives`.
+    /// The bounds at the replayed actions, the bounds at the policy's own actions, and the gradient
+    /// of the actor's loss with respect to the latter, `rows x objectives`.
     pub(super) bound: Vec<f32>,
     pub(super) actor_bound: Vec<f32>,
     pub(super) grad_bound: Vec<f32>,
@@ -41,7 +41,7 @@ pub(super) struct Names {
     pub(super) loss: Vec<String>,
     pub(super) q: Vec<String>,
     pub(super) std: Vec<String>,
-    /// Of each pair of objectives, if critics value them together.
+    /// One for each pair of objectives, if joint critics estimate them.
     pub(super) correlation: Vec<(String, [usize; 2])>,
     pub(super) target: Vec<String>,
     pub(super) famo: Vec<String>,
@@ -97,7 +97,7 @@ impl Names {
         }
     }
 
-    /// Reports the critics' mean values, how much they disagree, and about what together.
+    /// Reports the critics' mean values, their spread, and its correlation between objectives.
     pub(super) fn log_values(&self, log: &mut dyn Observer, step: u64, q: QView<'_>) {
         for (i, (mean_name, std_name)) in self.q.iter().zip(&self.std).enumerate() {
             let (mean, std) = mean_and_std(q, i);

@@ -1,5 +1,4 @@
-//! How a learner is put together: from a configuration, networks and strategies that fit each other
-//! and the task.
+//! Builds a learner from a configuration, networks and strategies that fit each other and the task.
 
 use super::Learner;
 use super::buffers::{Buffers, Names};
@@ -16,18 +15,18 @@ use crate::{
 };
 
 impl Learner {
-    /// A learner by a method, for a task, with networks from a backend; every random number comes
-    /// from `seed`.
+    /// Makes a learner for a method and a task, with networks from a backend. Every random number
+    /// comes from `seed`.
     ///
-    /// It explores by Gaussian noise or a stochastic policy's own samples, towards an upper bound
-    /// if [`Config::optimism`] says so; its scalarisation weights are the task's, or the
-    /// multipliers of [`Config::constraint`]. Swap exploration and multipliers with
+    /// It explores with Gaussian noise or a stochastic policy's own samples, shifted towards an
+    /// upper bound if [`Config::optimism`] is set. Its scalarisation weights are the task's, or
+    /// come from the multipliers of [`Config::constraint`]. Swap exploration and multipliers with
     /// [`Learner::explore`] and [`Learner::multiplier`].
     ///
     /// # Errors
     ///
-    /// Settings or a description that cannot be used, a constraint for a task without costs,
-    /// networks that the backend cannot make, more memory than there is.
+    /// Settings or a task description that cannot be used, a constraint for a task without costs,
+    /// networks that the backend cannot make, or more memory than the machine has.
     pub fn new(method: Method, spec: &EnvSpec, backend: &dyn Backend, seed: u64) -> Result<Self> {
         method.config.check()?;
         spec.check()?;
@@ -42,8 +41,8 @@ impl Learner {
         let mut rng = Rng::new(seed, Stream::Init);
         let actor = |rng: &mut Rng| backend.actor(spec, networks, kind, rng);
         let critics = |rng: &mut Rng| method.critics.build(backend, spec, networks, rng);
-        // Gaussian methods without a subset draw the actor's weights first, all others the
-        // critics'; kept so that stored seeds repeat.
+        // Gaussian methods without a subset draw the actor's weights first; all others draw the
+        // critics' first. This order stays as it is so that stored seeds repeat.
         let (critic, actor) = if kind == ActorKind::Gaussian && method.config.subset.is_none() {
             let actor = actor(&mut rng)?;
             (critics(&mut rng)?, actor)
@@ -53,7 +52,7 @@ impl Learner {
         Self::with_networks(method, spec, critic, actor, seed)
     }
 
-    /// The same with networks of your own, which replace the method's.
+    /// The same with your own networks, which replace the method's.
     pub fn with_networks(
         method: Method,
         spec: &EnvSpec,
@@ -64,10 +63,9 @@ impl Learner {
         let Method { config, bound, name, .. } = method;
         config.check()?;
         spec.check()?;
-        // How large networks of your own are is not known, but a batch goes through one at least.
+        // The size of the caller's networks is not known, but a batch goes through at least one.
         memory::check(&config, spec, 1)?;
-        // A task that does not suit the method is worth more words than critics that do not suit
-        // the task.
+        // Report a task that does not suit the method before critics that do not suit the task.
         let multiplier = multiplier(&config, spec)?;
         check_parts(&config, spec, critic.as_ref(), actor.as_ref())?;
         check_bounds(&config, bound.as_ref(), critic.as_ref())?;
@@ -106,17 +104,17 @@ impl Learner {
         })
     }
 
-    /// Swaps the exploration rule, which acts from step [`Config::start_steps`] on; before it does
-    /// [`Config::warm_up`]. A checkpoint does not say which rule it was: give a method with one of
-    /// your own its own name ([`Method::named`]).
+    /// Swaps the exploration rule, which acts from step [`Config::start_steps`] on; before that,
+    /// [`Config::warm_up`] does. A checkpoint does not record the rule, so give a method with your
+    /// own rule its own name ([`Method::named`]).
     pub fn explore(mut self, explore: impl Explore + 'static) -> Self {
         self.explore = Box::new(explore);
         self
     }
 
-    /// Swaps the source of the scalarisation weights; a name of its own tells its checkpoints from
-    /// others, as with [`Learner::explore`]. A stochastic policy needs a positive weight
-    /// of the reward that its entropy bonus is added to.
+    /// Swaps the source of the scalarisation weights. As with [`Learner::explore`], give the method
+    /// its own name, to tell its checkpoints from others. A stochastic policy needs a positive
+    /// weight for the reward that its entropy bonus is added to.
     pub fn multiplier(mut self, multiplier: impl Multiplier + 'static) -> Result<Self> {
         check_len("the multiplier's weights", multiplier.weights().len(), self.objectives.len())?;
         check_len(
@@ -148,13 +146,13 @@ fn multiplier(config: &Config, spec: &EnvSpec) -> Result<Box<dyn Multiplier>> {
     }
 }
 
-/// The task's weights; a cost's that has none is -0, by which bounds know it for a cost.
+/// The task's weights. A cost without a weight gets -0, which tells bounds that it is a cost.
 fn weights(spec: &EnvSpec) -> Vec<f32> {
     let at_rest = |o: &Objective| o.is_cost() && o.weight == 0.0;
     spec.objectives.iter().map(|o| if at_rest(o) { -0.0 } else { o.weight }).collect()
 }
 
-/// Who acts before the first update.
+/// The rule that acts before the first update.
 fn warm_up(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
     match config.warm_up {
         WarmUp::Uniform => Box::new(UniformActions),
@@ -172,7 +170,7 @@ fn exploration(config: &Config, actor: &dyn Actor) -> Result<Box<dyn Explore>> {
     })
 }
 
-/// Exploration by the policy alone: with Gaussian noise, or by the samples of a stochastic one.
+/// Exploration by the policy alone: with Gaussian noise, or with the samples of a stochastic one.
 fn own_noise(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
     match actor.noise_len() {
         0 => Box::new(GaussianNoise { std: config.exploration_std as f32 }),
@@ -180,8 +178,8 @@ fn own_noise(config: &Config, actor: &dyn Actor) -> Box<dyn Explore> {
     }
 }
 
-/// An error for a bound of covariances over separate networks: which of one objective goes with
-/// which of another is an accident of their numbers, and so are covariances.
+/// An error for a bound that reads covariances over separate networks: which network of one
+/// objective is paired with which of another is arbitrary, and so are the covariances.
 fn check_bounds(config: &Config, bound: &dyn Projection, critic: &dyn Critic) -> Result<()> {
     if critic.shared() || critic.objectives() == 1 {
         return Ok(());

@@ -1,4 +1,4 @@
-//! What the critics say of one action.
+//! What the critics estimate for one action.
 
 use super::Learner;
 use super::update::{Actions, target_actions};
@@ -6,8 +6,8 @@ use crate::error::check_len;
 use crate::loss::{check_finite, mean_and_std};
 use crate::{Net, QView, Result, Rng};
 
-/// What a learner's online critics say of one action's discounted return, a number for each
-/// objective.
+/// What a learner's online critics estimate for one action's discounted return, with one number for
+/// each objective.
 ///
 /// ```
 /// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
@@ -16,7 +16,7 @@ use crate::{Net, QView, Result, Rng};
 /// use copq::{EnvSpec, Learner, Method};
 ///
 /// let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("speed", 1.0);
-/// // `copq_candle::Candle::default()` builds networks that learn; these say the same of everything.
+/// // `copq_candle::Candle::default()` builds networks that learn; these always return the same.
 /// let mut learner = Learner::new(Method::cop_td3(), &spec, &backend, 0)?;
 /// let estimate = learner.estimate(&[0.1, 0.2], &[0.5])?;
 ///
@@ -32,19 +32,19 @@ pub struct QEstimate {
     pub mean: Vec<f64>,
     /// Their standard deviation.
     pub std: Vec<f64>,
-    /// Their bound, as in TD targets. Its weighted total lies at or below that of the mean; an
-    /// objective's own may lie above, and a cost's is an upper one.
+    /// Their bound, as in TD targets. Its weighted total is at or below that of the mean. A single
+    /// objective's bound may be above its mean, and a cost's is an upper bound.
     pub bound: Vec<f64>,
     /// The weights of that total.
     pub weights: Vec<f64>,
-    /// The standard deviation of that total; of separate critics as if objectives erred
-    /// independently.
+    /// The standard deviation of that total. For separate critics, it is computed as if the errors
+    /// of the objectives were independent.
     pub total_std: f64,
 }
 
 impl Learner {
-    /// What the online critics say of an action in [-1, 1]. Where targets draw a few critics (REDQ)
-    /// or have none but a cost's own (CAL), the bound here is still that of all.
+    /// What the online critics estimate for an action in [-1, 1]. The bound is that of all critics,
+    /// even where a target uses a few drawn critics (REDQ) or only a cost's own critic (CAL).
     pub fn estimate(&mut self, obs: &[f32], action: &[f32]) -> Result<QEstimate> {
         self.online_values(obs, action)?;
         let (critics, n) = (self.critic.critics(), self.objectives.len());
@@ -65,7 +65,7 @@ impl Learner {
             let totals: Vec<_> = values.chunks_exact(n).map(total).collect();
             mean_and_std(QView::new(&totals, critics, 1)?, 0).1
         } else {
-            // Which network of one objective goes with which of another means nothing.
+            // The pairing of one objective's networks with another's is arbitrary.
             weights
                 .iter()
                 .zip(&std)
@@ -77,7 +77,7 @@ impl Learner {
         Ok(QEstimate { mean, std, bound, weights, total_std })
     }
 
-    /// Leaves what the online critics say of an action at the beginning of the buffer `q`.
+    /// Writes the online critics' values of an action to the beginning of the buffer `q`.
     pub(super) fn online_values(&mut self, obs: &[f32], action: &[f32]) -> Result<()> {
         check_len("action", action.len(), self.actor.action_len())?;
         self.normalise(obs)?;
@@ -85,8 +85,8 @@ impl Learner {
         self.critic.values(Net::Online, &self.obs, action, values)
     }
 
-    /// An action of the policy whose values critics are taught ([`target_actions`]); of a
-    /// stochastic one its entropy bonus, too, and the objective of that.
+    /// Writes an action of the policy that critics learn the values of ([`target_actions`]). For a
+    /// stochastic policy, returns its entropy bonus and the objective that it is added to.
     pub(crate) fn target_policy_action(
         &mut self,
         obs: &[f32],

@@ -24,10 +24,11 @@ mod streams;
 mod targets;
 mod update;
 
-/// Learns a policy and a vector of values from replayed experience: sample, next actions, targets,
-/// fit the critics, every so often improve the actor; targets follow.
+/// Learns a policy and a vector of values from replayed experience. An update samples a batch,
+/// chooses next actions, computes targets, fits the critics, improves the actor every so often, and
+/// moves the target networks.
 ///
-/// [`Trainer`](crate::Trainer) drives it; by hand it goes like this:
+/// [`Trainer`](crate::Trainer) drives it. By hand, it works like this:
 ///
 /// ```
 /// # mod still { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/still.rs")); }
@@ -45,7 +46,7 @@ mod update;
 ///     learner.act(&obs, Mode::Explore, &mut action)?;
 ///     let (action, reward, outcome) = (&action, &[1.0, 0.5], Outcome::Running);
 ///     learner.observe(Transition { obs: &obs, action, reward, next_obs: &obs, outcome })?;
-///     learner.update(&mut Silent)?; // nothing before the tenth step
+///     learner.update(&mut Silent)?; // does nothing before the tenth step
 /// }
 /// assert_eq!((learner.replay().len(), learner.updates()), (12, 3));
 /// # Ok::<(), copq::Error>(())
@@ -83,7 +84,7 @@ pub struct Learner {
     names: Names,
     scales: Scales,
     has_warned_of_rounding: bool,
-    /// Whether it has gone on from a checkpoint without its replay, and has not said so yet.
+    /// Whether it resumed from a checkpoint without its replay and has not reported that yet.
     has_lost_replay: bool,
 }
 
@@ -109,22 +110,22 @@ impl Learner {
         exported(self.actor.as_ref(), self.normaliser.as_ref(), &self.about())?.write_file(path)
     }
 
-    /// Begins with the policy in the content of a file that [`Learner::save_policy`] wrote
-    /// ([`State::read_file`]), of this or another method and task of the same robot: its weights
-    /// and its normaliser. Critics, optimisers and replay begin anew, and so does the warm-up,
-    /// which is the policy's own only with [`WarmUp::Policy`](crate::WarmUp). An error for another
-    /// kind of policy, or one of another world.
+    /// Starts with the weights and the normaliser of a policy that [`Learner::save_policy`] wrote,
+    /// given the content of its file ([`State::read_file`]). The policy may be of a different
+    /// method or task of the same robot. Critics, optimisers and replay start afresh. So does the
+    /// warm-up, in which the policy acts only with [`WarmUp::Policy`](crate::WarmUp). A different
+    /// kind of policy is an error, and so is one for a different environment.
     pub fn start_from(&mut self, policy: &State) -> Result<()> {
         let about = self.about();
         begin_with(policy, &about, self.actor.as_mut(), &mut self.normaliser)
     }
 
-    /// What its policy's file says.
+    /// The description in its policy's file.
     fn about(&self) -> About {
         About::new(&self.spec, &self.config.networks, self.config.actor(), Some(&self.name))
     }
 
-    /// The numbers that it learns by.
+    /// The settings that it learns with.
     pub fn config(&self) -> &Config {
         &self.config
     }
@@ -134,12 +135,13 @@ impl Learner {
         &self.spec
     }
 
-    /// The scalarisation weights now, one per objective: a cost's is minus its multiplier.
+    /// The current scalarisation weights, one per objective. With multipliers, a cost's weight is
+    /// minus its multiplier.
     pub fn weights(&self) -> &[f32] {
         self.multiplier.weights()
     }
 
-    /// The temperature alpha of the entropy bonus now, if there is one.
+    /// The current temperature alpha of the entropy bonus, if there is one.
     pub fn temperature(&self) -> Option<f64> {
         self.temperature.as_ref().map(Temperature::alpha)
     }

@@ -1,22 +1,22 @@
-//! What fewer bits do to the critics' values, beside how far the critics are apart.
+//! How much fewer bits change the critics' values, compared with how far apart the critics are.
 
 use super::Learner;
 use crate::{Net, Observer, QView, Result};
 
-/// Updates between two looks.
+/// Updates between two measurements.
 const EVERY: u64 = 1_000;
 
-/// From here on bounds are blurred: critics agree to some 2e-3 of their values.
+/// Above this, bounds are blurred: the critics agree to within about 2e-3 of their values.
 const LARGE: f64 = 0.25;
 
 impl Learner {
-    /// Every now and then: logs `q_rounding`, and warns once if bounds are blurred.
+    /// Every `EVERY` updates: logs `q_rounding`, and warns once if bounds are blurred.
     pub(super) fn look_at_rounding(&mut self, log: &mut dyn Observer) -> Result<()> {
         if !self.updates.is_multiple_of(EVERY) {
             return Ok(());
         }
         let batch = &self.batch;
-        // A look every now and then may allocate.
+        // This is rare, so it may allocate.
         let mut exact = vec![0.0; self.buffers.q.len()];
         if !self.critic.exact_values(&batch.obs, &batch.action, &mut exact)? {
             return Ok(());
@@ -42,15 +42,15 @@ impl Learner {
     }
 }
 
-/// The largest of these, and whose it is.
+/// The largest of these, and the objective it belongs to.
 fn most_blurred<'a>(roundings: &[Option<f64>], names: &'a [String]) -> Option<(f64, &'a String)> {
     let named = roundings.iter().zip(names);
     let blurred = named.filter_map(|(rounding, name)| Some(((*rounding)?, name)));
     blurred.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// The root mean square of what an objective's values differ from exact ones by, in critics'
-/// standard deviations; of none that critics agree about.
+/// The root mean square difference between each objective's values and the exact ones, in units of
+/// the critics' standard deviation; `None` where the critics agree.
 fn rounding(q: &[f32], exact: QView<'_>) -> Vec<Option<f64>> {
     let critics = exact.critics();
     let n = exact.objectives();

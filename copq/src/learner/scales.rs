@@ -1,25 +1,26 @@
-//! Whether what comes in has a size that float32 networks can learn from, and costs have their
-//! sign.
+//! Checks that observations and rewards have a size that float32 networks can learn from, and that
+//! costs have the right sign.
 
 use crate::{EnvSpec, Error, Observer, Result};
 
-/// Numbers beyond this learn badly: networks are made for inputs and values near 1.
+/// Networks learn badly from numbers beyond this: they are made for inputs and values near 1.
 pub(crate) const LARGE: f32 = 1e4;
 
-/// Rewards beyond this cannot be learned: values are sums of many, and the squares of their
+/// Rewards beyond this cannot be learned: values are sums of many rewards, and the squares of their
 /// gradients, Adam's second moments, must stay below 3e38.
 const HOPELESS: f32 = 1e15;
 
-/// Steps over which a cost has to come out positive: in one that falls backwards, a speed is not.
+/// Steps over which a cost is added up before its sign is judged: a speed, for example, is negative
+/// while a robot falls backwards.
 const WHILE: u64 = 1_000;
 
-/// The largest sizes so far, what costs add up to, and whether a word was said about them.
+/// The largest sizes so far, the sums of the costs, and whether a warning was given about them.
 #[derive(Clone, Debug)]
 pub(crate) struct Scales {
     obs: f32,
     reward: f32,
     has_warned: bool,
-    /// Steps taken in.
+    /// Steps observed.
     steps: u64,
     costs: Vec<Cost>,
 }
@@ -41,7 +42,7 @@ impl Scales {
         Self { obs: 0.0, reward: 0.0, has_warned: false, steps: 0, costs }
     }
 
-    /// Takes in what an environment returned; an error for what no network can learn.
+    /// Takes in what an environment returned; an error for rewards that no network can learn from.
     pub(crate) fn observe(&mut self, obs: &[f32], reward: &[f32]) -> Result<()> {
         let largest = size(reward);
         if largest > HOPELESS {
@@ -57,7 +58,7 @@ impl Scales {
         Ok(())
     }
 
-    /// Says once that sizes are larger than is good, and which costs are none.
+    /// Warns once about sizes that are too large, and once about each cost with a negative sum.
     pub(crate) fn warn(&mut self, step: u64, is_normalised: bool, log: &mut dyn Observer) {
         let seen = self.costs.iter_mut().filter(|_| self.steps == WHILE);
         for cost in seen.filter(|cost| cost.sum < 0.0 && !cost.has_warned) {

@@ -1,8 +1,8 @@
-//! The random numbers of a learner, a stream for each purpose.
+//! The random numbers of a learner, with one stream for each purpose.
 
 use crate::{Result, Rng, State, Stream};
 
-/// One generator a purpose, so that a draw for one moves no other.
+/// One generator for each purpose, so that drawing from one does not move the others.
 #[derive(Debug)]
 pub(super) struct Streams {
     pub(super) explore: Rng,

@@ -1,4 +1,4 @@
-//! The arithmetic of TD targets, and which critics make one.
+//! The arithmetic of TD targets, and the choice of the critics that make one.
 
 use crate::{Batch, Rng};
 
@@ -14,7 +14,7 @@ pub(super) fn discount(target: &mut [f32], batch: &Batch, gamma: f32) {
     }
 }
 
-/// Draws `count` of the positions without replacement; they come first.
+/// Draws `count` of the positions without replacement, and puts them first.
 pub(super) fn draw(rng: &mut Rng, count: usize, positions: &mut [usize]) {
     // From the same order every time, so that the stream alone decides.
     positions.iter_mut().enumerate().for_each(|(i, position)| *position = i);
@@ -24,7 +24,7 @@ pub(super) fn draw(rng: &mut Rng, count: usize, positions: &mut [usize]) {
     }
 }
 
-/// Gives every critic the targets that come first, `shared` of them, but for costs its own value.
+/// Gives every critic the first `shared` targets, except for costs, which keep its own values.
 pub(super) fn bootstrap_own_costs(target: &mut [f32], shared: usize, q: &[f32], is_cost: &[bool]) {
     let (first, others) = target.split_at_mut(shared);
     for (own, q) in others.chunks_exact_mut(shared).zip(q.chunks_exact(shared).skip(1)) {

@@ -42,9 +42,9 @@ impl Learner {
         target_actions(self.actor.as_mut(), self.config.smoothing, rng, next_obs, actions)
     }
 
-    /// y = r + gamma (1 - d) (lower bound of the target critics at s', a'), less alpha log
-    /// pi(a'|s') on the objective that the entropy bonus belongs to: paper eq. 13, with the
-    /// terminal mask.
+    /// y = r + gamma (1 - d) (lower bound of the target critics at s', a'): paper eq. 13, with the
+    /// terminal mask. On the objective that the entropy bonus belongs to, alpha log pi(a'|s') is
+    /// subtracted from the bound.
     fn targets(&mut self, log: &mut dyn Observer) -> Result<()> {
         let critics = self.target_values()?;
         let n = self.objectives.len();
@@ -75,8 +75,8 @@ impl Learner {
         Ok(())
     }
 
-    /// The values at s', a' of the target critics that count: all, or a few drawn for this update
-    /// (REDQ). They come first in `next_q`; returns how many critics they are of.
+    /// Writes the values at s', a' of the target critics in use to the beginning of `next_q`: all
+    /// critics, or a few drawn for this update (REDQ). Returns the number of these critics.
     fn target_values(&mut self) -> Result<usize> {
         let Buffers { next_q, positions, next_action, .. } = &mut self.buffers;
         let next_obs = &self.batch.next_obs;
@@ -90,8 +90,8 @@ impl Learner {
         Ok(subset)
     }
 
-    /// One step of all critics on the same TD targets, the objectives' losses weighted by FAMO;
-    /// then the target networks go `tau` of the way to the online ones.
+    /// One step of all critics towards the TD targets, with the objectives' losses weighted by
+    /// FAMO. The target networks then move `tau` of the way to the online ones.
     fn fit_critics(&mut self, tau: f32, log: &mut dyn Observer) -> Result<()> {
         let Self {
             critic,
@@ -124,7 +124,8 @@ impl Learner {
         self.balance_losses(log)
     }
 
-    /// FAMO's step: the losses again, on the same batch and targets, after the critics have moved.
+    /// FAMO's step: computes the losses again, on the same batch and targets, after the critics'
+    /// step.
     fn balance_losses(&mut self, log: &mut dyn Observer) -> Result<()> {
         let Some(famo) = &mut self.famo else { return Ok(()) };
         let Buffers { target, losses, losses_after, loss_weights, q, .. } = &mut self.buffers;
@@ -136,14 +137,14 @@ impl Learner {
         Ok(())
     }
 
-    /// Shows a learning multiplier the mean bound at the replayed actions, from the critics as they
-    /// now are.
+    /// Shows a learning multiplier the mean bound at the replayed actions, from the current
+    /// critics.
     fn estimate_costs(&mut self) -> Result<()> {
         if self.multiplier.is_constant() {
             return Ok(());
         }
         let Buffers { q, scratch, bound, mean, .. } = &mut self.buffers;
-        // FAMO has just asked for them.
+        // FAMO has just computed them.
         if self.famo.is_none() {
             self.critic.values(Net::Online, &self.batch.obs, &self.batch.action, q)?;
         }
@@ -207,14 +208,14 @@ impl Learner {
 }
 
 impl Config {
-    /// The critics' bound as far on the cautious side as in TD targets.
+    /// A query for the critics' bound, as pessimistic as in TD targets.
     pub(super) fn lower<'a>(&self, q: QView<'a>, weights: &'a [f32]) -> BoundQuery<'a> {
         BoundQuery { q, weights, step: -self.pessimism as f32 }
     }
 }
 
-/// Actions and what they are made of: a policy's noise and log-probabilities, none of a
-/// deterministic one, and the noise that smooths.
+/// Actions and what they are made from: a policy's noise and log-probabilities (empty for a
+/// deterministic one), and the smoothing noise.
 pub(super) struct Actions<'a> {
     pub action: &'a mut [f32],
     pub policy_noise: &'a mut [f32],
@@ -222,8 +223,8 @@ pub(super) struct Actions<'a> {
     pub noise: &'a mut [f32],
 }
 
-/// The actions whose values TD targets are of: a' = clip(mu'(s') + clip(noise)), TD3's smoothed
-/// ones; of a stochastic policy samples of the online one.
+/// The actions whose values make TD targets: TD3's smoothed ones, a' = clip(mu'(s') + clip(noise)),
+/// or samples of the online policy if it is stochastic.
 pub(super) fn target_actions(
     actor: &mut dyn Actor,
     smoothing: Option<Smoothing>,

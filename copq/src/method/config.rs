@@ -7,7 +7,7 @@ use crate::error::{check_count, check_fraction, check_not_negative};
 use crate::projection::by_name;
 use crate::{ActorKind, Constraint, Entropy, Error, FamoConfig, Result};
 
-/// Whose actions fill the replay before the first update.
+/// Which actions fill the replay before the first update.
 ///
 /// ```
 /// use copq::{Method, WarmUp};
@@ -21,11 +21,11 @@ use crate::{ActorKind, Constraint, Entropy, Error, FamoConfig, Result};
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum WarmUp {
-    /// Uniform actions (TD3's and SAC's authors' code).
+    /// Uniform actions, as in the code of TD3's and SAC's authors.
     #[default]
     Uniform,
-    /// The untrained policy's, with its Gaussian noise or its own samples (paper Alg. 1, which has
-    /// but one rule).
+    /// The untrained policy's actions, with its Gaussian noise or its own samples (paper Alg. 1,
+    /// which has only one rule).
     Policy,
 }
 
@@ -65,56 +65,58 @@ impl Default for Smoothing {
     }
 }
 
-/// Exploration towards what the critics may promise: the policy's mean moves up the gradient of
-/// their upper bound (OAC, paper eq. 15 and App. D.1).
+/// Optimistic exploration: the policy's mean moves up the gradient of the critics' upper bound
+/// (OAC, paper eq. 15 and App. D.1).
 ///
 /// ```
 /// use copq::projection::step_length;
 /// use copq::{Method, Optimism};
 ///
-/// // The ellipsoid that holds 99 % of a normal law in three dimensions; the shift fades out.
+/// // The ellipsoid with 99 % of a normal distribution in three dimensions; the shift fades out.
 /// let beta = step_length(0.99, 3)?;
 /// let optimism = Optimism { beta, until: Some(50_000), ..Optimism::by("extremum") };
 /// let method = Method::cop_td3_paper().explore(optimism);
 /// method.config.check()?;
 /// assert!((beta - 3.3682).abs() < 1e-4);
 ///
-/// // A KL bound of 23.53 lets the mean move by its double's root.
+/// // A KL bound of 23.53 lets the mean move by the square root of twice that.
 /// assert!((Optimism::default().shift - (2.0_f64 * 23.53).sqrt()).abs() < 1e-3);
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Optimism {
-    /// Length of the upper bound's step, the root of chi2_N(p).
+    /// Length of the upper bound's step, the square root of chi2_N(p).
     pub beta: f64,
-    /// How far the mean moves, in standard deviations of the policy: sqrt(2 delta), delta the KL
-    /// bound. A deterministic policy's is [`Config::exploration_std`]: the default is 0.686 at the
-    /// paper's 0.1, and at 0.3 with 2.06 most of what [-1, 1] has room for.
+    /// How far the mean moves, in standard deviations of the policy: sqrt(2 delta), where delta is
+    /// the KL bound. A deterministic policy's standard deviation is [`Config::exploration_std`].
+    /// The default moves the mean by 0.686 at the paper's 0.1, and by 2.06 at 0.3, which is most of
+    /// what [-1, 1] has room for.
     pub shift: f64,
-    /// The projection whose upper bound it is, by its name in
-    /// [`by_name`](crate::projection::by_name); the method's own unless named.
+    /// The name in [`by_name`](crate::projection::by_name) of the projection whose upper bound is
+    /// used; `None` for the method's own.
     pub projection: Option<String>,
-    /// Environment steps over which the shift falls to 0, linearly; `None`: it never falls.
-    /// The shift has its length however little the critics disagree, so that without an end the
-    /// data hardly ever holds what the policy itself would do.
+    /// Environment steps over which the shift falls linearly to 0; `None` if it never falls. The
+    /// shift has its full length however little the critics disagree. Without an end, the data
+    /// therefore hardly ever contains what the policy itself would do.
     pub until: Option<u64>,
 }
 
 impl Default for Optimism {
-    /// 4.66, and 6.86 for a KL bound of 23.53 (paper Table D.2), for all of the run.
+    /// A step of 4.66, and a shift of 6.86 for a KL bound of 23.53 (paper Table D.2), for the whole
+    /// run.
     fn default() -> Self {
         Self { beta: 4.66, shift: 6.86, projection: None, until: None }
     }
 }
 
 impl Optimism {
-    /// The defaults, with the upper bound of a projection by its name.
+    /// The defaults, with the upper bound of the named projection.
     pub fn by(projection: &str) -> Self {
         Self { projection: Some(projection.to_owned()), ..Self::default() }
     }
 
-    /// The shift's length after so many environment steps.
+    /// The shift's length after `step` environment steps.
     pub(crate) fn shift_at(&self, step: u64) -> f64 {
         match self.until {
             None => self.shift,
@@ -131,7 +133,7 @@ impl Optimism {
     }
 }
 
-/// The numbers of a [`Method`](crate::Method): what a [`Learner`](crate::Learner) does in an
+/// The settings of a [`Method`](crate::Method): what a [`Learner`](crate::Learner) does in an
 /// update, how it explores, and the shape of its networks. A run's `config.toml` lists them all.
 ///
 /// ```
@@ -158,10 +160,10 @@ pub struct Config {
     /// Environment steps before the first update.
     #[doc(alias = "learning_starts")]
     pub start_steps: u64,
-    /// Whose actions those steps take.
+    /// Which actions those steps take.
     pub warm_up: WarmUp,
-    /// Whether networks see observations in units of their running deviation
-    /// ([`Normaliser`](crate::Normaliser)); the replay holds raw ones. An observation counts when
+    /// Whether networks see observations normalised by their running mean and deviation
+    /// ([`Normaliser`](crate::Normaliser)); the replay holds raw ones. An observation counts once
     /// it is stored, after the action that it led to.
     pub normalise: bool,
     /// Updates for each environment step (the update-to-data ratio).
@@ -174,35 +176,35 @@ pub struct Config {
     #[doc(alias = "target_update_interval")]
     pub target_period: u64,
     /// kappa, the length of the pessimistic step in targets and cost estimates: 1, as in the paper,
-    /// is the whole way from the critics' mean to the projection's lower bound.
+    /// goes the whole way from the critics' mean to the projection's lower bound.
     pub pessimism: f64,
     /// kappa of the actor's objective; 0 makes it the critics' mean.
     pub actor_pessimism: f64,
-    /// Critics that make a target, drawn anew for every update (REDQ); all unless given.
+    /// How many critics make a target, drawn anew for every update (REDQ); `None` for all.
     pub subset: Option<usize>,
-    /// Whether every critic of a cost learns from its own target network (CAL), not from the bound
-    /// that all share.
+    /// Whether every critic of a cost learns from its own target network (CAL), instead of from the
+    /// bound that all share.
     pub own_cost_targets: bool,
     /// Noise on target actions, if any.
     #[doc(alias = "target_policy_noise")]
     pub smoothing: Option<Smoothing>,
     /// The entropy bonus of a stochastic policy, if any.
     pub entropy: Option<Entropy>,
-    /// How the limits of costs are held, if they are.
+    /// How the limits of costs are enforced, if they are.
     pub constraint: Option<Constraint>,
     /// Balancing of the losses of objectives that share networks, if any; see
     /// [`FamoConfig::separate`] for those that do not.
     pub famo: Option<FamoConfig>,
     /// Standard deviation of the default Gaussian exploration, in units of half the action range.
     pub exploration_std: f64,
-    /// Exploration towards an upper bound of the critics; the policy and its noise alone without.
+    /// Exploration towards an upper bound of the critics; `None` for the policy's noise alone.
     pub optimism: Option<Optimism>,
     /// Network shapes and step sizes.
     pub networks: Networks,
 }
 
-/// What a stored setting that is not there means: nothing, where that can be, or else what all
-/// methods had before the setting was there.
+/// The values of settings that a stored file does not have: off where possible, or else what all
+/// methods had before the setting existed.
 fn bare() -> Config {
     Config {
         start_steps: 25_000,
@@ -214,7 +216,7 @@ fn bare() -> Config {
 }
 
 impl Config {
-    /// The kind of policy that learns by these settings: a stochastic one if it has an entropy
+    /// The kind of policy that learns with these settings: a stochastic one if there is an entropy
     /// bonus.
     pub fn actor(&self) -> ActorKind {
         if self.entropy.is_some() { ActorKind::Gaussian } else { ActorKind::Deterministic }

@@ -14,7 +14,7 @@ use crate::{Backend, Critic, EnvSpec, Networks, Objective, Result, Rng, Separate
 /// assert_eq!(Method::cop_td3().bound(Extremum).critics, Ensemble::Spanning);
 /// let separate = Method::cop_td3().bound(IndependentMin);
 /// assert_eq!(separate.critics, Ensemble::Separate { cost: 2, reward: 2 });
-/// // ... unless one says otherwise.
+/// // ... unless you choose others.
 /// assert_eq!(Method::cop_td3().critics(Ensemble::Joint(5)).critics, Ensemble::Joint(5));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,9 +23,9 @@ use crate::{Backend, Critic, EnvSpec, Networks, Objective, Result, Rng, Separate
 pub enum Ensemble {
     /// N + 1 critics of all N values: the fewest that can disagree in N directions.
     Spanning,
-    /// So many critics of all N values.
+    /// This many critics of all N values.
     Joint(usize),
-    /// Scalar critics: so many for each cost, and so many for each reward.
+    /// Scalar critics, a given number for each cost and another for each reward.
     Separate {
         /// Critics of each cost.
         cost: usize,
@@ -35,7 +35,7 @@ pub enum Ensemble {
 }
 
 impl Ensemble {
-    /// The networks, made by a backend for a task, with fresh weights from `rng`.
+    /// Builds the networks for a task with a backend; fresh weights come from `rng`.
     pub fn build(
         self,
         backend: &dyn Backend,
@@ -55,7 +55,7 @@ impl Ensemble {
         }
     }
 
-    /// How many networks that are.
+    /// The number of networks.
     pub(crate) fn count(self, spec: &EnvSpec) -> usize {
         match self {
             Self::Spanning => spec.objectives.len() + 1,
@@ -64,7 +64,7 @@ impl Ensemble {
         }
     }
 
-    /// The scalar critics of each objective; none if critics are of all values.
+    /// The number of scalar critics of each objective; empty if critics are of all values.
     fn scalars(self, spec: &EnvSpec) -> Vec<usize> {
         let Self::Separate { cost, reward } = self else { return Vec::new() };
         let count = |objective: &Objective| if objective.is_cost() { cost } else { reward };
@@ -72,7 +72,7 @@ impl Ensemble {
     }
 }
 
-/// The same world with one value to learn.
+/// The same environment with one value to learn.
 fn scalar(spec: &EnvSpec) -> EnvSpec {
     EnvSpec { objectives: vec![Objective::reward("value", 1.0)], entropy: None, ..spec.clone() }
 }

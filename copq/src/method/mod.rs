@@ -1,4 +1,4 @@
-//! A method is a value: its numbers, the bound of its targets, and the critics that go with it.
+//! A method is a value: its settings, the bound of its targets, and the critics that go with it.
 
 mod config;
 mod ensemble;
@@ -14,8 +14,8 @@ use std::sync::Arc;
 use crate::projection::ScalarisedMin;
 use crate::{ActorKind, Constraint, FamoConfig, Projection};
 
-/// What a [`Learner`](crate::Learner) learns by. Every off-policy method of copq is one of these
-/// values, and a method of your own is another: take the nearest preset and say what is different.
+/// The algorithm that a [`Learner`](crate::Learner) uses. Every off-policy method of copq is a
+/// value of this type, and so is your own: take the nearest preset and change what is different.
 ///
 /// ```
 /// use copq::projection::{Cholesky, Extremum};
@@ -34,8 +34,7 @@ use crate::{ActorKind, Constraint, FamoConfig, Projection};
 /// # let _ = swapped;
 /// ```
 ///
-/// As the presets are, with N objectives in priority order ([`Method::bound`] swaps bound and
-/// critics):
+/// The presets, for N objectives in priority order ([`Method::bound`] swaps bound and critics):
 ///
 /// | method | preset | critics | bound | actor |
 /// |---|---|---|---|---|
@@ -53,39 +52,39 @@ use crate::{ActorKind, Constraint, FamoConfig, Projection};
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Method {
-    /// The name by which command lines, run folders and checkpoints know it.
+    /// The name that command lines, run folders and checkpoints use for it.
     pub name: String,
-    /// Its numbers.
+    /// Its settings.
     pub config: Config,
-    /// The bound of the critics' values that targets and the actor use: the lower one.
+    /// The projection whose lower bound of the critics' values the targets and the actor use.
     pub bound: Arc<dyn Projection>,
     /// The critics to learn with.
     pub critics: Ensemble,
-    /// Where it is from, such as a paper and its section.
+    /// Where it comes from, such as a paper and its section.
     pub source: String,
 }
 
 impl Method {
-    /// A method of your own, with the critics that its bound is meant for.
+    /// Your own method, with the critics that its bound is meant for.
     pub fn new(name: impl Into<String>, config: Config, bound: impl Projection + 'static) -> Self {
         let critics = bound.ensemble();
         Self { name: name.into(), config, critics, bound: Arc::new(bound), source: String::new() }
     }
 
-    /// Swaps the bound, and with it the critics: those that the new bound is meant for. It takes
-    /// away [`Config::subset`] (REDQ) and [`Config::own_cost_targets`] (CAL), which belonged to the
-    /// old critics; all other numbers stay, such as the pessimism.
+    /// Swaps the bound, and the critics for those that the new bound is meant for. This removes
+    /// [`Config::subset`] (REDQ) and [`Config::own_cost_targets`] (CAL), which belonged to the old
+    /// critics. All other settings stay, such as the pessimism.
     pub fn bound(self, bound: impl Projection + 'static) -> Self {
         let config = Config { subset: None, own_cost_targets: false, ..self.config };
         Self { config, critics: bound.ensemble(), bound: Arc::new(bound), ..self }
     }
 
-    /// Other critics than the bound is meant for.
+    /// Swaps the critics for others than those that the bound is meant for.
     pub fn critics(self, critics: Ensemble) -> Self {
         Self { critics, ..self }
     }
 
-    /// Another name, for command lines, run folders and checkpoints.
+    /// Renames it, for command lines, run folders and checkpoints.
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
     }
@@ -102,13 +101,13 @@ impl Method {
         self
     }
 
-    /// Holds the limits of the task's costs.
+    /// Enforces the limits of the task's costs.
     pub fn constrain(mut self, constraint: Constraint) -> Self {
         self.config.constraint = Some(constraint);
         self
     }
 
-    /// Begins with so many uniform actions, before the first update.
+    /// Starts with `steps` uniform actions, before the first update.
     pub fn warm_up(mut self, steps: u64) -> Self {
         self.config.start_steps = steps;
         self.config.warm_up = WarmUp::Uniform;
@@ -116,9 +115,9 @@ impl Method {
     }
 
     /// Randomised ensembled double-Q (REDQ, Chen et al. 2021; paper sec. 5.1 and App. D): 10
-    /// critics and 20 updates an environment step, the 20th with the actor's; each target from 2
-    /// critics drawn at random by [`ScalarisedMin`], the actor on the mean of all; a warm-up of
-    /// 5,000 steps.
+    /// critics and 20 updates per environment step, the 20th of which also updates the actor. Each
+    /// target is the [`ScalarisedMin`] of 2 critics drawn at random, and the actor uses the mean of
+    /// all critics. The warm-up is 5,000 steps.
     pub fn redq(self) -> Self {
         let name = if self.config.entropy.is_some() { "redq-sac" } else { "redq" };
         let mut redq =

@@ -1,4 +1,4 @@
-//! What networks are like, for the backend that builds them.
+//! The shape of networks, for the backend that builds them.
 
 use std::fmt;
 
@@ -39,20 +39,21 @@ pub struct Networks {
     pub init: Init,
     /// The function after each hidden layer.
     pub activation: Activation,
-    /// How many bits the products of an update have; on-policy methods have f32 alone.
+    /// How many bits the products of an update have; on-policy methods support f32 only.
     #[serde(skip_serializing_if = "is_default")]
     pub precision: Precision,
 }
 
-/// Left out of a file, so that a run keeps the settings that it had before this one came.
+/// Whether to leave it out of a file, so that a run keeps the settings that it had before this one
+/// existed.
 fn is_default(precision: &Precision) -> bool {
     *precision == Precision::default()
 }
 
 /// How many bits the products of an off-policy update have: 32, or 16 (bf16: f32's range with eight
-/// significant bits) in its less delicate parts. Parameters, optimiser, sums, the first layer
-/// forward, the last layer both ways, and policies as they act are always f32.
-/// Every processor computes the same bits, and those without the instruction for bf16 gain no time.
+/// significant bits) in its less delicate parts. Parameters, the optimiser, sums, the first layer's
+/// forward pass, both passes of the last layer, and policies as they act are always f32. Every
+/// processor computes the same bits; one without an instruction for bf16 saves no time.
 ///
 /// ```
 /// use copq::{Method, Precision};
@@ -68,12 +69,13 @@ pub enum Precision {
     /// f32 everywhere.
     #[default]
     F32,
-    /// bf16 on the way back below the last layer: values, targets and bounds are as in f32;
+    /// bf16 in the backward pass below the last layer. Values, targets and bounds are as in f32;
     /// gradients differ by less than 0.5 % in a test.
     Backward,
-    /// And between critics' hidden layers forward, where no bound's gradient is taken (fits,
-    /// targets, FAMO's second look, a multiplier's cost estimate, values that are asked for): values
-    /// differ by less than 0.2 % in a test. Learning has not been shown to be unharmed yet.
+    /// Also bf16 in the forward pass between the critics' hidden layers, where no bound's gradient
+    /// is taken (fits, targets, FAMO's second evaluation, a multiplier's cost estimate, values on
+    /// request). Values differ by less than 0.2 % in a test. It is not shown yet that learning is
+    /// unharmed.
     Careful,
 }
 
@@ -91,12 +93,13 @@ impl fmt::Display for Precision {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Activation {
-    /// max(0, x): every off-policy method of the paper.
+    /// max(0, x), as in every off-policy method of the paper.
     #[default]
     Relu,
     /// tanh(x).
     Tanh,
-    /// x / (1 + exp(-x)): CAL's authors have it in their cost critics; here it is all networks'.
+    /// x / (1 + exp(-x)). CAL's authors use it in their cost critics; here it applies to all
+    /// networks.
     Silu,
 }
 
@@ -104,16 +107,16 @@ pub enum Activation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Init {
-    /// Weights and biases uniform within 1/sqrt(inputs): `torch.nn.Linear`'s, and so TD3's.
+    /// Weights and biases uniform within 1/sqrt(inputs), as in `torch.nn.Linear` and so in TD3.
     #[default]
     Torch,
-    /// Weights uniform within sqrt(3/inputs), which keeps the inputs' variance, and no biases:
-    /// Brax's.
+    /// Weights uniform within sqrt(3/inputs), which keeps the inputs' variance, and zero biases, as
+    /// in Brax.
     Lecun,
 }
 
 impl Default for Networks {
-    /// Two hidden layers of 256 with ReLU, step sizes 3e-4 (paper Table D.3).
+    /// Two hidden layers of 256 units with ReLU, and step sizes of 3e-4 (paper Table D.3).
     fn default() -> Self {
         Self {
             hidden: vec![256, 256],
@@ -144,7 +147,7 @@ impl Networks {
         Ok(())
     }
 
-    /// The same for what has no other precision than f32, such as an on-policy method.
+    /// The same where only f32 is supported, such as in an on-policy method.
     pub fn check_f32(&self, what: &str) -> Result<()> {
         self.check()?;
         match self.precision {

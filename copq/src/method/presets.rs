@@ -5,7 +5,7 @@ use crate::multiplier::{Constraint, LagrangianConfig, PidConfig};
 use crate::projection::{Cholesky, IndependentMin, MeanStd, ScalarisedMin};
 use crate::{Entropy, Error, FamoConfig, FamoDecay, Result};
 
-/// A method's name, how it is made, and where it is from.
+/// A method's name, its constructor, and its source.
 type Preset = (&'static str, fn() -> Method, &'static str);
 
 const METHODS: &[Preset] = &[
@@ -40,7 +40,7 @@ impl Method {
         METHODS.iter().map(|(name, ..)| *name)
     }
 
-    /// The method of that name; the error of an unknown one lists the known, nearest first.
+    /// The method of that name. The error for an unknown name lists the known ones, nearest first.
     ///
     /// ```
     /// assert_eq!(copq::Method::by_name("cop-cal")?.bound.name(), "cholesky");
@@ -53,16 +53,16 @@ impl Method {
         Ok(Self { name: (*name).to_owned(), source: (*source).to_owned(), ..make() })
     }
 
-    /// COP-Q on TD3 as we use it: the preset to begin with. It is [`Method::cop_td3_paper`] but for
-    /// six settings, chosen by single runs on a hopper, which do not show what each is worth
-    /// (DESIGN.md has them):
+    /// COP-Q on TD3 as we use it: the preset to start with. It differs from
+    /// [`Method::cop_td3_paper`] in six settings. They were chosen by single runs on a hopper,
+    /// which do not show what each is worth (DESIGN.md has the runs):
     ///
     /// * a discount of 0.995: at 0.99 a fall costs a fast hopper little;
     /// * a warm-up of 1,000 uniform actions, since a hopper that acts at random falls after 20
     ///   steps;
     /// * exploration noise of 0.3;
-    /// * observations in units of their deviation;
-    /// * initial weights that keep the inputs' variance, and no biases;
+    /// * observations normalised by their running mean and deviation;
+    /// * initial weights that keep the inputs' variance, and zero initial biases;
     /// * no FAMO, which can starve an objective.
     pub fn cop_td3() -> Self {
         let mut method = Self::cop_td3_paper().named("cop-td3").warm_up(1_000);
@@ -75,21 +75,21 @@ impl Method {
     }
 
     /// COP-Q on TD3 that explores towards the critics' upper bound (COP-OAC, paper sec. 5.1 and
-    /// Table D.2): by the method's own bound, unless [`Optimism::projection`] names another. The
-    /// rest is [`Method::cop_td3_paper`] after a warm-up of 1,000 uniform actions; separate critics
-    /// have no FAMO.
+    /// Table D.2). The projection is the method's own, unless [`Optimism::projection`] names
+    /// another. The rest is [`Method::cop_td3_paper`] after a warm-up of 1,000 uniform actions,
+    /// without FAMO for separate critics.
     pub fn cop_td3_oac() -> Self {
         let paper = Self::cop_td3_paper().named("cop-td3-oac").warm_up(1_000);
         paper.explore(Optimism::default()).balance(FamoConfig::default())
     }
 
     /// COP-Q on TD3 in the protocol of the paper's main comparison (sec. 5.1), for reproduction.
-    /// Where the paper gives no number, its authors' later code does.
+    /// Where the paper gives no number, the number is from its authors' later code.
     ///
     /// | setting | value | source |
     /// |---|---|---|
     /// | discount, tau, batch, capacity, step sizes, hidden layers | 0.99, 0.005, 256, 1e6, 3e-4, 256 x 256 ReLU | Table D.3 |
-    /// | updates a step, actor delay, target period | 1, 2, 1 | Table D.3 |
+    /// | updates per step, actor delay, target period | 1, 2, 1 | Table D.3 |
     /// | exploration | Gaussian noise of 0.1 alone | sec. 5, 5.1, Table D.3 |
     /// | target smoothing | 0.2, clipped at 0.5 | Table D.3 |
     /// | warm-up | 16,384 steps of the untrained policy with its noise | App. D (more than 10,000); the authors' code; Alg. 1 |
@@ -97,9 +97,9 @@ impl Method {
     /// | pessimism in targets and actor | 1 | eqs. 11, 13, 14 |
     /// | observations, initial weights | raw, PyTorch's | the paper gives none |
     ///
-    /// The paper's other methods differ in bound and critics alone: N + 1 critics for
+    /// The paper's other methods differ only in bound and critics: N + 1 critics for
     /// [`Extremum`](crate::projection::Extremum), 2 for
-    /// [`ScalarisedMin`](crate::projection::ScalarisedMin), 2 separate ones an objective for
+    /// [`ScalarisedMin`](crate::projection::ScalarisedMin), and 2 separate ones per objective for
     /// [`IndependentMin`].
     pub fn cop_td3_paper() -> Self {
         let famo = FamoConfig {
@@ -134,10 +134,11 @@ impl Method {
         Self::new("cop-td3-paper", config, Cholesky)
     }
 
-    /// TD3 as its authors have it (Fujimoto et al. 2018): noise alone explores, targets follow at
-    /// every second update, the warm-up is 25,000 steps, and of 2 critics the one counts whose
-    /// weighted total is smaller (clipped double-Q): for the actor, too, where theirs climbs the
-    /// first. Several objectives are learnt one by one, and count by their total.
+    /// TD3 following its authors (Fujimoto et al. 2018): only noise explores, target networks move
+    /// at every second update, and the warm-up is 25,000 steps. Of 2 critics, the one with the
+    /// smaller weighted total counts (clipped double-Q). The actor uses that critic too, where
+    /// theirs climbs the first. Several objectives are learned as separate values, and count by
+    /// their total.
     pub fn td3() -> Self {
         let mut method = Self::cop_td3_paper().named("td3").bound(ScalarisedMin).warm_up(25_000);
         method.config.target_period = 2;
@@ -145,9 +146,9 @@ impl Method {
         method
     }
 
-    /// SAC with a learned temperature: the constants of the paper's Table D.3, a warm-up of 10,000
-    /// steps; actor, temperature and targets move at every second update. Clipped double-Q on the
-    /// weighted total, as in [`Method::td3`].
+    /// SAC with a learned temperature, the constants of the paper's Table D.3, and a warm-up of
+    /// 10,000 steps. Actor, temperature and target networks move at every second update. Clipped
+    /// double-Q acts on the weighted total, as in [`Method::td3`].
     pub fn sac() -> Self {
         let mut method = Self::td3().named("sac").warm_up(10_000);
         method.config.smoothing = None;
@@ -162,7 +163,7 @@ impl Method {
         sac.bound(IndependentMin).critics(Ensemble::Separate { cost: 1, reward: 2 })
     }
 
-    /// SAC-Lagrangian with two critics of each cost, of which the larger counts.
+    /// SAC-Lagrangian with two critics of each cost, of which the larger value counts.
     pub fn saclag_ucb() -> Self {
         Self::sac_lagrangian()
             .named("saclag-ucb")
@@ -175,15 +176,15 @@ impl Method {
     }
 
     /// COP-Q on CAL (paper sec. 5 and Table D.3): SAC under the augmented Lagrangian, with N + 1
-    /// critics of cost and reward together. The cost should be the first objective. One update a
-    /// step, as the section has it; the table has a ratio of 2.
+    /// critics of cost and reward together. The cost should be the first objective. There is one
+    /// update per step, as in that section; the table has a ratio of 2.
     pub fn cop_cal() -> Self {
         let sac = Self::sac().named("cop-cal").bound(Cholesky);
         sac.constrain(Constraint::Lagrangian(LagrangianConfig::default()))
     }
 
-    /// CAL as the paper compares it: [`Method::cop_cal`]'s constants, but 4 critics of each cost,
-    /// each of which learns from itself, and 2 of each reward.
+    /// CAL as in the paper's comparison: the constants of [`Method::cop_cal`], but with 4 critics
+    /// of each cost, each of which learns from itself, and 2 of each reward.
     pub fn cal() -> Self {
         let bound = MeanStd::cal(0.5, 4);
         let cal = Self::cop_cal().named("cal").bound(bound);
@@ -192,8 +193,8 @@ impl Method {
         cal
     }
 
-    /// CAL with the constants of its authors' code (Wu et al. 2024): batches of 12, 10 updates a
-    /// step, the actor at each.
+    /// CAL with the constants of its authors' code (Wu et al. 2024): batches of 12, and 10 updates
+    /// per step, each of which also updates the actor.
     pub fn cal_original() -> Self {
         let multiplier = std::f64::consts::LN_2;
         let lagrangian = LagrangianConfig { multiplier, lr: 3e-4, ..Default::default() };

@@ -1,15 +1,15 @@
 //! The costs of a task under multipliers: limits in the units of Q, estimates, weights, and their
-//! report.
+//! logging.
 
 use crate::{EnvSpec, Error, Observer, Result};
 
-/// An episode's limit in the units of a discounted value: `limit (1 - gamma^T) / ((1 - gamma) T)`,
-/// the value of paying `limit / T` at every one of the episode's T steps (paper App. C); the limit
-/// itself for gamma = 1.
+/// An episode's limit in the units of a discounted value: `limit (1 - gamma^T) / ((1 - gamma) T)`.
+/// This is the value of paying `limit / T` at each of the episode's T steps (paper App. C). For
+/// gamma = 1, it is the limit itself.
 ///
 /// ```
-/// // Speed limits of hopper, walker2d, ant and humanoid for episodes of 1,000 steps, and a tenth
-/// // of them, as the paper has it.
+/// // Speed limits of hopper, walker2d, ant and humanoid for episodes of 1,000 steps, and their
+/// // discounted values, about a tenth of them, as in the paper.
 /// let limits = [(740.2, 74.0168), (2341.5, 234.1399), (2622.2, 262.2087), (1411.9, 141.1839)];
 /// for (limit, wanted) in limits {
 ///     assert!((copq::discounted_limit(limit, 0.99, 1000) - wanted).abs() < 5e-5);
@@ -23,7 +23,7 @@ pub fn discounted_limit(limit: f64, discount: f64, horizon: usize) -> f64 {
     limit * (1.0 - libm::pow(discount, steps)) / ((1.0 - discount) * steps)
 }
 
-/// Steps of the longest episode whose limit a discounted value is held to.
+/// Steps of the longest episode that a discounted limit is computed for.
 const LONGEST: usize = 1_000_000_000;
 
 /// The costs among a task's objectives, and the weights that their multipliers give.
@@ -42,13 +42,13 @@ struct Cost {
     limit: f64,
     /// An episode's cost for each unit of the discounted value.
     per_episode: f64,
-    /// What it was last estimated to be.
+    /// Its last estimate.
     estimate: f64,
     names: [String; 4],
 }
 
 impl Costs {
-    /// The costs of a task; an error if there are none, or no end to an episode.
+    /// The costs of a task; an error if there are none, or if episodes have no end.
     pub(super) fn new(spec: &EnvSpec, discount: f64) -> Result<Self> {
         spec.check()?;
         let cost = |objective: usize| {
@@ -91,7 +91,7 @@ impl Costs {
         self.costs[i].estimate
     }
 
-    /// The i-th cost's estimate over its limit: positive where the constraint is broken.
+    /// The i-th cost's estimate over its limit: positive where the constraint is violated.
     pub(super) fn violation(&self, i: usize) -> f64 {
         self.costs[i].estimate - self.costs[i].limit
     }

@@ -21,7 +21,7 @@ pub struct FixedWeights {
 }
 
 impl FixedWeights {
-    /// Weights that never change; at least one must be non-zero and all finite.
+    /// Weights that never change; all must be finite, and at least one non-zero.
     pub fn new(weights: &[f32]) -> Result<Self> {
         if weights.iter().any(|w| !w.is_finite()) || weights.iter().all(|&w| w == 0.0) {
             return Err(Error::invalid(

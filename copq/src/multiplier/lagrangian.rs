@@ -22,20 +22,20 @@ use crate::{EnvSpec, Error, Observer, Result, State};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LagrangianConfig {
-    /// lambda to begin with.
+    /// The initial lambda.
     pub multiplier: f64,
     /// Adam's step size on log lambda.
     pub lr: f64,
     /// c, the strength of the augmented Lagrangian's quadratic term; 0 for the plain Lagrangian.
     pub augmentation: f64,
-    /// The largest lambda: where it ends if a limit cannot be held.
+    /// The largest lambda, which it reaches if a limit cannot be met.
     pub cap: f64,
 }
 
 impl Default for LagrangianConfig {
-    /// lambda 1 to begin with, step size 5e-4 (paper Table D.3), CAL's c = 10, and a cap of 1e6,
-    /// which is ours: without one lambda grows without bound if a limit cannot be held, until
-    /// squares of gradients overflow.
+    /// An initial lambda of 1, a step size of 5e-4 (paper Table D.3), CAL's c = 10, and our own cap
+    /// of 1e6. Without a cap, lambda grows without bound if a limit cannot be met, until squares of
+    /// gradients overflow.
     fn default() -> Self {
         Self { multiplier: 1.0, lr: 5e-4, augmentation: 10.0, cap: 1e6 }
     }
@@ -54,17 +54,17 @@ impl LagrangianConfig {
     }
 }
 
-/// A multiplier lambda for each cost, the exponential of what is learned: gradient ascent on
-/// `lambda (Q_c - limit)`, with Q_c the pessimistic cost of the replayed actions (CAL, Wu et al.
-/// 2024).
+/// A multiplier lambda for each cost. Its logarithm is learned by gradient ascent on
+/// `lambda (Q_c - limit)`, where Q_c is the pessimistic cost of the replayed actions (CAL, Wu et
+/// al. 2024).
 ///
 /// Projections see the direction (-lambda, 1). The actor's weight is that of the augmented
 /// Lagrangian, `lambda - min(c (limit - Q_c), lambda) = max(0, lambda + c (Q_c - limit))`, next to
-/// raw weights of the rewards.
+/// the raw weights of the rewards.
 ///
 /// How cautious COP-Q is about cost and reward therefore depends on lambda: the cost's margin is
-/// its standard deviation times `lambda / sqrt(1 + lambda^2)`, a tenth of it for lambda = 0.1. With
-/// c so large that the estimate's noise outweighs lambda, the augmented term holds the limit by
+/// its standard deviation times `lambda / sqrt(1 + lambda^2)`, a tenth of it for lambda = 0.1. If c
+/// is so large that the estimate's noise outweighs lambda, the augmented term enforces the limit by
 /// itself and lambda falls to nothing; DESIGN.md has a measured case.
 ///
 /// ```
@@ -154,7 +154,7 @@ impl Multiplier for Lagrangian {
 
     fn save(&self, state: &mut State) {
         state.put("log_lambda", self.log_lambda.as_slice());
-        // Of the last estimate, and of lambda before its last step.
+        // From the last estimate, and from lambda before its last step.
         state.put("effective", self.costs.effective());
         self.adam.save(state);
     }

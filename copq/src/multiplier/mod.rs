@@ -1,4 +1,4 @@
-//! Where the scalarisation weights come from: constants, or multipliers that learn to hold a
+//! Where the scalarisation weights come from: constants, or multipliers that learn to enforce a
 //! constraint.
 
 mod costs;
@@ -18,17 +18,17 @@ pub use pid::{Pid, PidConfig};
 
 use crate::{EnvSpec, Observer, Result, State};
 
-/// The current weights of the objectives, and what moves them.
+/// The current weights of the objectives, and the rule that changes them.
 ///
-/// At every update of the actor the learner first shows the costs ([`Multiplier::observe`]), then
-/// improves the actor with [`Multiplier::actor_weights`], then lets the multiplier learn
+/// At every update of the actor, the learner first passes in the costs ([`Multiplier::observe`]),
+/// then improves the actor with [`Multiplier::actor_weights`], then lets the multiplier learn
 /// ([`Multiplier::update`]).
 ///
 /// ```
 /// use copq::{Multiplier, Result, State};
 ///
-/// /// Doubles the multiplier of a cost while its limit is broken, and halves it otherwise, between
-/// /// 0.001 and 1,000. The objectives are the cost and a reward.
+/// /// Doubles the multiplier of a cost while its limit is exceeded, and halves it otherwise,
+/// /// between 0.001 and 1,000. The objectives are the cost and a reward.
 /// #[derive(Debug)]
 /// struct Doubling {
 ///     limit: f32,
@@ -46,7 +46,7 @@ use crate::{EnvSpec, Observer, Result, State};
 ///         self.actor_weights[0] = self.weights[0].into();
 ///     }
 ///
-///     // What a run needs to go on as if it had never stopped.
+///     // What a run needs to resume as if it had never stopped.
 ///     fn save(&self, state: &mut State) {
 ///         state.put("cost", [self.weights[0]]);
 ///     }
@@ -59,40 +59,40 @@ use crate::{EnvSpec, Observer, Result, State};
 /// }
 ///
 /// // An episode of 1,000 steps may cost 100, and a bound is discounted. A cost's weight is negative.
-/// // Learner::multiplier takes such a value.
+/// // Learner::multiplier accepts such a value.
 /// let limit = copq::discounted_limit(100.0, 0.99, 1_000) as f32;
 /// let mut doubling = Doubling { limit, weights: [-1.0, 1.0], actor_weights: [-1.0, 1.0] };
 /// doubling.observe(&[12.0, 5.0]); // about 10 are allowed
 /// assert_eq!(doubling.weights(), [-2.0, 1.0]);
 /// ```
 pub trait Multiplier: Debug + Send {
-    /// The scalarisation weights w, one per objective, not normalised: their direction u is every
-    /// projection's. A cost's is negative, and -0.0 at rest: with +0.0
+    /// The scalarisation weights w, one per objective, not normalised; every projection uses their
+    /// direction u. A cost's weight is negative, or -0.0 when it is zero:
     /// [`IndependentMin`](crate::projection::IndependentMin) and
-    /// [`MeanStd`](crate::projection::MeanStd) take it for a reward's.
+    /// [`MeanStd`](crate::projection::MeanStd) would take +0.0 for a reward's weight.
     fn weights(&self) -> &[f32];
 
     /// The weights of the bounds in what the actor maximises, one per objective.
     fn actor_weights(&self) -> &[f64];
 
-    /// Whether the weights never change, so that nobody need estimate the costs.
+    /// Whether the weights never change, so that the costs need not be estimated.
     fn is_constant(&self) -> bool {
         false
     }
 
     /// Takes in the batch's mean pessimistic bound at the replayed actions, one value per
-    /// objective, discounted, in the units of Q: a cost is to be compared with
+    /// objective. Values are discounted, in the units of Q: compare a cost with
     /// [`discounted_limit`](crate::discounted_limit), not with an episode's limit.
     fn observe(&mut self, _bound: &[f32]) {}
 
     /// Learns from what was last observed.
     fn update(&mut self) {}
 
-    /// Reports what there is to know about the multipliers.
+    /// Reports the state of the multipliers.
     fn log(&self, _step: u64, _log: &mut dyn Observer) {}
 
-    /// Writes what changes; a multiplier that learns and writes nothing begins anew when its run
-    /// goes on.
+    /// Writes what changes. A multiplier that learns but writes nothing starts afresh when its run
+    /// resumes.
     fn save(&self, _state: &mut State) {}
 
     /// Restores what [`Multiplier::save`] wrote.
@@ -135,7 +135,7 @@ impl Multiplier for Box<dyn Multiplier> {
     }
 }
 
-/// How the limits of a task's costs are held.
+/// How the limits of a task's costs are enforced.
 ///
 /// ```
 /// use copq::{Constraint, EnvSpec, LagrangianConfig, Method};
@@ -144,7 +144,7 @@ impl Multiplier for Box<dyn Multiplier> {
 /// let method = Method::sac().constrain(constraint);
 /// assert_eq!(method.config.constraint, Some(constraint));
 ///
-/// // A task without costs has nothing to hold.
+/// // A task without costs has no limit to enforce.
 /// let spec = EnvSpec::new("cart", 2, 1).reward("progress", 1.0);
 /// assert!(constraint.multiplier(&spec, 0.99).is_err());
 /// ```

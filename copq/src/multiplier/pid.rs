@@ -31,9 +31,9 @@ pub struct PidConfig {
     pub integral: f64,
     /// Gain on the rise of the smoothed cost.
     pub derivative: f64,
-    /// The integral to begin with.
+    /// The initial integral.
     pub multiplier: f64,
-    /// Updates over which the rise is taken.
+    /// Updates over which the rise is measured.
     pub delay: usize,
     /// The largest multiplier; `inf` for none.
     pub cap: f64,
@@ -42,8 +42,8 @@ pub struct PidConfig {
 }
 
 impl Default for PidConfig {
-    /// OmniSafe's SACPID: gains 1e-6, 1e-7 and 1e-7 an update, a delay of 10, a cap of 100 on the
-    /// multiplier.
+    /// OmniSafe's SACPID: gains of 1e-6, 1e-7 and 1e-7 per update, a delay of 10, and a cap of 100
+    /// on the multiplier.
     fn default() -> Self {
         Self {
             proportional: 1e-6,
@@ -57,9 +57,10 @@ impl Default for PidConfig {
     }
 }
 
-/// `lambda = max(0, Kp e + I + Kd max(0, rise))` for each cost (Stooke et al. 2020), with e the
-/// smoothed violation of the pessimistic cost estimate, I its running sum, never negative, and the
-/// rise of the smoothed cost over `delay` updates; all in units of an episode's cost.
+/// `lambda = max(0, Kp e + I + Kd max(0, rise))` for each cost (Stooke et al. 2020). Here e is the
+/// smoothed violation of the pessimistic cost estimate, I is the violation's running sum times its
+/// gain, never negative, and the rise is that of the smoothed cost over `delay` updates. All are in
+/// units of an episode's cost.
 ///
 /// ```
 /// use copq::{EnvSpec, Multiplier, Pid, PidConfig};
@@ -132,7 +133,7 @@ impl Controller {
 }
 
 impl PidConfig {
-    /// OmniSafe's CPPOPID, which learns once an epoch: gains 0.1, 0.01 and 0.01, and no cap.
+    /// OmniSafe's CPPOPID, which learns once per epoch: gains of 0.1, 0.01 and 0.01, and no cap.
     pub fn cppo_pid() -> Self {
         Self {
             proportional: 0.1,

@@ -1,9 +1,8 @@
 //! Generalised advantages and the critics' targets.
 
 /// Writes the advantages of one signal's rows and its critic's targets (Schulman et al. 2016,
-/// eq. 16).
-/// Paths of rows end before the rows that `ends` names, in order, each with the value of what comes
-/// after it.
+/// eq. 16). Paths of rows end before the rows listed in `ends`, in order; each end has the value of
+/// what comes after it.
 pub(super) fn generalised(
     signal: &[f32],
     value: &[f32],
@@ -39,13 +38,13 @@ pub(super) fn moments(values: &[f32]) -> [f64; 2] {
     [mean, variance.sqrt()]
 }
 
-/// Takes away the mean.
+/// Subtracts the mean.
 pub(super) fn centre(values: &mut [f32]) {
     let [mean, _] = moments(values);
     values.iter_mut().for_each(|x| *x = (f64::from(*x) - mean) as f32);
 }
 
-/// Takes away the mean and divides by the deviation.
+/// Subtracts the mean and divides by the deviation.
 pub(super) fn standardise(values: &mut [f32]) {
     let [mean, std] = moments(values);
     values.iter_mut().for_each(|x| *x = ((f64::from(*x) - mean) / (std + 1e-8)) as f32);

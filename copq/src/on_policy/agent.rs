@@ -20,7 +20,8 @@ impl Learner {
         Err(Error::invalid("world that is attended to", wanted, self.world))
     }
 
-    /// An error unless an action waits for what comes of it: what is learned is that very sample.
+    /// An error unless an action is waiting for its transition: the learner learns from the sample
+    /// that it drew for that action.
     fn take_up_choice(&mut self) -> Result<()> {
         if std::mem::take(&mut self.worlds[self.world].is_waiting) {
             return Ok(());
@@ -95,7 +96,7 @@ impl Agent for Learner {
         self.scales.observe(t.next_obs, t.reward)?;
         self.steps += 1;
         if self.epoch.is_full(self.world) {
-            // It waits for worlds that have lost steps by errors.
+            // It waits for environments that have lost steps to errors.
             return Ok(());
         }
         self.push(t.reward, t.next_obs);
@@ -127,8 +128,8 @@ impl Agent for Learner {
         check_len("values", q.len(), self.spec.objectives.len())?;
         self.normalise(obs)?;
         let values = self.values()?;
-        // The one critic of all that is weighed speaks for a reward that is alone in it, unless a
-        // spent budget made another of it.
+        // The one critic of the weighted signal gives the value of a reward that is alone in it,
+        // unless spent budgets can replace the reward.
         let weighed = |o: &&Objective| !o.is_cost() || self.weighs(o) && o.weight != 0.0;
         let weighed = self.spec.objectives.iter().filter(weighed).count();
         let is_reward = weighed == 1 && self.config.saute.is_none();

@@ -1,12 +1,12 @@
-//! PPO's passes (Schulman et al. 2017, eq. 7): ratios that may not move the objective far, and
-//! critics beside them.
+//! PPO's passes (Schulman et al. 2017, eq. 7): clipped ratios for the policy, and fits of the
+//! critics.
 
 use super::normal::{Deviations, mean_kl};
 use super::update::{Passes, Rows};
 use super::{Config, Descent, GaussianPolicy, Normal, Report, StateValue};
 use crate::Result;
 
-/// Passes over the rows by policy and critics until the policy has moved far enough.
+/// Passes of policy and critics over the rows, until the policy has moved far enough.
 pub(super) fn clipped(
     config: &Config,
     rows: &Rows,
@@ -63,7 +63,7 @@ impl<'a> Minibatch<'a> {
         Self { rows, deviations: Deviations::default() }
     }
 
-    /// Takes the deviations that hold for the rows to come.
+    /// Sets the deviations for the rows that follow.
     pub fn set(&mut self, log_std: &[f32]) {
         self.deviations.set(log_std);
     }
@@ -74,7 +74,8 @@ impl<'a> Minibatch<'a> {
         libm::exp(self.deviations.log_prob(mean, action) - self.rows.log_prob[row])
     }
 
-    /// Writes `scale d log pi(a) / d mean` of a row, and adds that of the deviations' logarithms.
+    /// Writes `scale d log pi(a) / d mean` of a row, and adds the gradient in the deviations'
+    /// logarithms.
     pub fn log_prob_grad(
         &self,
         row: usize,

@@ -1,12 +1,13 @@
-//! The numbers of an on-policy method.
+//! The settings of an on-policy method.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{check_count, check_fraction, check_not_negative};
 use crate::{Activation, Error, Init, Networks, PidConfig, Result};
 
-/// The numbers of an on-policy [`Method`](super::Method): how an epoch is gathered, how the policy
-/// and its critics learn from it, and how costs are held. A run's `config.toml` lists them all.
+/// The settings of an on-policy [`Method`](super::Method): how an epoch is gathered, how the policy
+/// and its critics learn from it, and how limits are enforced. A run's `config.toml` lists them
+/// all.
 ///
 /// ```
 /// use copq::on_policy::Method;
@@ -24,49 +25,49 @@ pub struct Config {
     pub discount: f64,
     /// lambda of the generalised advantages of rewards and costs (Schulman et al. 2016).
     pub gae: f64,
-    /// Environment steps of an epoch, of all worlds together.
+    /// Environment steps per epoch, in all environments together.
     pub steps_per_epoch: usize,
-    /// Environment steps over which the policy's step size falls to nothing, an epoch at a time;
-    /// constant if none.
+    /// Environment steps over which the policy's step size falls to 0, one epoch at a time; `None`
+    /// keeps it constant.
     #[serde(default)] // a stored run without it has none
     pub anneal_steps: Option<u64>,
-    /// At most so many passes over an epoch's rows.
+    /// The largest number of passes over an epoch's rows.
     pub passes: usize,
-    /// Rows of a minibatch.
+    /// Rows in a minibatch.
     pub batch: usize,
-    /// How far a pass may move the policy: passes end, the critics' too, when KL(old || new),
-    /// summed over action components, is larger. A natural step goes as far as this to second order
-    /// in the mean over components, as OmniSafe's, so that the sum, which is reported, is larger.
+    /// How far passes may move the policy: they end, the critics' included, when KL(old || new),
+    /// summed over action components, is larger. As in OmniSafe, a natural step goes this far, to
+    /// second order, in the mean over components. The sum, which is reported, is therefore larger.
     pub target_kl: f64,
-    /// How far a ratio of probabilities may move the objective from 1.
+    /// A ratio of probabilities further than this from 1 gains nothing more in the objective.
     pub clip: f64,
-    /// The natural gradient's step in place of the clipped ones, if any; it heeds neither `clip`
-    /// nor `entropy` nor the policy's step size.
+    /// The natural-gradient step that replaces the clipped ones, if any. It ignores `clip`,
+    /// `entropy` and the policy's step size.
     pub natural: Option<NaturalStep>,
     /// A second step of the policy, down its costs, if any (CUP).
     pub second: Option<SecondStep>,
-    /// Weight of the policy's mean entropy of a component.
+    /// Weight of the policy's entropy, averaged over action components.
     pub entropy: f64,
     /// c of the penalty c sum(p^2) in the critics' losses.
     pub critic_decay: f64,
     /// The largest norm of a network's gradient.
     pub max_norm: f64,
-    /// How the multipliers of costs are set, if costs are to be held by them.
+    /// How the multipliers of costs are set, if multipliers enforce the limits.
     pub constraint: Option<Constraint>,
-    /// Finished episodes whose mean cost the multipliers see.
+    /// How many of the last finished episodes make the mean cost that the multipliers see.
     pub window: usize,
-    /// Budgets in the observations, if costs are to be held by them ([`Saute`](super::Saute)).
+    /// Budgets in the observations, if budgets enforce the limits ([`Saute`](super::Saute)).
     pub saute: Option<SauteConfig>,
-    /// Whether networks see observations in units of their running deviation
+    /// Whether networks see observations normalised by their running mean and deviation
     /// ([`Normaliser`](crate::Normaliser)).
     pub normalise: bool,
     /// Network shapes and step sizes.
     pub networks: Networks,
 }
 
-/// The multiplier of a cost, which weighs its advantages against the reward's:
-/// `(A_r - sum lambda_j A_j) / (1 + sum lambda_j)`. It learns once an epoch, from the mean
-/// undiscounted cost of the last finished episodes.
+/// The rule for a cost's multiplier. The multiplier weights the cost's advantages against the
+/// reward's: `(A_r - sum lambda_j A_j) / (1 + sum lambda_j)`. It learns once per epoch, from the
+/// mean undiscounted cost of the last finished episodes.
 ///
 /// ```
 /// use copq::on_policy::{Ascent, Constraint, Method};
@@ -80,9 +81,9 @@ pub struct Config {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum Constraint {
-    /// A PID controller (Stooke et al. 2020). It learns once an epoch: [`PidConfig::cppo_pid`] has
-    /// gains for that, and what settings leave out is as in [`PidConfig::default`], whose gains are
-    /// for every update.
+    /// A PID controller (Stooke et al. 2020). It learns once per epoch, and [`PidConfig::cppo_pid`]
+    /// has gains for that. Settings that are left out are as in [`PidConfig::default`], whose gains
+    /// are meant for learning at every update.
     Pid(PidConfig),
     /// Gradient ascent by Adam on lambda itself.
     Adam(Ascent),
@@ -108,23 +109,23 @@ impl Constraint {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Ascent {
-    /// Adam's step size: lambda moves by about as much an epoch, however large the violation.
+    /// Adam's step size: lambda moves by about this much per epoch, however large the violation.
     pub lr: f64,
-    /// lambda to begin with.
+    /// The initial lambda.
     pub multiplier: f64,
     /// The largest lambda; `inf` for none.
     pub cap: f64,
 }
 
 impl Default for Ascent {
-    /// OmniSafe's: a step size of 0.035 from 0.001 on, without a cap.
+    /// OmniSafe's: a step size of 0.035 and an initial lambda of 0.001, without a cap.
     fn default() -> Self {
         Self { lr: 0.035, multiplier: 0.001, cap: f64::INFINITY }
     }
 }
 
-/// Constants of the natural gradient's step (Kakade 2001), as OmniSafe's RCPO takes it: its Fisher
-/// matrix and so its KL are means over rows *and* action components.
+/// Constants of the natural-gradient step (Kakade 2001), as in OmniSafe's RCPO: its Fisher matrix,
+/// and so its KL, are means over rows *and* action components.
 ///
 /// ```
 /// use copq::on_policy::NaturalStep;
@@ -134,7 +135,7 @@ impl Default for Ascent {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NaturalStep {
-    /// At most so many conjugate gradients.
+    /// The largest number of conjugate-gradient iterations.
     pub iterations: usize,
     /// What is added to the diagonal of the Fisher matrix.
     pub damping: f64,
@@ -147,8 +148,8 @@ impl Default for NaturalStep {
     }
 }
 
-/// Constants of CUP's second step (Yang et al. 2022): down the costs' advantages, weighed by the
-/// multipliers, and not far from where the first step led.
+/// Constants of CUP's second step (Yang et al. 2022). It goes down the costs' advantages, weighted
+/// by the multipliers, and stays close to where the first step led.
 ///
 /// ```
 /// use copq::on_policy::SecondStep;
@@ -158,7 +159,7 @@ impl Default for NaturalStep {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SecondStep {
-    /// At most so many passes over the epoch's rows.
+    /// The largest number of passes over the epoch's rows.
     pub passes: usize,
 }
 
@@ -174,17 +175,17 @@ impl Default for SecondStep {
 /// ```
 /// use copq::on_policy::SauteConfig;
 ///
-/// // A limit of 740.2 on the costs of 1,000 steps, as a budget of what is discounted.
+/// // A limit of 740.2 on the costs of 1,000 steps, as a discounted budget.
 /// let budget = SauteConfig::default().budget(740.2, 1_000);
 /// assert!((budget - 468.03).abs() < 5e-3);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SauteConfig {
-    /// The discount of what is spent, which the [`Saute`](super::Saute) around the world counts by:
-    /// give it the learner's own settings.
+    /// The discount of what is spent. The [`Saute`](super::Saute) around the environment uses it:
+    /// give both it and the learner the same settings.
     pub discount: f64,
-    /// The reward of a step after which a budget is spent, which the learner gives.
+    /// The reward that the learner gives for a step after which a budget is spent.
     pub unsafe_reward: f64,
 }
 
@@ -209,14 +210,16 @@ impl SauteConfig {
         Ok(())
     }
 
-    /// A limit of an episode's cost as a budget: what a steady payer within it pays, discounted.
+    /// A limit on an episode's cost as a budget: the discounted value of paying it evenly over the
+    /// episode.
     pub fn budget(&self, limit: f64, horizon: usize) -> f64 {
         crate::discounted_limit(limit, self.discount, horizon)
     }
 }
 
 impl Default for Config {
-    /// OmniSafe's PPO for a million steps, and what a stored setting that is not there means.
+    /// OmniSafe's PPO for a million steps, and the values of settings that a stored file does not
+    /// have.
     fn default() -> Self {
         Self {
             discount: 0.99,
@@ -249,8 +252,8 @@ impl Default for Config {
 }
 
 impl Config {
-    /// The policy's step size in an epoch, counted from 0: `lr (1 - k/K)` of K epochs, and after
-    /// them as in the last.
+    /// The policy's step size in an epoch, counted from 0: `lr (1 - k/K)` in epoch k of K, and
+    /// after those as in the last one.
     pub fn actor_lr(&self, epoch: u64) -> f64 {
         let lr = self.networks.actor_lr;
         let Some(steps) = self.anneal_steps else { return lr };

@@ -1,18 +1,19 @@
-//! What the learner keeps of episodes: where each world is, and what finished ones have cost.
+//! What the learner stores about episodes: where each environment is, and what finished episodes
+//! cost.
 
 use super::epoch::Taken;
 use crate::EnvSpec;
 
-/// One world's episode as the learner has seen it.
+/// One environment's episode as the learner has seen it.
 #[derive(Clone, Debug)]
 pub(super) struct World {
-    /// The step that was last chosen.
+    /// The step that was chosen last.
     pub taken: Taken,
-    /// Whether nothing has come of it yet.
+    /// Whether its transition has not been observed yet.
     pub is_waiting: bool,
-    /// Whether an episode has begun in which nothing was done yet.
+    /// Whether an episode has begun that has no action yet.
     pub has_begun: bool,
-    /// What came last, as the world showed it.
+    /// The last observation, as the environment wrote it.
     pub obs: Vec<f32>,
     /// The episode's costs so far.
     pub costs: Vec<f64>,

@@ -1,4 +1,5 @@
-//! The steps of an epoch, world after world, and what they become for learning.
+//! The steps of an epoch, environment after environment, and the rows that they become for
+//! learning.
 
 use super::advantage::{centre, generalised, moments, standardise};
 use super::update::Rows;
@@ -13,7 +14,7 @@ pub(super) struct Taken {
     /// As it was sampled.
     pub action: Vec<f32>,
     pub log_prob: f64,
-    /// Of each signal: the reward's, then the costs'.
+    /// One for each signal: the reward's, then the costs'.
     pub values: Vec<f32>,
 }
 
@@ -22,14 +23,14 @@ pub(super) struct Taken {
 struct End {
     /// The row after it.
     row: usize,
-    /// The value of what would have come, of each signal.
+    /// The value of what would have followed, for each signal.
     values: Vec<f32>,
 }
 
-/// The rows of an epoch while they come; each world has as many.
+/// The rows of an epoch while it is gathered; each environment has the same number.
 #[derive(Clone, Debug)]
 pub(super) struct Epoch {
-    /// Rows of each world, and how many each has.
+    /// Room for the rows of each environment, and how many each has.
     capacity: usize,
     filled: Vec<usize>,
     obs_len: usize,
@@ -38,12 +39,12 @@ pub(super) struct Epoch {
     signals: Vec<Vec<f32>>,
     values: Vec<Vec<f32>>,
     ends: Vec<End>,
-    /// Each signal's deviation of the advantages, before they were put into its units.
+    /// The deviation of each signal's advantages, before they are standardised or centred.
     spreads: Vec<f64>,
 }
 
 impl Epoch {
-    /// Room for the steps of so many worlds.
+    /// Room for `steps` steps of `worlds` environments together.
     pub fn new(steps: usize, worlds: usize, [obs, action]: [usize; 2], signals: usize) -> Self {
         let zeros = vec![vec![0.0; steps]; signals];
         Self {
@@ -64,7 +65,7 @@ impl Epoch {
         }
     }
 
-    /// Adds a world's step and what came of it.
+    /// Adds an environment's step and its signals.
     pub fn push(&mut self, world: usize, taken: &Taken, signals: &[f32]) {
         let row = self.next_row(world);
         let action = taken.action.len();
@@ -80,7 +81,7 @@ impl Epoch {
         self.filled[world] += 1;
     }
 
-    /// Ends a world's path after its last row, with the values of what would have come.
+    /// Ends an environment's path after its last row, with the values of what would have followed.
     pub fn end(&mut self, world: usize, values: Vec<f32>) {
         self.ends.push(End { row: self.next_row(world), values });
     }
@@ -89,18 +90,18 @@ impl Epoch {
         world * self.capacity + self.filled[world]
     }
 
-    /// Whether a world's path has rows and no end.
+    /// Whether an environment's path has rows and no end.
     pub fn is_open(&self, world: usize) -> bool {
         let row = self.next_row(world);
         self.filled[world] > 0 && self.ends.iter().all(|end| end.row != row)
     }
 
-    /// Whether a world has all its rows.
+    /// Whether an environment has all its rows.
     pub fn is_full(&self, world: usize) -> bool {
         self.filled[world] == self.capacity
     }
 
-    /// Whether every world has all its rows.
+    /// Whether every environment has all its rows.
     pub fn is_complete(&self) -> bool {
         (0..self.filled.len()).all(|world| self.is_full(world))
     }
@@ -124,8 +125,8 @@ impl Epoch {
         self.filled.iter().all(|&rows| rows == 0)
     }
 
-    /// Of a signal, after [`Epoch::finish`]: the deviation of its advantages, and the share of its
-    /// targets' variance that its critic had told beforehand.
+    /// For a signal, after [`Epoch::finish`]: the deviation of its advantages, and the share of its
+    /// targets' variance that its critic had predicted.
     pub fn quality(&self, signal: usize) -> [f64; 2] {
         let targets = &self.rows.targets[signal];
         let missed: Vec<f32> =
@@ -158,8 +159,8 @@ impl Epoch {
         state.put("end_values", values);
     }
 
-    /// An error unless each path ends once, after a row that its world has, and full worlds have
-    /// ended.
+    /// An error unless each path ends once, after a row that its environment has, and the paths of
+    /// full environments have ended.
     fn check_ends(&self, rows: &[u64]) -> Result<()> {
         let is_row = |row: u64| {
             let world = (row.max(1) - 1) / self.capacity as u64;

@@ -1,14 +1,14 @@
-//! Gathering an epoch: actions, what comes of them, and where paths end.
+//! Gathering an epoch: actions, their results, and where paths end.
 
 use super::{Learner, SauteConfig, StateValue};
 use crate::loss::check_finite_row;
 use crate::{Objective, Outcome, Result};
 
-/// What to do about a critic that says no number.
+/// Advice about a critic whose value is not a number.
 const CRITIC: &str = "a critic's weights have diverged; lower networks.critic_lr, or scale rewards";
 
 impl Learner {
-    /// Chooses an action by its noise, and keeps what belongs to the step.
+    /// Chooses an action from its noise, and stores what belongs to the step.
     pub(super) fn explore(&mut self, obs: &[f32], noise: &[f32], action: &mut [f32]) -> Result<()> {
         self.end_what_was_left(obs)?;
         self.see(obs)?;
@@ -18,7 +18,7 @@ impl Learner {
         Ok(())
     }
 
-    /// A sample of the policy, as it is stored, and clamped to [-1, 1].
+    /// Samples the policy: stores the sample as it is, and writes it clamped to [-1, 1].
     fn sample(&mut self, noise: &[f32], action: &mut [f32]) -> Result<()> {
         let taken = &mut self.worlds[self.world].taken;
         values(&mut self.critics, &taken.obs, &mut taken.values, self.steps)?;
@@ -37,14 +37,14 @@ impl Learner {
         Ok(())
     }
 
-    /// What the critics expect of the observation that was normalised last.
+    /// The critics' values of the observation that was normalised last.
     pub(super) fn values(&mut self) -> Result<Vec<f32>> {
         let mut expected = vec![0.0; self.critics.len()];
         values(&mut self.critics, &self.obs, &mut expected, self.steps)?;
         Ok(expected)
     }
 
-    /// Lets the normaliser see an observation, and keeps it as the networks see it then.
+    /// Shows an observation to the normaliser, and stores it as the networks then see it.
     fn see(&mut self, obs: &[f32]) -> Result<()> {
         if let Some(normaliser) = &mut self.normaliser {
             normaliser.push(obs)?;
@@ -52,24 +52,24 @@ impl Learner {
         self.normalise(obs)
     }
 
-    /// Keeps an observation as the networks see it.
+    /// Stores an observation as the networks see it.
     pub(super) fn normalise(&mut self, obs: &[f32]) -> Result<()> {
         self.obs.clear();
         self.obs.extend_from_slice(obs);
         self.normaliser.as_ref().map_or(Ok(()), |normaliser| normaliser.normalise(&mut self.obs))
     }
 
-    /// Whether an objective counts by its own weight: a reward, and a cost that neither a multiplier
-    /// nor a budget holds.
+    /// Whether an objective counts with its own weight: a reward does, and a cost that neither a
+    /// multiplier nor a budget limits.
     pub(super) fn weighs(&self, objective: &Objective) -> bool {
         let holds_costs = !self.multipliers.is_empty() || self.config.saute.is_some();
         !(objective.is_cost() && holds_costs)
     }
 
-    /// Adds a step to the epoch with its signals: the weighed reward, or what a spent budget makes
-    /// of it, then the costs that multipliers weigh.
+    /// Adds a step to the epoch with its signals: the weighted reward, or the reward for a spent
+    /// budget, then the costs that multipliers weight.
     pub(super) fn push(&mut self, reward: &[f32], next_obs: &[f32]) {
-        // A world that shows its budgets has them last.
+        // An environment that shows its budgets has them last.
         let is_spent =
             |_: &SauteConfig| next_obs.iter().rev().take(self.costs.len()).any(|&left| left <= 0.0);
         let spent = self.config.saute.filter(is_spent);
@@ -83,8 +83,8 @@ impl Learner {
         self.epoch.push(self.world, &self.worlds[self.world].taken, &self.signals);
     }
 
-    /// Ends a path that its world has left without a word, as after an error: it was cut short
-    /// after what came last.
+    /// Ends a path that its environment left without an end, as after an error: it was cut short
+    /// after the last observation.
     fn end_what_was_left(&mut self, obs: &[f32]) -> Result<()> {
         let world = self.world;
         let has_begun = std::mem::take(&mut self.worlds[world].has_begun);
@@ -99,7 +99,7 @@ impl Learner {
         Ok(())
     }
 
-    /// Ends a path where an episode ends or the epoch does.
+    /// Ends a path where an episode or the epoch ends.
     pub(super) fn end_path(&mut self, outcome: Outcome, obs: &[f32]) -> Result<()> {
         self.see(obs)?;
         let mut values = self.values()?;
@@ -121,7 +121,7 @@ impl Learner {
     }
 }
 
-/// Writes what each critic expects of one observation.
+/// Writes each critic's value of one observation.
 fn values(
     critics: &mut [Box<dyn StateValue>],
     obs: &[f32],

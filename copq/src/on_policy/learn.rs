@@ -1,4 +1,4 @@
-//! What a finished epoch is good for: multipliers, advantages, the method's steps, a report.
+//! Learning from a finished epoch: multipliers, advantages, the method's steps, a report.
 
 use super::episodes::Fresh;
 use super::multiplier::Multiplier;
@@ -9,7 +9,7 @@ use crate::{Error, Observer, Result, Rng};
 impl Learner {
     /// The mean costs of the last finished episodes; none if there are none.
     pub(super) fn mean_costs(&self) -> Option<Vec<f64>> {
-        // The newest first: the order of a sum is part of its bits.
+        // The newest first: the order of a sum changes its bits.
         let mut last = Fresh::new(self.costs.len());
         self.window.iter().rev().take(self.config.window).for_each(|costs| last.add(costs));
         last.mean()
@@ -42,7 +42,8 @@ impl Learner {
         Ok(())
     }
 
-    /// Multipliers see finished episodes alone, and an epoch begins with new ones.
+    /// Warns if an epoch can be too short: multipliers see only finished episodes, and an epoch
+    /// begins with new ones.
     fn warn_of_short_paths(&self, log: &mut dyn Observer) {
         let steps = self.config.steps_per_epoch / self.worlds.len();
         if self.epochs > 0 || self.multipliers.is_empty() || steps >= self.spec.horizon {
@@ -111,7 +112,7 @@ impl Learner {
     }
 }
 
-/// Fisher and Yates.
+/// The Fisher-Yates shuffle.
 fn shuffle(rng: &mut Rng, rows: &mut [usize]) {
     for i in (1..rows.len()).rev() {
         rows.swap(i, rng.below(i + 1));

@@ -17,8 +17,8 @@ use crate::{ActorKind, Backend, EnvSpec, Error, Normaliser, Result, Rng, State, 
 /// Learns a policy, and the values of its observations, from epochs of its own steps.
 ///
 /// It is an [`Agent`](crate::Agent): [`Trainer`](crate::Trainer) drives it, run folders save it in
-/// mid-epoch, and it goes on bit for bit. An epoch begins with a new episode; the one that it cuts
-/// short counts for nothing but its steps.
+/// the middle of an epoch, and it resumes bit for bit. An epoch begins with a new episode; the
+/// episode that it cuts short counts only for its steps.
 ///
 /// ```
 /// use copq::EnvSpec;
@@ -31,7 +31,7 @@ use crate::{ActorKind, Backend, EnvSpec, Error, Normaliser, Result, Rng, State, 
 /// let learner = Learner::new(Method::cppo_pid(), &spec, &backend, 0)?; // copq_candle::Candle::default()
 /// assert_eq!(learner.multipliers(), [0.0]);
 ///
-/// // A task without a cost has nothing to hold.
+/// // A task without a cost has no limit to enforce.
 /// let free = EnvSpec::new("cart", 2, 1).reward("progress", 1.0);
 /// assert!(Learner::new(Method::cppo_pid(), &free, &backend, 0).is_err());
 /// # Ok::<(), copq::Error>(())
@@ -46,27 +46,27 @@ pub struct Learner {
     pub(super) costs: Vec<usize>,
     pub(super) limits: Vec<f64>,
     pub(super) policy: Box<dyn GaussianPolicy>,
-    /// The reward's, then those of the costs that multipliers weigh.
+    /// The reward's, then those of the costs that multipliers weight.
     pub(super) critics: Vec<Box<dyn StateValue>>,
     pub(super) multipliers: Vec<Multiplier>,
     pub(super) normaliser: Option<Normaliser>,
     pub(super) epoch: Epoch,
-    /// Where each world is.
+    /// The state of each environment's episode.
     pub(super) worlds: Vec<World>,
-    /// The one that is being talked about.
+    /// The one that calls are about now.
     pub(super) world: usize,
     /// The undiscounted costs of the last finished episodes.
     pub(super) window: VecDeque<Vec<f64>>,
     /// Those of this epoch alone.
     pub(super) fresh: Fresh,
-    /// Of the actions' noise, and of the minibatches' order.
+    /// Random numbers for the actions' noise, and for the minibatches' order.
     pub(super) noise: Rng,
     pub(super) order: Rng,
     /// Environment steps and epochs done.
     pub(super) steps: u64,
     pub(super) epochs: u64,
     pub(super) scales: Scales,
-    /// One observation as the networks see it, an action's deviations, and what came of it.
+    /// One observation as the networks see it, an action's deviations, and a step's signals.
     pub(super) obs: Vec<f32>,
     pub(super) deviations: Deviations,
     pub(super) signals: Vec<f32>,
@@ -85,11 +85,11 @@ impl fmt::Debug for Learner {
 }
 
 impl Learner {
-    /// A learner by a method, for a task, with networks from a backend; every random number comes
-    /// from `seed`.
+    /// Makes a learner for a method and a task, with networks from a backend. Every random number
+    /// comes from `seed`.
     ///
-    /// An error for a task without costs where a method holds them, and for one whose budgets are
-    /// not in sight where a method needs them ([`Saute`](super::Saute)).
+    /// An error for a task without costs if the method constrains them, and for one that does not
+    /// show its budgets if the method needs them ([`Saute`](super::Saute)).
     pub fn new(method: Method, spec: &EnvSpec, backend: &dyn Backend, seed: u64) -> Result<Self> {
         let Method { name, config, .. } = method;
         config.check()?;
@@ -134,7 +134,7 @@ impl Learner {
         })
     }
 
-    /// The costs' multipliers, by priority; none if nothing weighs them.
+    /// The costs' multipliers, in priority order; empty if the method has none.
     pub fn multipliers(&self) -> Vec<f64> {
         self.multipliers.iter().map(Multiplier::value).collect()
     }
@@ -149,20 +149,20 @@ impl Learner {
         exported(self.policy.as_ref(), self.normaliser.as_ref(), &self.about())?.write_file(path)
     }
 
-    /// Begins with the policy in the content of a file that [`Learner::save_policy`] wrote
-    /// ([`State::read_file`]), of this or another method and task of the
-    /// same robot: its weights and its normaliser.
+    /// Starts with the weights and the normaliser of a policy that [`Learner::save_policy`] wrote,
+    /// given the content of its file ([`State::read_file`]). The policy may be of a different
+    /// method or task of the same robot.
     pub fn start_from(&mut self, policy: &State) -> Result<()> {
         let about = self.about();
         begin_with(policy, &about, self.policy.as_mut(), &mut self.normaliser)
     }
 
-    /// What its policy's file says.
+    /// The description in its policy's file.
     fn about(&self) -> About {
         About::new(&self.spec, &self.config.networks, ActorKind::Normal, Some(&self.name))
     }
 
-    /// Shares an epoch's steps among so many worlds.
+    /// Divides an epoch's steps among `worlds` environments.
     pub(super) fn spread(&mut self, worlds: usize) -> Result<()> {
         let steps = self.config.steps_per_epoch;
         if worlds == 0 || !steps.is_multiple_of(worlds) {
@@ -177,7 +177,7 @@ impl Learner {
     }
 }
 
-/// How many costs have critics and multipliers.
+/// The number of costs that have critics and multipliers.
 fn held(config: &Config, spec: &EnvSpec) -> usize {
     if config.constraint.is_some() { spec.costs().len() } else { 0 }
 }

@@ -3,7 +3,7 @@
 use super::config::{Ascent, Config, Constraint, NaturalStep, SauteConfig, SecondStep};
 use crate::{Error, PidConfig, Result};
 
-/// A method's name, how it is made, and where it is from.
+/// A method's name, its constructor, and its source.
 type Preset = (&'static str, fn() -> Method, &'static str);
 
 const METHODS: &[Preset] = &[
@@ -15,8 +15,8 @@ const METHODS: &[Preset] = &[
     ("ppo-saute", Method::ppo_saute, "Sootla et al. 2022; OmniSafe's constants, paper Table E.3"),
 ];
 
-/// What an on-policy [`Learner`](super::Learner) learns by: numbers, and which of the rules they
-/// switch on.
+/// The algorithm that an on-policy [`Learner`](super::Learner) uses: its settings, and the rules
+/// that they switch on.
 ///
 /// ```
 /// use copq::on_policy::{Ascent, Constraint, Method};
@@ -33,16 +33,16 @@ const METHODS: &[Preset] = &[
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Method {
-    /// The name by which command lines, run folders and checkpoints know it.
+    /// The name that command lines, run folders and checkpoints use for it.
     pub name: String,
-    /// Its numbers.
+    /// Its settings.
     pub config: Config,
-    /// Where it is from.
+    /// Where it comes from.
     pub source: String,
 }
 
 impl Method {
-    /// A method of your own.
+    /// Your own method.
     pub fn new(name: impl Into<String>, config: Config) -> Self {
         Self { name: name.into(), config, source: String::new() }
     }
@@ -52,7 +52,7 @@ impl Method {
         METHODS.iter().map(|(name, ..)| *name)
     }
 
-    /// The method of that name; the error of an unknown one lists the known, nearest first.
+    /// The method of that name. The error for an unknown name lists the known ones, nearest first.
     pub fn by_name(name: &str) -> Result<Self> {
         let names: Vec<_> = Self::names().collect();
         let preset = METHODS.iter().find(|(known, ..)| *known == name);
@@ -60,37 +60,37 @@ impl Method {
         Ok(Self { name: (*name).to_owned(), source: (*source).to_owned(), ..make() })
     }
 
-    /// PPO with clipped ratios, an early stop by KL, and a step size that falls to nothing. A cost
-    /// counts by its own weight, 0 unless it is given.
+    /// PPO with clipped ratios, early stopping by KL, and a step size that falls to 0. A cost
+    /// counts with its own weight, which is 0 unless given.
     ///
     /// | setting | value |
     /// |---|---|
-    /// | steps an epoch, worlds | 2,048, 1 |
+    /// | steps per epoch, environments | 2,048, 1 |
     /// | passes, minibatch, target KL, clip | 40, 64, 0.02, 0.2 |
     /// | step sizes | 3e-4: the policy's falls to 0 over 1,024,000 steps, the critics' stays |
     /// | discount, lambda | 0.99, 0.95 |
     /// | gradient's norm, critics' L2, entropy | at most 40, 0.001, 0 |
-    /// | observations | in units of their deviation, cut at 5 |
-    /// | networks | 64 x 64, tanh, PyTorch's weights; deviations begin at 1 |
+    /// | observations | normalised by their running mean and deviation, clipped at 5 |
+    /// | networks | 64 x 64, tanh, PyTorch's initial weights; deviations start at 1 |
     pub fn ppo() -> Self {
         Self::new("ppo", Config::default())
     }
 
-    /// PPO whose costs are weighed by a multiplier that Adam moves by 0.035 an epoch.
+    /// PPO whose costs are weighted by a multiplier that Adam moves by 0.035 per epoch.
     pub fn ppo_lag() -> Self {
         let constraint = Some(Constraint::Adam(Ascent::default()));
         Self::new("ppo-lag", Config { constraint, ..Config::default() })
     }
 
-    /// PPO whose costs are weighed by a PID controller's multiplier: gains 0.1, 0.01 and 0.01 an
-    /// epoch for each unit of an episode's cost, a delay of 10, and no cap.
+    /// PPO whose costs are weighted by a PID controller's multiplier: gains of 0.1, 0.01 and 0.01
+    /// per epoch for each unit of an episode's cost, a delay of 10, and no cap.
     pub fn cppo_pid() -> Self {
         let constraint = Some(Constraint::Pid(PidConfig::cppo_pid()));
         Self::new("cppo-pid", Config { constraint, ..Config::default() })
     }
 
-    /// One natural gradient an epoch on a reward less the costs, which Adam's multiplier weighs;
-    /// critics take 10 passes in minibatches of 128 with a step size of 1e-3.
+    /// One natural-gradient step per epoch, on the reward minus the costs, which Adam's multiplier
+    /// weights. Critics take 10 passes in minibatches of 128 with a step size of 1e-3.
     pub fn rcpo() -> Self {
         let mut config = Config {
             natural: Some(NaturalStep::default()),
@@ -103,8 +103,8 @@ impl Method {
         Self::new("rcpo", config)
     }
 
-    /// PPO on the reward, then a second step down the costs ([`SecondStep`]); both stop at a KL of
-    /// 0.01, and the multiplier ends at 2.
+    /// PPO on the reward, then a second step down the costs ([`SecondStep`]). Both stop at a KL of
+    /// 0.01, and the multiplier is at most 2.
     pub fn cup() -> Self {
         let config = Config {
             target_kl: 0.01,
@@ -115,8 +115,8 @@ impl Method {
         Self::new("cup", config)
     }
 
-    /// PPO in a world that shows how much of a cost's budget is left, and pays -1 once it is spent
-    /// ([`Saute`](super::Saute)).
+    /// PPO in an environment that shows how much of a cost's budget is left
+    /// ([`Saute`](super::Saute)), with a reward of -1 once it is spent.
     pub fn ppo_saute() -> Self {
         let saute = Some(SauteConfig::default());
         Self::new("ppo-saute", Config { saute, ..Config::default() })

@@ -1,22 +1,23 @@
-//! Learning from the policy's own steps alone: PPO and its constrained kin.
+//! Learning only from the policy's own steps: PPO and its constrained variants.
 //!
-//! An epoch of steps is gathered, the multipliers of the costs are set by the episodes' costs,
-//! advantages are estimated, the policy and its critics take their steps, and the data is thrown
-//! away. Methods are values of the one [`Learner`], as off-policy ones are
-//! ([`Method`](crate::Method)); constants and rules are OmniSafe's.
+//! The learner gathers an epoch of steps, sets the costs' multipliers from the costs of episodes,
+//! estimates advantages, updates the policy and its critics, and discards the data. As with
+//! off-policy methods ([`Method`](crate::Method)), there is one [`Learner`], and a method is a
+//! value given to it. Constants and rules are OmniSafe's.
 //!
-//! | method | preset | costs are held by | the policy's step |
+//! | method | preset | limits are enforced by | the policy's step |
 //! |---|---|---|---|
 //! | PPO | [`Method::ppo`] | nothing | clipped ratios |
 //! | PPOLag | [`Method::ppo_lag`] | a multiplier by Adam | clipped ratios |
 //! | CPPOPID | [`Method::cppo_pid`] | a multiplier by a PID controller | clipped ratios |
 //! | RCPO | [`Method::rcpo`] | a multiplier by Adam | natural gradient |
-//! | CUP | [`Method::cup`] | a second step, weighed by a multiplier | clipped ratios |
+//! | CUP | [`Method::cup`] | a second step, weighted by a multiplier | clipped ratios |
 //! | PPOSaute | [`Method::ppo_saute`] | a budget in the observation ([`Saute`]) | clipped ratios |
 //!
-//! Rewards are one signal, weighed by the task's weights, with one critic. A method with multipliers
-//! has one for every cost, and a critic; in others but PPOSaute a cost counts in the signal by its
-//! own weight, 0 unless it is given. Nothing here has a priority order.
+//! Rewards make one signal, weighted by the task's weights, with one critic. A method with
+//! multipliers has a multiplier and a critic for every cost. In other methods except PPOSaute, a
+//! cost counts in the signal with its own weight, which is 0 unless given. Nothing here has a
+//! priority order.
 
 mod advantage;
 mod agent;

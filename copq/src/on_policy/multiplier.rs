@@ -1,11 +1,11 @@
-//! The multipliers of costs: one rule for each, asked once an epoch.
+//! The multipliers of costs: one rule for each, updated once per epoch.
 
 use super::config::{Ascent, Constraint};
 use crate::adam::Adam;
 use crate::multiplier::Controller;
 use crate::{PidConfig, Result, State};
 
-/// What sets one cost's multiplier.
+/// The rule that sets one cost's multiplier.
 #[derive(Clone, Debug)]
 pub(super) enum Multiplier {
     Pid(PidConfig, Controller),
@@ -17,7 +17,7 @@ impl Multiplier {
         constraint.check()?;
         Ok(match constraint {
             Constraint::Pid(config) => {
-                // Nothing is weighed before the first update.
+                // The multiplier is 0 before the first update.
                 Self::Pid(config, Controller::new(&config, 0.0))
             }
             Constraint::Adam(Ascent { lr, multiplier, cap }) => {

@@ -1,4 +1,4 @@
-//! The natural gradient's step (Kakade 2001), as OmniSafe's RCPO takes it; its critics learn beside
+//! The natural-gradient step (Kakade 2001), as in OmniSafe's RCPO, and the critics' passes after
 //! it.
 
 use super::clipped::{Minibatch, Snapshot, fit};
@@ -10,10 +10,10 @@ use crate::{Error, Result};
 
 /// Keeps quotients finite, as OmniSafe does.
 const EPSILON: f64 = 1e-6;
-/// A residual's norm at which conjugate gradients have arrived.
+/// The norm of the residual at which conjugate gradients have converged.
 const ARRIVED: f64 = 1e-10;
 
-/// One step of the policy along the natural gradient of the weighed advantage, as long as the
+/// One step of the policy along the natural gradient of the weighted advantage, as far as the
 /// target KL allows to second order; then the critics' passes.
 pub(super) fn natural(
     config: &Config,
@@ -34,7 +34,7 @@ pub(super) fn natural(
         let wanted = "a finite number of at least 0 (more natural.damping, or rewards near 1)";
         return Err(Error::invalid("curvature along the natural gradient", wanted, curvature));
     }
-    // KL is half of length^2 x' F x to second order; 1e-8 as OmniSafe has it.
+    // KL is half of length^2 x' F x to second order; 1e-8 as in OmniSafe.
     let length = (2.0 * config.target_kl / (curvature + 1e-8)).sqrt();
     let step: Vec<f32> = direction.iter().map(|x| (length * x) as f32).collect();
     policy.shift(&step)?;
@@ -71,7 +71,7 @@ fn ascent(rows: &Rows, advantage: &[f32], policy: &mut dyn GaussianPolicy) -> Re
 }
 
 /// The Fisher matrix of a policy on some rows, averaged over rows and action components, with some
-/// damping on its diagonal; it is only ever multiplied by.
+/// damping on its diagonal; it is only used in products with vectors.
 struct Fisher<'a> {
     rows: &'a Rows,
     damping: f64,
@@ -113,7 +113,7 @@ impl Fisher<'_> {
     }
 }
 
-/// x of F x = gradient, nearly.
+/// Solves F x = gradient for x, approximately.
 fn conjugate_gradients(
     settings: NaturalStep,
     gradient: &[f64],

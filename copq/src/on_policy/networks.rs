@@ -1,9 +1,8 @@
-//! The networks of on-policy learning: a Gaussian that nothing squashes, and critics of
-//! observations alone.
+//! The networks of on-policy learning: an unsquashed Gaussian, and critics of observations alone.
 
 use crate::{Actor, Error, Result, State};
 
-/// One step of Adam: down the gradient of `L + decay sum(p^2)`, cut to `max_norm`.
+/// One step of Adam down the gradient of `L + decay sum(p^2)`, whose norm is clipped to `max_norm`.
 ///
 /// ```
 /// use copq::on_policy::Descent;
@@ -15,18 +14,18 @@ use crate::{Actor, Error, Result, State};
 pub struct Descent {
     /// Adam's step size.
     pub lr: f64,
-    /// c of the penalty c sum(p^2) over all of the network's parameters, biases too.
+    /// c of the penalty c sum(p^2) over all of the network's parameters, including biases.
     pub decay: f64,
     /// The largest norm of the network's whole gradient, penalty included.
     pub max_norm: f64,
 }
 
-/// A policy's Gaussians for a batch, as it shows them to the function that fills the gradient.
+/// A policy's Gaussians for a batch, as passed to the function that fills their gradient.
 #[derive(Clone, Copy, Debug)]
 pub struct Normal<'a> {
     /// Means, `rows x action`.
     pub mean: &'a [f32],
-    /// log of the deviations, one an action component, the same for all rows.
+    /// log of the deviations, one per action component, the same for all rows.
     pub log_std: &'a [f32],
 }
 
@@ -45,12 +44,12 @@ pub type NormalGrad<'a> = &'a mut dyn FnMut(Normal<'_>, NormalGradient<'_>) -> R
 /// Given a critic's values, fills their gradient.
 pub type ValueGrad<'a> = &'a mut dyn FnMut(&[f32], &mut [f32]) -> Result<()>;
 
-/// A policy whose actions are Gaussian: a network has their means, and their deviations are
-/// parameters of their own. Actions are not squashed; who acts clamps them to [-1, 1].
+/// A policy whose actions are Gaussian: a network gives their means, and their deviations are
+/// separate parameters. Actions are not squashed; the caller clamps them to [-1, 1].
 ///
-/// Its [`Actor::mode`] is the mean, clamped; [`Actor::improve`] is for off-policy learning and may
-/// be an error. What the natural gradient needs beside it ([`GaussianPolicy::gradient`] and what
-/// follows) may be left out by networks that only learn by clipped steps.
+/// Its [`Actor::mode`] is the mean, clamped. [`Actor::improve`] is for off-policy learning and may
+/// return an error. Networks that only learn by clipped steps may leave out what the natural
+/// gradient needs ([`GaussianPolicy::gradient`] and the methods after it).
 ///
 /// ```
 /// use copq::on_policy::{
@@ -59,7 +58,7 @@ pub type ValueGrad<'a> = &'a mut dyn FnMut(&[f32], &mut [f32]) -> Result<()>;
 /// };
 /// use copq::{ActionGrad, Actor, Error, Net, Result};
 ///
-/// /// One mean for all observations, and a deviation of 1 that stays.
+/// /// One mean for all observations, and a fixed deviation of 1.
 /// struct Everywhere(f32);
 ///
 /// impl Actor for Everywhere {
@@ -107,7 +106,7 @@ pub type ValueGrad<'a> = &'a mut dyn FnMut(&[f32], &mut [f32]) -> Result<()>;
 /// #         Ok(())
 /// #     }
 /// # }
-/// // Of two steps the one to the right was better than expected, the other worse.
+/// // Of two steps, the one to the right was better than expected and the other worse.
 /// let rows = Rows {
 ///     obs: vec![0.0; 2],
 ///     action: vec![0.5, -0.5],
@@ -122,7 +121,7 @@ pub type ValueGrad<'a> = &'a mut dyn FnMut(&[f32], &mut [f32]) -> Result<()>;
 /// # Ok::<(), Error>(())
 /// ```
 pub trait GaussianPolicy: Actor {
-    /// log of the deviations, one an action component.
+    /// log of the deviations, one per action component.
     fn log_std(&self) -> &[f32];
 
     /// Writes the means for a batch of observations, `rows x action`.
@@ -132,13 +131,13 @@ pub trait GaussianPolicy: Actor {
     /// step.
     fn descend(&mut self, obs: &[f32], step: Descent, grad: NormalGrad<'_>) -> Result<()>;
 
-    /// How many parameters there are, the deviations' among them, which come last.
+    /// The number of parameters, including the deviations, which come last.
     fn parameters(&self) -> usize {
         0
     }
 
-    /// Writes dL/dparameters, [`GaussianPolicy::parameters`] numbers; an error of a policy without
-    /// them.
+    /// Writes dL/dparameters, [`GaussianPolicy::parameters`] numbers; an error if the policy does
+    /// not support it.
     fn gradient(&mut self, _obs: &[f32], _grad: NormalGrad<'_>, _out: &mut [f32]) -> Result<()> {
         Err(missing("gradient"))
     }
@@ -161,7 +160,7 @@ fn missing(method: &str) -> Error {
     Error::Unsupported { what }
 }
 
-/// A critic of observations: one number for each, the value of what the policy does from there.
+/// A critic of observations: one number for each, the value of following the policy from there.
 ///
 /// ```
 /// use copq::on_policy::{Descent, StateValue, ValueGrad};
@@ -185,7 +184,7 @@ fn missing(method: &str) -> Error {
 ///     }
 /// }
 ///
-/// // Two observations of one number each; down the gradient of (V - 3)^2 / 2 of both.
+/// // Two observations of one number each: one step down the gradient of (V - 3)^2 / 2 of both.
 /// let mut critic = Constant(1.0);
 /// let step = Descent { lr: 0.25, decay: 0.0, max_norm: f64::INFINITY };
 /// critic.descend(&[0.1, 0.2], step, &mut |value, grad| {
@@ -196,7 +195,7 @@ fn missing(method: &str) -> Error {
 /// # Ok::<(), copq::Error>(())
 /// ```
 pub trait StateValue: Send {
-    /// Writes the values of a batch of observations (`rows x observation`), a number for each row.
+    /// Writes the values of a batch of observations (`rows x observation`), one number per row.
     fn values(&mut self, obs: &[f32], value: &mut [f32]) -> Result<()>;
 
     /// One optimiser step that lowers L: forward, `grad` fills dL/dvalue, backward, step.

@@ -2,24 +2,24 @@
 
 use std::f64::consts::TAU;
 
-/// Deviations that many rows share, as densities need them.
+/// Deviations that many rows share, in the form that densities need.
 #[derive(Debug, Default)]
 pub(super) struct Deviations {
     /// One over each deviation.
     inverse: Vec<f64>,
-    /// What a log-probability has that depends on neither mean nor action.
+    /// The part of a log-probability that depends on neither mean nor action.
     constant: f64,
 }
 
 impl Deviations {
-    /// Of these logarithms.
+    /// The deviations with these logarithms.
     pub fn new(log_std: &[f32]) -> Self {
         let mut new = Self::default();
         new.set(log_std);
         new
     }
 
-    /// Takes other logarithms.
+    /// Sets the deviations to those with these logarithms.
     pub fn set(&mut self, log_std: &[f32]) {
         self.inverse.clear();
         self.inverse.extend(log_std.iter().map(|&x| libm::exp(-f64::from(x))));
@@ -54,7 +54,7 @@ pub(super) fn kl([p_mean, p_log_std]: [&[f32]; 2], [q_mean, q_log_std]: [&[f32];
     p.zip(q_mean.iter().zip(q_log_std)).map(component).sum()
 }
 
-/// The mean of KL(p || q) over rows of means; each side has one deviation for all rows.
+/// The mean of KL(p || q) over rows of means; each side has the same deviations for all rows.
 pub(super) fn mean_kl([p_mean, p_log_std]: [&[f32]; 2], [q_mean, q_log_std]: [&[f32]; 2]) -> f64 {
     let width = p_log_std.len();
     let rows = p_mean.chunks_exact(width).zip(q_mean.chunks_exact(width));
@@ -62,7 +62,7 @@ pub(super) fn mean_kl([p_mean, p_log_std]: [&[f32]; 2], [q_mean, q_log_std]: [&[
     total * width as f64 / p_mean.len() as f64
 }
 
-/// The mean entropy of a component.
+/// The entropy, averaged over the components.
 pub(super) fn mean_entropy(log_std: &[f32]) -> f64 {
     let mean = log_std.iter().map(|&x| f64::from(x)).sum::<f64>() / log_std.len() as f64;
     0.5 + 0.5 * libm::log(TAU) + mean

@@ -1,6 +1,6 @@
 //! What an epoch's learning did.
 
-/// What became of the policy and its critics in one epoch's learning.
+/// How one epoch's learning changed the policy and its critics.
 ///
 /// ```
 /// use copq::on_policy::Report;
@@ -12,12 +12,12 @@
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Report {
-    /// KL(old || new) after every pass, summed over action components, averaged over the rows; of a
-    /// natural step after it.
+    /// KL(old || new) after every pass, summed over action components, averaged over the rows; for
+    /// a natural step, once after it.
     pub kl: Vec<f64>,
     /// KL(first step's || new) after every pass of a second step.
     pub second_kl: Vec<f64>,
-    /// Share of the rows whose ratio was cut in the last pass.
+    /// Share of the rows whose ratio was clipped in the last pass.
     pub clip_share: f64,
     /// Each critic's mean squared error in the last pass.
     pub critic_losses: Vec<f64>,

@@ -1,18 +1,19 @@
-//! A world that shows how much of each cost's budget is left.
+//! An environment that shows how much of each cost's budget is left.
 
 use super::config::SauteConfig;
 use crate::error::check_len;
 use crate::{Env, EnvSpec, Error, Outcome, Result, State};
 
-/// What is added to a task's name: with its budgets in sight it is another task.
+/// The suffix of a task's name: with visible budgets, it is a different task.
 const SUFFIX: &str = "+saute";
 
-/// The same world, with one more number to see for each of its costs: the part z of the cost's
-/// budget that is left, 1 at first, then `(z - c/b) / g` after each step, below 0 once it is spent
-/// (Sootla et al. 2022). The budget b is the cost's limit, discounted by g as what is spent is.
+/// The same environment, with one more number in its observations for each of its costs: the share
+/// z of the cost's budget that is left. It is 1 at first, becomes `(z - c/b) / g` after each step
+/// of cost c, and is at most 0 once the budget is spent (Sootla et al. 2022). The budget b is the
+/// cost's limit, discounted by g as the spending is.
 ///
-/// Rewards stay as they are; the learner of [`Method::ppo_saute`](super::Method::ppo_saute) pays
-/// itself [`SauteConfig::unsafe_reward`] where a budget is spent.
+/// Rewards stay as they are; the learner of [`Method::ppo_saute`](super::Method::ppo_saute)
+/// replaces them with [`SauteConfig::unsafe_reward`] once a budget is spent.
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
@@ -56,13 +57,13 @@ impl<E> std::fmt::Debug for Saute<E> {
 }
 
 impl<E: Env> Saute<E> {
-    /// Shows the budgets of a world's costs. An error if it has none, or a limit that leaves
-    /// nothing to spend.
+    /// Shows the budgets of an environment's costs. An error if it has no costs, or a limit that
+    /// leaves nothing to spend.
     pub fn new(env: E, config: &SauteConfig) -> Result<Self> {
         let old = env.spec();
         old.check()?;
         config.check()?;
-        // What is left grows by 1/g a step, and is shown as f32.
+        // What is left grows by 1/g per step, and is shown as f32.
         if -(old.horizon as f64) * config.discount.ln() > f64::from(f32::MAX).ln() - 10.0 {
             let wanted = format!("one whose {}th power is not lost in f32", old.horizon);
             return Err(Error::invalid("saute.discount", wanted, config.discount));
@@ -91,12 +92,12 @@ impl<E: Env> Saute<E> {
         Ok(Self { env, spec, discount: config.discount, costs, budgets, left })
     }
 
-    /// The world without its budgets.
+    /// The environment without its budgets.
     pub fn env(&self) -> &E {
         &self.env
     }
 
-    /// The same, which must not be reset or stepped behind this one's back.
+    /// The same, mutably; it must not be reset or stepped except through this one.
     pub fn env_mut(&mut self) -> &mut E {
         &mut self.env
     }
@@ -112,7 +113,7 @@ impl<E: Env> Saute<E> {
     }
 }
 
-/// Whether a description is of a world that shows its budgets.
+/// Whether a description is of an environment that shows its budgets.
 pub(crate) fn shows_budgets(spec: &EnvSpec) -> bool {
     spec.name.ends_with(SUFFIX)
 }

@@ -1,4 +1,4 @@
-//! CUP's second step: down the costs, not far from where the first step led (Yang et al. 2022).
+//! CUP's second step: down the costs, close to where the first step led (Yang et al. 2022).
 
 use super::clipped::{Minibatch, Snapshot};
 use super::config::SecondStep;
@@ -7,9 +7,9 @@ use super::update::{Passes, Rows};
 use super::{Config, Descent, GaussianPolicy, Normal};
 use crate::Result;
 
-/// Passes that minimise `mean(kappa ratio cost + KL(new || first step's))`; returns KL(first step's
-/// || new) after each, the other way round, by which they end. `cost` has the costs' advantages by
-/// their multipliers.
+/// Passes that minimise `mean(kappa ratio cost + KL(new || first step's))`; returns the KL the
+/// other way round, KL(first step's || new), after each pass. Passes end when that KL is too large.
+/// `cost` has the costs' advantages times their multipliers.
 pub(super) fn second(
     config: &Config,
     step: SecondStep,

@@ -7,13 +7,12 @@ use super::{Config, GaussianPolicy, Report, StateValue};
 use crate::error::check_len;
 use crate::{Error, Result};
 
-/// An epoch's steps, ready to be learned from. Signals are the reward, then the costs that have
-/// critics.
+/// An epoch's steps, ready for learning. Signals are the reward, then the costs that have critics.
 ///
 /// ```
 /// use copq::on_policy::Rows;
 ///
-/// // Two steps of a world with one number to see and one to choose, whose only signal is the reward.
+/// // Two steps, each with one observed number and one action; the only signal is the reward.
 /// let rows = Rows {
 ///     obs: vec![0.1, 0.2],
 ///     action: vec![0.5, -0.5],
@@ -29,11 +28,11 @@ pub struct Rows {
     pub obs: Vec<f32>,
     /// Actions as they were sampled, `rows x action`.
     pub action: Vec<f32>,
-    /// log of their density then, `rows`.
+    /// log of their density when they were sampled, `rows`.
     pub log_prob: Vec<f64>,
     /// Advantages, `rows` of each signal.
     pub advantages: Vec<Vec<f32>>,
-    /// What the critics should have said, `rows` of each signal.
+    /// What the critics should have predicted, `rows` of each signal.
     pub targets: Vec<Vec<f32>>,
 }
 
@@ -48,8 +47,8 @@ impl Rows {
         self.log_prob.is_empty()
     }
 
-    /// The advantage that the policy climbs: the reward's, less the costs' by their multipliers,
-    /// over 1 + their sum, as OmniSafe's Lagrangian methods have it.
+    /// The advantage that the policy climbs: the reward's minus the costs' times their multipliers,
+    /// divided by 1 + the multipliers' sum, as in OmniSafe's Lagrangian methods.
     pub(super) fn weighed(&self, multipliers: &[f64]) -> Vec<f32> {
         let total = 1.0 + multipliers.iter().sum::<f64>();
         let row = |b: usize| {
@@ -60,7 +59,7 @@ impl Rows {
         (0..self.len()).map(row).collect()
     }
 
-    /// The costs' advantages by their multipliers.
+    /// The costs' advantages times their multipliers, summed.
     pub(super) fn cost(&self, multipliers: &[f64]) -> Vec<f32> {
         let row = |b: usize| {
             let costs = multipliers.iter().zip(&self.advantages[1..]);
@@ -87,18 +86,18 @@ impl Rows {
     }
 }
 
-/// Learns from one epoch's rows: the policy by the method's step, each critic by its targets. What
-/// a [`Learner`](super::Learner) does at the end of an epoch, for those who gather their own
-/// ([`GaussianPolicy`] has an example).
+/// Learns from one epoch's rows: the policy by the method's step, each critic from its targets.
+/// This is what a [`Learner`](super::Learner) does at the end of an epoch, for callers who gather
+/// their own rows ([`GaussianPolicy`] has an example).
 ///
-/// `multipliers` has one number for each critic of a cost, `critics` the reward's first. `shuffle`
-/// puts the rows' numbers into the order of a pass's minibatches.
+/// `multipliers` has one number for each critic of a cost; `critics` has the reward's first.
+/// `shuffle` puts the row indices into the order of a pass's minibatches.
 ///
 /// Errors: settings that cannot be used, and lengths that do not fit.
 ///
 /// # Panics
 ///
-/// If `shuffle` leaves a number that is no row's.
+/// If `shuffle` leaves an index that is not a row's.
 pub fn update(
     config: &Config,
     rows: &Rows,
@@ -128,7 +127,7 @@ pub fn update(
     Ok(report)
 }
 
-/// Passes over an epoch's rows in minibatches, each in an order of its own.
+/// Passes over an epoch's rows in minibatches, each in its own order.
 pub(super) struct Passes<'a> {
     rows: &'a Rows,
     batch: usize,
@@ -141,7 +140,7 @@ impl<'a> Passes<'a> {
         Self { rows, batch, order: (0..rows.len()).collect(), obs: Vec::new() }
     }
 
-    /// One pass: calls with every minibatch's rows and their observations.
+    /// One pass: calls `step` with every minibatch's rows and their observations.
     pub fn each(
         &mut self,
         shuffle: &mut dyn FnMut(&mut [usize]),

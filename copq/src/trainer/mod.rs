@@ -1,4 +1,5 @@
-//! The interaction loop: one call is one step of every world and the learning that goes with it.
+//! The interaction loop: one call is one step of every environment and the learning that goes with
+//! it.
 
 mod saved;
 
@@ -10,8 +11,8 @@ use crate::{
     State, Stream, Timing, Transition, evaluate_while,
 };
 
-/// An agent at work in an environment, or in several alike. Its whole state can be saved between
-/// any two steps.
+/// Runs an agent in an environment, or in several of the same task. Its whole state can be saved
+/// between any two steps.
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
@@ -21,7 +22,7 @@ use crate::{
 /// use copq::{Silent, Trainer};
 ///
 /// let mut trainer = Trainer::new(env, learner)?;
-/// trainer.run(1_000, &mut Silent)?; // or step() by step()
+/// trainer.run(1_000, &mut Silent)?; // or call step() yourself
 /// println!("{}", trainer.evaluate(10)?);
 /// # assert_eq!(trainer.evaluate(2)?.lengths, [3, 3]);
 /// # Ok::<(), copq::Error>(())
@@ -33,10 +34,10 @@ pub struct Trainer<A = Box<dyn Agent>> {
     steps: u64,
     timing: Timing,
     threads: usize,
-    /// Of each world: its action, and what came of it.
+    /// For each environment: its action, and the outcome.
     actions: Vec<Vec<f32>>,
     outcomes: Vec<Result<Outcome>>,
-    /// The world whose error the last step's was, and the episodes that ended in that step.
+    /// The environment that failed in the last step, and the episodes that ended in that step.
     failed: Option<usize>,
     cut_short: Vec<Episode>,
 }
@@ -53,12 +54,12 @@ impl<A> fmt::Debug for Trainer<A> {
 impl<A: Agent> Trainer<A> {
     /// Puts an agent into an environment; episode seeds come from the agent's seed.
     pub fn new(env: impl Env + 'static, agent: A) -> Result<Self> {
-        Self::of_worlds(vec![Box::new(env)], agent)
+        Self::with_envs(vec![Box::new(env)], agent)
     }
 
     /// Puts an agent into several environments of the same task, which take their steps together.
-    /// An error for an agent that learns from one world at a time, as off-policy learners do.
-    pub fn of_worlds(envs: Vec<Box<dyn Env>>, mut agent: A) -> Result<Self> {
+    /// Several are an error for an agent that learns from one at a time, as off-policy learners do.
+    pub fn with_envs(envs: Vec<Box<dyn Env>>, mut agent: A) -> Result<Self> {
         let Some(first) = envs.first() else {
             return Err(Error::invalid("environments of a trainer", "at least 1", 0));
         };
@@ -83,19 +84,19 @@ impl<A: Agent> Trainer<A> {
         })
     }
 
-    /// Steps several worlds on so many threads (1 unless set). The results are the same, bit for
-    /// bit.
+    /// Steps several environments on this many threads (1 by default). The results are the same,
+    /// bit for bit.
     pub fn threads(self, threads: usize) -> Self {
         Self { threads: threads.max(1), ..self }
     }
 
-    /// Environment steps done so far, of all worlds together.
+    /// Environment steps done so far, in all environments together.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// How many worlds take their steps together.
-    pub fn worlds(&self) -> usize {
+    /// The number of environments that take their steps together.
+    pub fn env_count(&self) -> usize {
         self.worlds.len()
     }
 
@@ -114,13 +115,13 @@ impl<A: Agent> Trainer<A> {
         &mut self.agent
     }
 
-    /// The environment, the first of several.
+    /// The environment, or the first of several.
     pub fn env(&self) -> &dyn Env {
         self.worlds[0].env().as_ref()
     }
 
-    /// The episode that runs, or the last one; of several worlds the first one's, or that of the
-    /// world that failed.
+    /// The running episode, or the last one. Of several environments, it is the first one's, or
+    /// that of the one that failed.
     pub fn episode(&self) -> &Episode {
         self.worlds[self.failed.unwrap_or(0)].episode()
     }
@@ -130,8 +131,8 @@ impl<A: Agent> Trainer<A> {
         self.worlds[0].env().spec()
     }
 
-    /// So many environment steps, each with its learning; of several worlds the next whole number
-    /// of steps of each.
+    /// Takes `steps` environment steps, each with its learning. With several environments, all take
+    /// the same number of steps, and the total is rounded up.
     pub fn run(&mut self, steps: u64, log: &mut dyn Observer) -> Result<()> {
         let end = self.steps.saturating_add(steps);
         while self.steps < end {
@@ -140,12 +141,12 @@ impl<A: Agent> Trainer<A> {
         Ok(())
     }
 
-    /// One step of every world: acts, steps, observes and updates; returns the episodes that ended
-    /// here.
+    /// One step of every environment: acts, steps, observes and updates. Returns the episodes that
+    /// ended in it.
     ///
-    /// After an error of an environment ([`Trainer::world_failed`]) its step has not happened, and
-    /// its episode counts as truncated where it was: the trainer can be saved, and the next step
-    /// begins a new one.
+    /// If an environment fails ([`Trainer::env_failed`]), its step has not happened, and its
+    /// episode counts as truncated before it. The trainer can still be saved, and the next step
+    /// begins a new episode.
     pub fn step(&mut self, log: &mut dyn Observer) -> Result<Vec<Episode>> {
         self.failed = None;
         self.cut_short.clear();
@@ -170,7 +171,7 @@ impl<A: Agent> Trainer<A> {
             }
         }
         self.outcomes = outcomes;
-        // Of several worlds the others have gone on.
+        // Of several environments, the others have taken their steps.
         if failed.is_ok() || self.worlds.len() > 1 {
             self.agent.update(log)?;
             if self.agent.ends_episode() {
@@ -187,7 +188,7 @@ impl<A: Agent> Trainer<A> {
         Ok(ended)
     }
 
-    /// Begins an episode where none runs.
+    /// Begins an episode if none is running.
     fn begin(&mut self, world: usize) -> Result<()> {
         if self.worlds[world].is_running() {
             return Ok(());
@@ -204,10 +205,10 @@ impl<A: Agent> Trainer<A> {
         self.agent.act(self.worlds[world].obs(), Mode::Explore, &mut self.actions[world])
     }
 
-    /// Every world's step by its action, on as many threads as are wanted.
+    /// Steps every environment with its action, on up to `threads` threads.
     fn step_worlds(&mut self) {
         let Self { worlds, actions, outcomes, .. } = self;
-        // A world that panicked, and was caught, has left those of others.
+        // A caught panic in one environment may have left the outcomes of others.
         outcomes.clear();
         let steps = worlds.iter_mut().zip(&*actions);
         if self.threads == 1 || steps.len() == 1 {
@@ -234,8 +235,8 @@ impl<A: Agent> Trainer<A> {
         });
     }
 
-    /// Shows the agent what came of a world's step; returns the episode if it ended here. What an
-    /// agent cannot take in is what the environment returned.
+    /// Passes the result of an environment's step to the agent; returns the episode if it ended. If
+    /// the agent rejects the result, the error is about what the environment returned.
     fn observe(&mut self, world: usize, outcome: Outcome) -> Result<Option<Episode>> {
         self.agent.attend(world);
         let rollout = &self.worlds[world];
@@ -250,7 +251,7 @@ impl<A: Agent> Trainer<A> {
         Ok((!rollout.is_running()).then(|| rollout.episode().clone()))
     }
 
-    /// Passes on what a world answered; after an error it has no episode any more.
+    /// Passes on an environment's answer. After an error, the environment no longer has an episode.
     fn or_give_up<T>(&mut self, world: usize, answer: Result<T>) -> Result<T> {
         if answer.is_err() {
             self.failed = Some(world);
@@ -263,26 +264,27 @@ impl<A: Agent> Trainer<A> {
         answer
     }
 
-    /// Whether the error of the last step was an environment's: its own, or about what it returned,
-    /// such as NaN.
-    pub fn world_failed(&self) -> bool {
+    /// Whether the error of the last step came from an environment: its own error, or one about
+    /// what it returned, such as NaN.
+    pub fn env_failed(&self) -> bool {
         self.failed.is_some()
     }
 
-    /// The episodes that an error of an environment cut short in the last step, as far as they had
-    /// come, and those that ended in other worlds in the same step.
+    /// The episodes that an environment's error cut short in the last step, as far as they had
+    /// come, and those that ended in other environments in the same step.
     pub fn cut_short(&self) -> &[Episode] {
         &self.cut_short
     }
 
-    /// What the policy is worth now: so many episodes without exploration, the same ones every
-    /// time. They are played in the trainer's own environment, which then goes on where it was; if
-    /// it cannot be saved, a new training episode begins.
+    /// Evaluates the current policy on `episodes` episodes without exploration, the same ones every
+    /// time. They run in the trainer's own environment, which then resumes where it was. If it
+    /// cannot be saved, a new training episode begins.
     pub fn evaluate(&mut self, episodes: usize) -> Result<Evaluation> {
         self.evaluate_while(episodes, || Ok(()))
     }
 
-    /// [`Trainer::evaluate`], with a question before every step whose error ends it.
+    /// Like [`Trainer::evaluate`], but calls `may_go_on` before every step; an error from it ends
+    /// the evaluation.
     pub fn evaluate_while(
         &mut self,
         episodes: usize,

@@ -1,11 +1,11 @@
-//! A trainer on disk and back.
+//! Saving and loading a trainer.
 
 use super::Trainer;
 use crate::{Agent, Result, State};
 
 impl<A: Agent> Trainer<A> {
-    /// Writes everything the rest of the run depends on, in place of what the state held. An error
-    /// in mid-episode of an environment that cannot be saved; see
+    /// Writes everything the rest of the run depends on, replacing what the state held. An error in
+    /// the middle of an episode if the environment cannot be saved; see
     /// [`Trainer::save_without_episodes`].
     pub fn save(&self, state: &mut State) -> Result<()> {
         self.save_without_episodes(state)?;
@@ -16,8 +16,8 @@ impl<A: Agent> Trainer<A> {
         Ok(())
     }
 
-    /// Writes the same but for the episodes that run, for worlds that cannot be saved: whoever goes
-    /// on from it begins new ones, and all else is exact.
+    /// Writes the same except for the running episodes, for environments that cannot be saved. A
+    /// trainer that resumes from this begins new episodes; all else is exact.
     pub fn save_without_episodes(&self, state: &mut State) -> Result<()> {
         *state = State::default();
         state.put("steps", [self.steps]);
@@ -28,10 +28,10 @@ impl<A: Agent> Trainer<A> {
         self.agent.save(state.child_mut("agent"))
     }
 
-    /// Goes back to what [`Trainer::save`] wrote; the next step is then the same, bit for bit.
-    /// After an error the trainer is partly restored: make a new one.
+    /// Restores what [`Trainer::save`] wrote; the next step is then the same, bit for bit. After an
+    /// error the trainer is partly restored: make a new one.
     pub fn load(&mut self, state: &State) -> Result<()> {
-        // The agent first: it knows what the state is of.
+        // The agent first: it checks that the state fits.
         self.agent.load(state.child("agent")?)?;
         self.steps = state.get_one("steps")?;
         self.episode_seeds.load("episode_seeds", state)?;

@@ -247,7 +247,7 @@ fn nan_is_a_named_error_before_it_counts() {
         let error = error.expect("a NaN must not pass").to_string();
         assert_eq!(error, evaluated);
         let [episode] = trainer.cut_short() else { panic!("one world") };
-        assert!(trainer.world_failed() && episode.returns.iter().all(|x| x.is_finite()));
+        assert!(trainer.env_failed() && episode.returns.iter().all(|x| x.is_finite()));
         assert_eq!((episode.length, trainer.steps()), (length, length));
         error
     };
@@ -506,12 +506,12 @@ fn a_world_that_fails_ends_its_episode_and_not_the_training() {
     let mut trainer = Trainer::new(env, learner()).unwrap();
     trainer.run(34, &mut Silent).unwrap();
     let error = trainer.step(&mut Silent).unwrap_err().to_string();
-    assert!(trainer.world_failed() && error.contains("the simulation is unstable"), "{error}");
+    assert!(trainer.env_failed() && error.contains("the simulation is unstable"), "{error}");
     assert_eq!((trainer.steps(), trainer.agent().replay().len()), (34, 34));
     let mut state = State::default();
     trainer.save(&mut state).unwrap();
     trainer.run(40, &mut Silent).unwrap();
-    assert!(!trainer.world_failed());
+    assert!(!trainer.env_failed());
     assert_eq!((trainer.steps(), trainer.agent().replay().len()), (74, 74));
 
     let env = Toy { nan_obs_at: Some(3), ..Toy::new() };
@@ -519,7 +519,7 @@ fn a_world_that_fails_ends_its_episode_and_not_the_training() {
     trainer.run(2, &mut Silent).unwrap();
     let error = trainer.step(&mut Silent).unwrap_err().to_string();
     assert!(
-        trainer.world_failed()
+        trainer.env_failed()
             && error.contains("observation, component 0: wanted a finite number"),
         "{error}"
     );

@@ -25,7 +25,7 @@ fn trainer(name: &str, worlds: usize) -> Trainer<Learner> {
     let method = method(name);
     let envs: Vec<_> = (0..worlds).map(|_| env(&method)).collect();
     let learner = Learner::new(method, envs[0].spec(), &Candle::default(), 3).unwrap();
-    Trainer::of_worlds(envs, learner).unwrap()
+    Trainer::with_envs(envs, learner).unwrap()
 }
 
 fn saved(trainer: &Trainer<Learner>) -> State {
@@ -93,14 +93,14 @@ fn what_does_not_fit_is_a_readable_error() {
     let envs: Vec<Box<dyn Env>> = (0..5).map(|_| env(&method("ppo"))).collect();
     let learner = Learner::new(method("ppo"), envs[0].spec(), &Candle::default(), 0).unwrap();
     assert_eq!(
-        Trainer::of_worlds(envs, learner).unwrap_err().to_string(),
+        Trainer::with_envs(envs, learner).unwrap_err().to_string(),
         "worlds: wanted a number that steps_per_epoch, 96, is a multiple of, got 5"
     );
     let envs: Vec<Box<dyn Env>> = (0..2).map(|_| env(&method("ppo"))).collect();
     let spec = envs[0].spec();
     let off_policy = copq::Learner::new(copq::Method::sac(), spec, &Candle::default(), 0).unwrap();
     assert_eq!(
-        Trainer::of_worlds(envs, off_policy).unwrap_err().to_string(),
+        Trainer::with_envs(envs, off_policy).unwrap_err().to_string(),
         "worlds of an agent that learns from one at a time: wanted 1, got 2"
     );
 }
@@ -169,11 +169,11 @@ fn worlds_that_fail_cost_their_steps_and_no_more() {
         let envs: Vec<Box<dyn Env>> =
             (0..worlds).map(|i| Box::new(Unstable(env(&method), 11 * i)) as Box<dyn Env>).collect();
         let learner = Learner::new(method, envs[0].spec(), &Candle::default(), 3).unwrap();
-        let mut trainer = Trainer::of_worlds(envs, learner).unwrap();
+        let mut trainer = Trainer::with_envs(envs, learner).unwrap();
         let mut failures = 0;
         while trainer.agent().epochs() < 4 {
             if trainer.step(&mut Silent).is_err() {
-                assert!(trainer.world_failed());
+                assert!(trainer.env_failed());
                 failures += 1;
             }
         }
