@@ -340,7 +340,7 @@ fn checkpoints_without_a_replay_are_small_and_go_on() {
     assert_eq!((cell("400").is_empty(), cell("450").is_empty()), (false, false), "{metrics}");
     assert!(!cell("600").is_empty());
     let log = std::fs::read_to_string(none.join("log.txt")).unwrap();
-    assert!(log.contains("has no replay: it learns again from step 450 on"), "{log}");
+    assert!(log.contains("has no replay: learning resumes at step 450"), "{log}");
 
     // Again, and from a run that was still gathering.
     assert_well(&resume(&none, "620"));

@@ -319,7 +319,7 @@ fn settings_do_not_make_another_on_policy_method() {
         ("rcpo --set natural=none", "--set natural: wanted one in rcpo, got none"),
         ("rcpo --set second.passes=40", "--set second: wanted none in rcpo, got one"),
         ("ppo-saute --set saute=none", "--set saute: wanted one in ppo-saute, got none"),
-        ("ppo-saute --set saute.discount=0.5", "whose 1000th power is not lost in f32"),
+        ("ppo-saute --set saute.discount=0.5", "whose 1000th power is not too small for f32"),
         ("ppo --set anneal_steps=0", "anneal_steps: wanted at least 1"),
         ("ppo-lag --set constraint.adam.lr=-1", "constraint.lr: wanted"),
         ("td3 --task gym/hopper --envs 100000", "--envs: wanted 1 for td3"),

@@ -91,10 +91,10 @@ impl Agent for Learner {
             let explore = if *steps < config.start_steps { warm_up } else { explore };
             explore.act(&mut context, obs, action)?;
         }
-        let hint =
-            "the actor's weights have diverged (lower its step size), or the rule that explores";
+        let hint = "the actor's weights have diverged (lower its step size), or the exploration \
+                    rule wrote it";
         check_finite_row("action", action, self.steps, hint)?;
-        check_unit("an action, as chosen", action)
+        check_unit("a chosen action", action)
     }
 
     fn observe(&mut self, t: Transition<'_>) -> Result<()> {
@@ -120,8 +120,8 @@ impl Agent for Learner {
         self.scales.warn(self.steps, self.normaliser.is_some(), log);
         if std::mem::take(&mut self.has_lost_replay) {
             let text = format!(
-                "the checkpoint has no replay: it learns again from step {} on, to other bits than \
-                 an unbroken run",
+                "the checkpoint has no replay: learning resumes at step {}, and the results differ \
+                 from an unbroken run's",
                 self.first_update
             );
             log.warn(self.steps, &text);
@@ -199,11 +199,7 @@ impl Agent for Learner {
             [("temperature", self.temperature.is_some()), ("famo", self.famo.is_some())]
         {
             if state.child(part).is_ok() != wanted {
-                let [own, saved] = if wanted {
-                    ["one with it", "one without"]
-                } else {
-                    ["one without", "one with it"]
-                };
+                let [own, saved] = if wanted { ["one", "none"] } else { ["none", "one"] };
                 return Err(Error::invalid(format!("{part} of the saved learner"), own, saved));
             }
         }

@@ -32,8 +32,7 @@ impl Learner {
         spec.check()?;
         memory::check(&method.config, spec, method.critics.count(spec))?;
         if method.config.subset.is_some() && matches!(method.critics, Ensemble::Separate { .. }) {
-            let wanted =
-                "none with separate critics, of which one subset would be of one objective";
+            let wanted = "none with separate critics, each of which has only one objective";
             return Err(Error::invalid("subset", wanted, "both"));
         }
         let networks = &method.config.networks;
@@ -188,7 +187,7 @@ fn check_bounds(config: &Config, bound: &dyn Projection, critic: &dyn Critic) ->
     let upper = upper.map(by_name).transpose()?;
     match [Some(bound), upper.as_deref()].into_iter().flatten().find(|b| b.reads_covariances()) {
         Some(bound) => {
-            let wanted = "one that reads no covariances, for critics of separate objectives";
+            let wanted = "one that does not read covariances, for objectives with separate critics";
             Err(Error::invalid("the bound", wanted, bound.name()))
         }
         None => Ok(()),

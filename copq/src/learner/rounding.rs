@@ -32,9 +32,9 @@ impl Learner {
         if rounding > LARGE && !self.has_warned_of_rounding {
             self.has_warned_of_rounding = true;
             let text = format!(
-                "16 bits blur the critics' values of {objective} by {rounding:.2} of their standard deviation, and \
-                 its bound with them: go on with networks.precision = \"backward\" or \"f32\" in \
-                 its config.toml"
+                "16 bits blur the critics' values of {objective} by {rounding:.2} of their \
+                 standard deviation, and so its bound: continue with networks.precision = \
+                 \"backward\" or \"f32\" in the run's config.toml"
             );
             log.warn(self.steps, &text);
         }

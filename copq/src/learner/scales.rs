@@ -96,7 +96,7 @@ pub(crate) fn large_reward(size: f32) -> String {
 
 fn negative_cost(name: &str, sum: f64) -> String {
     format!(
-        "the cost '{name}' added up to {sum:.1} in {WHILE} steps: a limit from above holds what \
-         counts from 0 up, and nothing that is negative breaks it"
+        "the cost '{name}' added up to {sum:.1} in {WHILE} steps: a limit is an upper bound on \
+         a cost that counts up from 0, and a negative cost never exceeds it"
     )
 }

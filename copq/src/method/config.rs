@@ -251,8 +251,7 @@ impl Config {
         check_not_negative("exploration_std", self.exploration_std)?;
         self.optimism.as_ref().map_or(Ok(()), Optimism::check)?;
         if self.smoothing.is_some() && self.entropy.is_some() {
-            let wanted =
-                "none with entropy, whose log-probability is that of the action without it";
+            let wanted = "none with entropy, whose log-probability is of the unsmoothed action";
             return Err(Error::invalid("smoothing", wanted, "both"));
         }
         if let Some(smoothing) = self.smoothing {

@@ -12,22 +12,22 @@ use crate::{
 };
 
 impl Learner {
-    fn check_world(&self) -> Result<()> {
-        if self.world < self.worlds.len() {
+    fn check_env(&self) -> Result<()> {
+        if self.env < self.envs.len() {
             return Ok(());
         }
-        let wanted = format!("one of {}, from 0 (Agent::prepare)", self.worlds.len());
-        Err(Error::invalid("world that is attended to", wanted, self.world))
+        let wanted = format!("one of {}, counted from 0 (Agent::prepare)", self.envs.len());
+        Err(Error::invalid("environment attended to", wanted, self.env))
     }
 
     /// An error unless an action is waiting for its transition: the learner learns from the sample
     /// that it drew for that action.
     fn take_up_choice(&mut self) -> Result<()> {
-        if std::mem::take(&mut self.worlds[self.world].is_waiting) {
+        if std::mem::take(&mut self.envs[self.env].is_waiting) {
             return Ok(());
         }
-        let wanted = "one for each action that Agent::act chose to explore";
-        Err(Error::invalid("transition that an on-policy learner observes", wanted, "another"))
+        let wanted = "one for each action that Agent::act chose in Mode::Explore";
+        Err(Error::invalid("transition that an on-policy learner observes", wanted, "an extra one"))
     }
 
     fn made_by(&self) -> MadeBy<'_> {
@@ -55,24 +55,24 @@ impl Agent for Learner {
         self.spec.check_same("the environment of a learner made for another", spec)
     }
 
-    fn prepare(&mut self, worlds: usize) -> Result<()> {
-        self.spread(worlds)
+    fn prepare(&mut self, envs: usize) -> Result<()> {
+        self.spread(envs)
     }
 
-    fn attend(&mut self, world: usize) {
-        self.world = world;
+    fn attend(&mut self, env: usize) {
+        self.env = env;
     }
 
     fn begin_episode(&mut self) {
-        if let Some(world) = self.worlds.get_mut(self.world) {
-            world.has_begun = true;
+        if let Some(env) = self.envs.get_mut(self.env) {
+            env.has_begun = true;
         }
     }
 
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {
         check_len("observation", obs.len(), self.spec.obs_len)?;
         check_len("action", action.len(), self.spec.action_len())?;
-        self.check_world()?;
+        self.check_env()?;
         check_finite_obs(obs, self.steps)?;
         if mode == Mode::Exploit {
             self.normalise(obs)?;
@@ -91,21 +91,21 @@ impl Agent for Learner {
         check_len("observation", t.next_obs.len(), self.spec.obs_len)?;
         check_finite("reward", t.reward, &self.objectives, self.steps)?;
         check_finite_obs(t.next_obs, self.steps)?;
-        self.check_world()?;
+        self.check_env()?;
         self.take_up_choice()?;
         self.scales.observe(t.next_obs, t.reward)?;
         self.steps += 1;
-        if self.epoch.is_full(self.world) {
+        if self.epoch.is_full(self.env) {
             // It waits for environments that have lost steps to errors.
             return Ok(());
         }
         self.push(t.reward, t.next_obs);
-        let world = &mut self.worlds[self.world];
-        world.obs.copy_from_slice(t.next_obs);
-        for (sum, cost) in world.costs.iter_mut().zip(&self.costs) {
+        let env = &mut self.envs[self.env];
+        env.obs.copy_from_slice(t.next_obs);
+        for (sum, cost) in env.costs.iter_mut().zip(&self.costs) {
             *sum += f64::from(t.reward[*cost]);
         }
-        if t.outcome != Outcome::Running || self.epoch.is_full(self.world) {
+        if t.outcome != Outcome::Running || self.epoch.is_full(self.env) {
             self.end_path(t.outcome, t.next_obs)?;
         }
         Ok(())
@@ -158,10 +158,10 @@ impl Agent for Learner {
         self.noise.save("rng_explore", state);
         self.order.save("rng_order", state);
         self.epoch.save(state.child_mut("epoch"));
-        for (i, world) in self.worlds.iter().enumerate() {
+        for (i, env) in self.envs.iter().enumerate() {
             let state = state.child_mut(&format!("world.{i}"));
-            state.put("obs", world.obs.as_slice());
-            state.put("costs", world.costs.as_slice());
+            state.put("obs", env.obs.as_slice());
+            state.put("costs", env.costs.as_slice());
         }
         for (i, multiplier) in self.multipliers.iter().enumerate() {
             multiplier.save(state.child_mut(&format!("multiplier.{i}")));
@@ -192,10 +192,10 @@ impl Agent for Learner {
         self.noise.load("rng_explore", state)?;
         self.order.load("rng_order", state)?;
         self.epoch.load(state.child("epoch")?)?;
-        for (i, world) in self.worlds.iter_mut().enumerate() {
+        for (i, env) in self.envs.iter_mut().enumerate() {
             let state = state.child(&format!("world.{i}"))?;
-            state.read("obs", &mut world.obs)?;
-            state.read("costs", &mut world.costs)?;
+            state.read("obs", &mut env.obs)?;
+            state.read("costs", &mut env.costs)?;
         }
         for (i, multiplier) in self.multipliers.iter_mut().enumerate() {
             multiplier.load(state.child(&format!("multiplier.{i}"))?)?;

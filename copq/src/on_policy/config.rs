@@ -294,14 +294,14 @@ impl Config {
             saute.check()?;
         }
         if self.second.is_some() && self.natural.is_some() {
-            return Err(Error::invalid("second", "none beside a natural step", "one"));
+            return Err(Error::invalid("second", "none with a natural step", "one"));
         }
         if self.anneal_steps == Some(0) {
             return Err(Error::invalid("anneal_steps", "at least 1, or none", 0));
         }
         self.constraint.as_ref().map_or(Ok(()), Constraint::check)?;
         if self.second.is_some() && self.constraint.is_none() {
-            let wanted = "none without a constraint, whose multipliers weigh it";
+            let wanted = "none without a constraint, whose multipliers weight it";
             return Err(Error::invalid("second", wanted, "one"));
         }
         self.networks.check_f32("an on-policy method")

@@ -6,7 +6,7 @@ use crate::EnvSpec;
 
 /// One environment's episode as the learner has seen it.
 #[derive(Clone, Debug)]
-pub(super) struct World {
+pub(super) struct EnvState {
     /// The step that was chosen last.
     pub taken: Taken,
     /// Whether its transition has not been observed yet.
@@ -19,7 +19,7 @@ pub(super) struct World {
     pub costs: Vec<f64>,
 }
 
-impl World {
+impl EnvState {
     pub fn new(spec: &EnvSpec, costs: usize, signals: usize) -> Self {
         let taken = Taken {
             obs: vec![0.0; spec.obs_len],

@@ -44,12 +44,12 @@ pub(super) struct Epoch {
 }
 
 impl Epoch {
-    /// Room for `steps` steps of `worlds` environments together.
-    pub fn new(steps: usize, worlds: usize, [obs, action]: [usize; 2], signals: usize) -> Self {
+    /// Room for `steps` steps of `envs` environments together.
+    pub fn new(steps: usize, envs: usize, [obs, action]: [usize; 2], signals: usize) -> Self {
         let zeros = vec![vec![0.0; steps]; signals];
         Self {
-            capacity: steps / worlds,
-            filled: vec![0; worlds],
+            capacity: steps / envs,
+            filled: vec![0; envs],
             obs_len: obs,
             rows: Rows {
                 obs: vec![0.0; steps * obs],
@@ -66,8 +66,8 @@ impl Epoch {
     }
 
     /// Adds an environment's step and its signals.
-    pub fn push(&mut self, world: usize, taken: &Taken, signals: &[f32]) {
-        let row = self.next_row(world);
+    pub fn push(&mut self, env: usize, taken: &Taken, signals: &[f32]) {
+        let row = self.next_row(env);
         let action = taken.action.len();
         self.rows.obs[row * self.obs_len..][..self.obs_len].copy_from_slice(&taken.obs);
         self.rows.action[row * action..][..action].copy_from_slice(&taken.action);
@@ -78,32 +78,32 @@ impl Epoch {
         for (rewards, reward) in self.signals.iter_mut().zip(signals) {
             rewards[row] = *reward;
         }
-        self.filled[world] += 1;
+        self.filled[env] += 1;
     }
 
     /// Ends an environment's path after its last row, with the values of what would have followed.
-    pub fn end(&mut self, world: usize, values: Vec<f32>) {
-        self.ends.push(End { row: self.next_row(world), values });
+    pub fn end(&mut self, env: usize, values: Vec<f32>) {
+        self.ends.push(End { row: self.next_row(env), values });
     }
 
-    fn next_row(&self, world: usize) -> usize {
-        world * self.capacity + self.filled[world]
+    fn next_row(&self, env: usize) -> usize {
+        env * self.capacity + self.filled[env]
     }
 
     /// Whether an environment's path has rows and no end.
-    pub fn is_open(&self, world: usize) -> bool {
-        let row = self.next_row(world);
-        self.filled[world] > 0 && self.ends.iter().all(|end| end.row != row)
+    pub fn is_open(&self, env: usize) -> bool {
+        let row = self.next_row(env);
+        self.filled[env] > 0 && self.ends.iter().all(|end| end.row != row)
     }
 
     /// Whether an environment has all its rows.
-    pub fn is_full(&self, world: usize) -> bool {
-        self.filled[world] == self.capacity
+    pub fn is_full(&self, env: usize) -> bool {
+        self.filled[env] == self.capacity
     }
 
     /// Whether every environment has all its rows.
     pub fn is_complete(&self) -> bool {
-        (0..self.filled.len()).all(|world| self.is_full(world))
+        (0..self.filled.len()).all(|env| self.is_full(env))
     }
 
     /// Advantages and targets of a complete epoch: the reward's standardised, the costs' centred.
@@ -163,20 +163,20 @@ impl Epoch {
     /// full environments have ended.
     fn check_ends(&self, rows: &[u64]) -> Result<()> {
         let is_row = |row: u64| {
-            let world = (row.max(1) - 1) / self.capacity as u64;
-            let filled = self.filled.get(world as usize).copied().unwrap_or(0);
-            row > 0 && row <= world * self.capacity as u64 + filled as u64
+            let env = (row.max(1) - 1) / self.capacity as u64;
+            let filled = self.filled.get(env as usize).copied().unwrap_or(0);
+            row > 0 && row <= env * self.capacity as u64 + filled as u64
         };
         for (i, &row) in rows.iter().enumerate() {
             if !is_row(row) || rows[..i].contains(&row) {
-                let wanted = "one after a row that its world has, and once";
+                let wanted = "one after a row that its environment has, not repeated";
                 return Err(Error::invalid("end of a path of the saved epoch", wanted, row));
             }
         }
-        for world in (0..self.filled.len()).filter(|&world| self.is_full(world)) {
-            let end = self.next_row(world) as u64;
+        for env in (0..self.filled.len()).filter(|&env| self.is_full(env)) {
+            let end = self.next_row(env) as u64;
             if !rows.contains(&end) {
-                let what = format!("ends of paths of world {world} of the saved epoch");
+                let what = format!("ends of paths of environment {env} of the saved epoch");
                 return Err(Error::invalid(what, "one after its last row", "none"));
             }
         }
@@ -186,9 +186,9 @@ impl Epoch {
     /// Restores what [`Epoch::save`] wrote.
     pub fn load(&mut self, state: &State) -> Result<()> {
         let filled = state.get::<u64>("filled")?;
-        check_len("worlds of the saved epoch", filled.len(), self.filled.len())?;
+        check_len("environments of the saved epoch", filled.len(), self.filled.len())?;
         for (own, &saved) in self.filled.iter_mut().zip(filled) {
-            check_at_most("rows of a world of the saved epoch", saved, self.capacity)?;
+            check_at_most("rows of an environment of the saved epoch", saved, self.capacity)?;
             *own = saved as usize;
         }
         state.read("obs", &mut self.rows.obs)?;

@@ -12,15 +12,15 @@ impl Learner {
     pub(super) fn explore(&mut self, obs: &[f32], noise: &[f32], action: &mut [f32]) -> Result<()> {
         self.end_what_was_left(obs)?;
         self.see(obs)?;
-        self.worlds[self.world].taken.obs.copy_from_slice(&self.obs);
+        self.envs[self.env].taken.obs.copy_from_slice(&self.obs);
         self.sample(noise, action)?;
-        self.worlds[self.world].is_waiting = true;
+        self.envs[self.env].is_waiting = true;
         Ok(())
     }
 
     /// Samples the policy: stores the sample as it is, and writes it clamped to [-1, 1].
     fn sample(&mut self, noise: &[f32], action: &mut [f32]) -> Result<()> {
-        let taken = &mut self.worlds[self.world].taken;
+        let taken = &mut self.envs[self.env].taken;
         values(&mut self.critics, &taken.obs, &mut taken.values, self.steps)?;
         self.deviations.set(self.policy.log_std());
         self.policy.means(&taken.obs, action)?;
@@ -80,21 +80,21 @@ impl Learner {
         self.signals.clear();
         self.signals.push(earned as f32);
         self.signals.extend(self.costs.iter().take(self.multipliers.len()).map(|&i| reward[i]));
-        self.epoch.push(self.world, &self.worlds[self.world].taken, &self.signals);
+        self.epoch.push(self.env, &self.envs[self.env].taken, &self.signals);
     }
 
     /// Ends a path that its environment left without an end, as after an error: it was cut short
     /// after the last observation.
     fn end_what_was_left(&mut self, obs: &[f32]) -> Result<()> {
-        let world = self.world;
-        let has_begun = std::mem::take(&mut self.worlds[world].has_begun);
-        let is_elsewhere = has_begun || self.worlds[world].obs != obs;
-        if is_elsewhere && self.epoch.is_open(world) {
-            let last = self.worlds[world].obs.clone();
+        let env = self.env;
+        let has_begun = std::mem::take(&mut self.envs[env].has_begun);
+        let is_elsewhere = has_begun || self.envs[env].obs != obs;
+        if is_elsewhere && self.epoch.is_open(env) {
+            let last = self.envs[env].obs.clone();
             self.see(&last)?;
             let values = self.values()?;
-            self.epoch.end(world, values);
-            self.worlds[world].costs.fill(0.0);
+            self.epoch.end(env, values);
+            self.envs[env].costs.fill(0.0);
         }
         Ok(())
     }
@@ -106,8 +106,8 @@ impl Learner {
         if outcome == Outcome::Terminated {
             values.fill(0.0);
         }
-        self.epoch.end(self.world, values);
-        let episode = &mut self.worlds[self.world].costs;
+        self.epoch.end(self.env, values);
+        let episode = &mut self.envs[self.env].costs;
         if outcome != Outcome::Running {
             // A run saved with a longer window has more of them.
             while self.window.len() >= self.config.window {

@@ -45,14 +45,15 @@ impl Learner {
     /// Warns if an epoch can be too short: multipliers see only finished episodes, and an epoch
     /// begins with new ones.
     fn warn_of_short_paths(&self, log: &mut dyn Observer) {
-        let steps = self.config.steps_per_epoch / self.worlds.len();
+        let steps = self.config.steps_per_epoch / self.envs.len();
         if self.epochs > 0 || self.multipliers.is_empty() || steps >= self.spec.horizon {
             return;
         }
         let text = format!(
-            "each of {} worlds has {steps} steps an epoch, and an episode of '{}' may take {}: costs \
-             of longer ones are never seen; raise steps_per_epoch or take fewer worlds",
-            self.worlds.len(),
+            "each of {} environments has {steps} steps per epoch, and an episode of '{}' may take \
+             {}: costs of longer episodes are never seen; raise steps_per_epoch or use fewer \
+             environments",
+            self.envs.len(),
             self.spec.name,
             self.spec.horizon
         );
@@ -68,7 +69,7 @@ impl Learner {
         ] {
             if let Some(i) = values.iter().position(|x| !x.is_finite()) {
                 let what = format!("{name} {} of epoch {}", i + 1, self.epochs);
-                let wanted = "a finite number (lower step sizes, or rewards near 1)";
+                let wanted = "a finite number (try lower step sizes, or rewards near 1)";
                 return Err(Error::invalid(what, wanted, values[i]));
             }
         }

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::fmt;
 
-use super::episodes::{Fresh, World};
+use super::episodes::{EnvState, Fresh};
 use super::epoch::Epoch;
 use super::multiplier::Multiplier;
 use super::normal::Deviations;
@@ -52,9 +52,9 @@ pub struct Learner {
     pub(super) normaliser: Option<Normaliser>,
     pub(super) epoch: Epoch,
     /// The state of each environment's episode.
-    pub(super) worlds: Vec<World>,
+    pub(super) envs: Vec<EnvState>,
     /// The one that calls are about now.
-    pub(super) world: usize,
+    pub(super) env: usize,
     /// The undiscounted costs of the last finished episodes.
     pub(super) window: VecDeque<Vec<f64>>,
     /// Those of this epoch alone.
@@ -109,8 +109,8 @@ impl Learner {
         Ok(Self {
             normaliser: normaliser(&config, spec),
             epoch: Epoch::new(config.steps_per_epoch, 1, lengths, held + 1),
-            worlds: vec![World::new(spec, costs.len(), held + 1)],
-            world: 0,
+            envs: vec![EnvState::new(spec, costs.len(), held + 1)],
+            env: 0,
             window: VecDeque::new(),
             fresh: Fresh::new(costs.len()),
             noise: Rng::new(seed, Stream::Explore),
@@ -162,17 +162,17 @@ impl Learner {
         About::new(&self.spec, &self.config.networks, ActorKind::Normal, Some(&self.name))
     }
 
-    /// Divides an epoch's steps among `worlds` environments.
-    pub(super) fn spread(&mut self, worlds: usize) -> Result<()> {
+    /// Divides an epoch's steps among `envs` environments.
+    pub(super) fn spread(&mut self, envs: usize) -> Result<()> {
         let steps = self.config.steps_per_epoch;
-        if worlds == 0 || !steps.is_multiple_of(worlds) {
-            let wanted = format!("a number that steps_per_epoch, {steps}, is a multiple of");
-            return Err(Error::invalid("worlds", wanted, worlds));
+        if envs == 0 || !steps.is_multiple_of(envs) {
+            let wanted = format!("a divisor of steps_per_epoch, {steps}");
+            return Err(Error::invalid("environments", wanted, envs));
         }
         let signals = self.critics.len();
         let lengths = [self.spec.obs_len, self.spec.action_len()];
-        self.epoch = Epoch::new(steps, worlds, lengths, signals);
-        self.worlds = vec![World::new(&self.spec, self.costs.len(), signals); worlds];
+        self.epoch = Epoch::new(steps, envs, lengths, signals);
+        self.envs = vec![EnvState::new(&self.spec, self.costs.len(), signals); envs];
         Ok(())
     }
 }
@@ -187,8 +187,9 @@ fn check_policy(name: &str, config: &Config, policy: &dyn GaussianPolicy) -> Res
     if config.natural.is_none() || policy.parameters() > 0 {
         return Ok(());
     }
-    let wanted = "a policy that writes its gradient (GaussianPolicy::parameters and what follows)";
-    Err(Error::invalid(format!("{name}'s natural step"), wanted, "one without"))
+    let wanted = "a policy that writes its gradient (GaussianPolicy::parameters and the methods \
+                  after it)";
+    Err(Error::invalid(format!("{name}'s natural step"), wanted, "one that does not"))
 }
 
 /// The normaliser of what a method's networks see; budgets stay as they are.
@@ -204,15 +205,16 @@ fn check_task(name: &str, config: &Config, spec: &EnvSpec) -> Result<()> {
     }
     if config.saute.is_some() != shows_budgets(spec) {
         let wanted = if config.saute.is_some() {
-            "a world that shows its budgets (on_policy::Saute)"
+            "an environment that shows its budgets (on_policy::Saute)"
         } else {
-            "a world without budgets, which are for settings with saute"
+            "an environment without budgets, which are for settings with saute"
         };
-        return Err(Error::invalid(format!("{name}'s world"), wanted, format!("'{}'", spec.name)));
+        let what = format!("{name}'s environment");
+        return Err(Error::invalid(what, wanted, format!("'{}'", spec.name)));
     }
     if spec.objectives.iter().all(|objective| objective.is_cost()) {
         let what = format!("rewards of '{}'", spec.name);
-        return Err(Error::invalid(what, "one at least", "costs alone"));
+        return Err(Error::invalid(what, "at least one", "only costs"));
     }
     Ok(())
 }

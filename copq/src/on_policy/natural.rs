@@ -31,7 +31,7 @@ pub(super) fn natural(
     let direction = conjugate_gradients(settings, &gradient, &mut fisher)?;
     let curvature = dot(&direction, fisher.times(&direction)?);
     if !(curvature >= 0.0 && curvature.is_finite()) {
-        let wanted = "a finite number of at least 0 (more natural.damping, or rewards near 1)";
+        let wanted = "a finite number, at least 0 (try more natural.damping, or rewards near 1)";
         return Err(Error::invalid("curvature along the natural gradient", wanted, curvature));
     }
     // KL is half of length^2 x' F x to second order; 1e-8 as in OmniSafe.

@@ -156,7 +156,7 @@ pub trait GaussianPolicy: Actor {
 
 fn missing(method: &str) -> Error {
     let what =
-        format!("natural gradients need GaussianPolicy::{method}, which this policy has not");
+        format!("natural gradients need GaussianPolicy::{method}, which this policy does not have");
     Error::Unsupported { what }
 }
 

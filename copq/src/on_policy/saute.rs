@@ -65,12 +65,12 @@ impl<E: Env> Saute<E> {
         config.check()?;
         // What is left grows by 1/g per step, and is shown as f32.
         if -(old.horizon as f64) * config.discount.ln() > f64::from(f32::MAX).ln() - 10.0 {
-            let wanted = format!("one whose {}th power is not lost in f32", old.horizon);
+            let wanted = format!("one whose {}th power is not too small for f32", old.horizon);
             return Err(Error::invalid("saute.discount", wanted, config.discount));
         }
         old.check_has_cost("Saute")?;
         if shows_budgets(old) {
-            let wanted = "a world that does not show its budgets yet";
+            let wanted = "an environment that does not show its budgets yet";
             return Err(Error::invalid("Saute::new", wanted, format!("'{}'", old.name)));
         }
         let costs = old.costs();

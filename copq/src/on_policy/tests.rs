@@ -423,7 +423,7 @@ fn what_is_observed_was_chosen_just_before() {
     assert_eq!(
         error,
         "transition that an on-policy learner observes: wanted one for each action that Agent::act \
-         chose to explore, got another"
+         chose in Mode::Explore, got an extra one"
     );
     observe(&[Mode::Exploit]).unwrap_err();
     observe(&[Mode::Explore, Mode::Exploit]).unwrap();
@@ -439,12 +439,12 @@ fn an_update_without_what_it_needs_is_an_error() {
         update(config, rows, &[], 1e-3, &mut policy, &mut [], &mut |_| {}).unwrap_err().to_string()
     };
     let config = Config::default();
-    assert_eq!(update(&config, &rows), "critics: wanted the reward's at least, got none");
+    assert_eq!(update(&config, &rows), "critics: wanted at least the reward's, got none");
     let none = Config { batch: 0, ..config };
     assert_eq!(update(&none, &rows), "batch: wanted at least 1, got 0");
     let both = Config { natural: Some(NaturalStep::default()), ..Method::cup().config };
     let error = update(&both, &rows);
-    assert_eq!(error, "second: wanted none beside a natural step, got one");
+    assert_eq!(error, "second: wanted none with a natural step, got one");
 }
 
 /// A world that always looks the same, left in mid-episode: its costs so far are no episode's.

@@ -109,7 +109,7 @@ pub fn update(
 ) -> Result<Report> {
     config.check()?;
     let Some(costs) = critics.len().checked_sub(1) else {
-        return Err(Error::invalid("critics", "the reward's at least", "none"));
+        return Err(Error::invalid("critics", "at least the reward's", "none"));
     };
     rows.check(critics.len(), policy.log_std().len())?;
     check_len("multipliers", multipliers.len(), costs)?;

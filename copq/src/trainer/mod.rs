@@ -28,7 +28,7 @@ use crate::{
 /// # Ok::<(), copq::Error>(())
 /// ```
 pub struct Trainer<A = Box<dyn Agent>> {
-    worlds: Vec<Rollout<Box<dyn Env>>>,
+    rollouts: Vec<Rollout<Box<dyn Env>>>,
     agent: A,
     episode_seeds: Rng,
     steps: u64,
@@ -45,7 +45,7 @@ pub struct Trainer<A = Box<dyn Agent>> {
 impl<A> fmt::Debug for Trainer<A> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Trainer")
-            .field("worlds", &self.worlds)
+            .field("rollouts", &self.rollouts)
             .field("steps", &self.steps)
             .finish_non_exhaustive()
     }
@@ -69,18 +69,18 @@ impl<A: Agent> Trainer<A> {
             spec.check_same("one of several environments", env.spec())?;
         }
         agent.prepare(envs.len())?;
-        let worlds = envs.into_iter().map(Rollout::new).collect::<Result<Vec<_>>>()?;
+        let rollouts = envs.into_iter().map(Rollout::new).collect::<Result<Vec<_>>>()?;
         Ok(Self {
             episode_seeds: Rng::new(agent.seed(), Stream::Env),
             agent,
             steps: 0,
             timing: Timing::default(),
             threads: 1,
-            actions: vec![vec![0.0; spec.action_len()]; worlds.len()],
-            outcomes: Vec::with_capacity(worlds.len()),
+            actions: vec![vec![0.0; spec.action_len()]; rollouts.len()],
+            outcomes: Vec::with_capacity(rollouts.len()),
             failed: None,
             cut_short: Vec::new(),
-            worlds,
+            rollouts,
         })
     }
 
@@ -97,7 +97,7 @@ impl<A: Agent> Trainer<A> {
 
     /// The number of environments that take their steps together.
     pub fn env_count(&self) -> usize {
-        self.worlds.len()
+        self.rollouts.len()
     }
 
     /// Where the time went.
@@ -117,18 +117,18 @@ impl<A: Agent> Trainer<A> {
 
     /// The environment, or the first of several.
     pub fn env(&self) -> &dyn Env {
-        self.worlds[0].env().as_ref()
+        self.rollouts[0].env().as_ref()
     }
 
     /// The running episode, or the last one. Of several environments, it is the first one's, or
     /// that of the one that failed.
     pub fn episode(&self) -> &Episode {
-        self.worlds[self.failed.unwrap_or(0)].episode()
+        self.rollouts[self.failed.unwrap_or(0)].episode()
     }
 
     /// The environment's description.
     pub fn spec(&self) -> &EnvSpec {
-        self.worlds[0].env().spec()
+        self.rollouts[0].env().spec()
     }
 
     /// Takes `steps` environment steps, each with its learning. With several environments, all take
@@ -151,31 +151,31 @@ impl<A: Agent> Trainer<A> {
         self.failed = None;
         self.cut_short.clear();
         let start = Instant::now();
-        for world in 0..self.worlds.len() {
-            self.begin(world)?;
+        for env in 0..self.rollouts.len() {
+            self.begin(env)?;
         }
         let begun = Instant::now();
-        for world in 0..self.worlds.len() {
-            self.act(world)?;
+        for env in 0..self.rollouts.len() {
+            self.act(env)?;
         }
         let acted = Instant::now();
-        self.step_worlds();
+        self.step_envs();
         let stepped = Instant::now();
         let mut ended = Vec::new();
         let mut failed = Ok(());
         let mut outcomes = std::mem::take(&mut self.outcomes);
-        for (world, outcome) in outcomes.drain(..).enumerate() {
-            match outcome.and_then(|outcome| self.observe(world, outcome)) {
+        for (env, outcome) in outcomes.drain(..).enumerate() {
+            match outcome.and_then(|outcome| self.observe(env, outcome)) {
                 Ok(episode) => ended.extend(episode),
-                error => failed = self.or_give_up(world, error.map(drop)),
+                error => failed = self.or_give_up(env, error.map(drop)),
             }
         }
         self.outcomes = outcomes;
         // Of several environments, the others have taken their steps.
-        if failed.is_ok() || self.worlds.len() > 1 {
+        if failed.is_ok() || self.rollouts.len() > 1 {
             self.agent.update(log)?;
             if self.agent.ends_episode() {
-                self.worlds.iter_mut().for_each(Rollout::give_up);
+                self.rollouts.iter_mut().for_each(Rollout::give_up);
             }
         }
         if let Err(error) = failed {
@@ -189,40 +189,40 @@ impl<A: Agent> Trainer<A> {
     }
 
     /// Begins an episode if none is running.
-    fn begin(&mut self, world: usize) -> Result<()> {
-        if self.worlds[world].is_running() {
+    fn begin(&mut self, env: usize) -> Result<()> {
+        if self.rollouts[env].is_running() {
             return Ok(());
         }
-        let begun = self.worlds[world].reset(self.episode_seeds.next_u64());
-        self.or_give_up(world, begun)?;
-        self.agent.attend(world);
+        let begun = self.rollouts[env].reset(self.episode_seeds.next_u64());
+        self.or_give_up(env, begun)?;
+        self.agent.attend(env);
         self.agent.begin_episode();
         Ok(())
     }
 
-    fn act(&mut self, world: usize) -> Result<()> {
-        self.agent.attend(world);
-        self.agent.act(self.worlds[world].obs(), Mode::Explore, &mut self.actions[world])
+    fn act(&mut self, env: usize) -> Result<()> {
+        self.agent.attend(env);
+        self.agent.act(self.rollouts[env].obs(), Mode::Explore, &mut self.actions[env])
     }
 
     /// Steps every environment with its action, on up to `threads` threads.
-    fn step_worlds(&mut self) {
-        let Self { worlds, actions, outcomes, .. } = self;
+    fn step_envs(&mut self) {
+        let Self { rollouts, actions, outcomes, .. } = self;
         // A caught panic in one environment may have left the outcomes of others.
         outcomes.clear();
-        let steps = worlds.iter_mut().zip(&*actions);
+        let steps = rollouts.iter_mut().zip(&*actions);
         if self.threads == 1 || steps.len() == 1 {
-            outcomes.extend(steps.map(|(world, action)| world.step(action)));
+            outcomes.extend(steps.map(|(rollout, action)| rollout.step(action)));
             return;
         }
         let share = steps.len().div_ceil(self.threads);
         std::thread::scope(|scope| {
-            let parts = worlds.chunks_mut(share).zip(actions.chunks(share));
+            let parts = rollouts.chunks_mut(share).zip(actions.chunks(share));
             let threads: Vec<_> = parts
-                .map(|(worlds, actions)| {
+                .map(|(rollouts, actions)| {
                     scope.spawn(move || {
-                        let steps = worlds.iter_mut().zip(actions);
-                        steps.map(|(world, action)| world.step(action)).collect::<Vec<_>>()
+                        let steps = rollouts.iter_mut().zip(actions);
+                        steps.map(|(rollout, action)| rollout.step(action)).collect::<Vec<_>>()
                     })
                 })
                 .collect();
@@ -237,12 +237,12 @@ impl<A: Agent> Trainer<A> {
 
     /// Passes the result of an environment's step to the agent; returns the episode if it ended. If
     /// the agent rejects the result, the error is about what the environment returned.
-    fn observe(&mut self, world: usize, outcome: Outcome) -> Result<Option<Episode>> {
-        self.agent.attend(world);
-        let rollout = &self.worlds[world];
+    fn observe(&mut self, env: usize, outcome: Outcome) -> Result<Option<Episode>> {
+        self.agent.attend(env);
+        let rollout = &self.rollouts[env];
         self.agent.observe(Transition {
             obs: rollout.previous_obs(),
-            action: &self.actions[world],
+            action: &self.actions[env],
             reward: rollout.reward(),
             next_obs: rollout.obs(),
             outcome,
@@ -252,14 +252,14 @@ impl<A: Agent> Trainer<A> {
     }
 
     /// Passes on an environment's answer. After an error, the environment no longer has an episode.
-    fn or_give_up<T>(&mut self, world: usize, answer: Result<T>) -> Result<T> {
+    fn or_give_up<T>(&mut self, env: usize, answer: Result<T>) -> Result<T> {
         if answer.is_err() {
-            self.failed = Some(world);
-            let episode = self.worlds[world].episode();
+            self.failed = Some(env);
+            let episode = self.rollouts[env].episode();
             if episode.length > 0 {
                 self.cut_short.push(episode.clone());
             }
-            self.worlds[world].give_up();
+            self.rollouts[env].give_up();
         }
         answer
     }
@@ -291,7 +291,7 @@ impl<A: Agent> Trainer<A> {
         may_go_on: impl Fn() -> Result<()>,
     ) -> Result<Evaluation> {
         let mut running = State::default();
-        let rollout = &mut self.worlds[0];
+        let rollout = &mut self.rollouts[0];
         match rollout.save(&mut running) {
             Err(Error::Unsupported { .. }) => running = State::default(),
             saved => saved?,

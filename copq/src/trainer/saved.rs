@@ -9,9 +9,9 @@ impl<A: Agent> Trainer<A> {
     /// [`Trainer::save_without_episodes`].
     pub fn save(&self, state: &mut State) -> Result<()> {
         self.save_without_episodes(state)?;
-        self.worlds[0].save(state)?;
-        for (i, world) in self.worlds.iter().enumerate().skip(1) {
-            world.save(state.child_mut(&format!("world.{i}")))?;
+        self.rollouts[0].save(state)?;
+        for (i, rollout) in self.rollouts.iter().enumerate().skip(1) {
+            rollout.save(state.child_mut(&format!("world.{i}")))?;
         }
         Ok(())
     }
@@ -22,7 +22,7 @@ impl<A: Agent> Trainer<A> {
         *state = State::default();
         state.put("steps", [self.steps]);
         self.episode_seeds.save("episode_seeds", state);
-        for i in 1..self.worlds.len() {
+        for i in 1..self.rollouts.len() {
             state.child_mut(&format!("world.{i}"));
         }
         self.agent.save(state.child_mut("agent"))
@@ -35,9 +35,9 @@ impl<A: Agent> Trainer<A> {
         self.agent.load(state.child("agent")?)?;
         self.steps = state.get_one("steps")?;
         self.episode_seeds.load("episode_seeds", state)?;
-        self.worlds[0].load(state)?;
-        for (i, world) in self.worlds.iter_mut().enumerate().skip(1) {
-            world.load(state.child(&format!("world.{i}"))?)?;
+        self.rollouts[0].load(state)?;
+        for (i, rollout) in self.rollouts.iter_mut().enumerate().skip(1) {
+            rollout.load(state.child(&format!("world.{i}"))?)?;
         }
         Ok(())
     }

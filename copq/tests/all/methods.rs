@@ -537,8 +537,8 @@ fn bounds_of_covariances_want_critics_of_all_objectives() {
     let upper = Config { optimism: Some(Optimism::by("extremum")), ..Method::cop_td3_oac().config };
     let refused = |name| {
         Err(format!(
-            "the bound: wanted one that reads no covariances, for critics of separate objectives, \
-             got {name}"
+            "the bound: wanted one that does not read covariances, for objectives with separate \
+             critics, got {name}"
         ))
     };
     for name in ["cholesky", "eigen", "extremum"] {

@@ -82,8 +82,8 @@ fn what_does_not_fit_is_a_readable_error() {
     let world = copq_envs_rapier::make("b/hopper").unwrap();
     assert_eq!(
         made("ppo-saute", &world),
-        "ppo-saute's world: wanted a world that shows its budgets (on_policy::Saute), got \
-         'b/hopper'"
+        "ppo-saute's environment: wanted an environment that shows its budgets (on_policy::Saute), \
+         got 'b/hopper'"
     );
     let saute = method("ppo-saute").config.saute.unwrap();
     assert_eq!(
@@ -94,7 +94,7 @@ fn what_does_not_fit_is_a_readable_error() {
     let learner = Learner::new(method("ppo"), envs[0].spec(), &Candle::default(), 0).unwrap();
     assert_eq!(
         Trainer::with_envs(envs, learner).unwrap_err().to_string(),
-        "worlds: wanted a number that steps_per_epoch, 96, is a multiple of, got 5"
+        "environments: wanted a divisor of steps_per_epoch, 96, got 5"
     );
     let envs: Vec<Box<dyn Env>> = (0..2).map(|_| env(&method("ppo"))).collect();
     let spec = envs[0].spec();
@@ -232,7 +232,7 @@ fn a_state_that_no_run_has_left_is_refused() {
     };
     for (wanted, change) in [
         (
-            "rows of a world of the saved epoch: wanted at most 96, got 97",
+            "rows of an environment of the saved epoch: wanted at most 96, got 97",
             &(|agent: &mut State| agent.child_mut("epoch").put("filled", [97_u64]))
                 as &dyn Fn(&mut State),
         ),
@@ -241,7 +241,7 @@ fn a_state_that_no_run_has_left_is_refused() {
             let ends = epoch.get::<u64>("end_rows").unwrap().len();
             epoch.put("end_rows", vec![95_u64; ends]);
         }),
-        ("ends of paths of world 0 of the saved epoch: wanted one", &|agent| {
+        ("ends of paths of environment 0 of the saved epoch: wanted one", &|agent| {
             let epoch = agent.child_mut("epoch");
             epoch.put("filled", [96_u64]);
             epoch.put("end_rows", [0_u64; 0]);
@@ -255,7 +255,10 @@ fn a_state_that_no_run_has_left_is_refused() {
     alone.agent_mut().attend(1);
     let obs = vec![0.0; 11];
     let said = alone.agent_mut().act(&obs, Mode::Explore, &mut [0.0; 3]).unwrap_err().to_string();
-    assert_eq!(said, "world that is attended to: wanted one of 1, from 0 (Agent::prepare), got 1");
+    assert_eq!(
+        said,
+        "environment attended to: wanted one of 1, counted from 0 (Agent::prepare), got 1"
+    );
 }
 
 /// Makes every f32 no number.
