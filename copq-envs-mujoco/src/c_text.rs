@@ -1,8 +1,8 @@
-//! What MuJoCo says.
+//! MuJoCo's messages.
 
 use std::ffi::{CStr, c_char};
 
-/// A C string of MuJoCo's as Rust's.
+/// A C string from MuJoCo as a Rust string.
 ///
 /// # Safety
 /// `text` points to a string that ends in 0.

@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Report {
-    /// A line for each feature, and for each MuJoCo library that is open or lies where they usually
-    /// do.
+    /// A line for each feature, and for each MuJoCo library that is open or in one of the usual
+    /// places.
     pub lines: Vec<String>,
     /// The one thing to do next, if there is any.
     pub next: Option<String>,
 }
 
-/// What is known of one feature: whether it is compiled in, a line, and what to do if it does not
-/// work.
+/// What is known about one feature: whether it is compiled in, a line, and what to do if it does
+/// not work.
 struct Finding {
     on: bool,
     line: String,
@@ -28,7 +28,7 @@ pub fn doctor() -> Report {
     findings.push(drawn());
     let mut lines: Vec<_> = findings.iter().map(|finding| finding.line.clone()).collect();
     lines.extend(files().iter().map(|file| format!("file: {file}")));
-    // An engine that is off is no trouble while there is another.
+    // An engine that is off is not a problem while there is another.
     if findings.iter().any(|finding| finding.on) {
         findings.retain(|finding| finding.on);
     }
@@ -100,7 +100,7 @@ fn off(feature: &str, next: &str) -> Finding {
     Finding { on: false, line: format!("feature {feature}: off"), next: Some(next.into()) }
 }
 
-/// The MuJoCo libraries in this process (Linux), and those that lie where they usually do.
+/// The MuJoCo libraries in this process (Linux), and those in the usual places.
 fn files() -> Vec<String> {
     let open = opened(&std::fs::read_to_string("/proc/self/maps").unwrap_or_default());
     let usual = [

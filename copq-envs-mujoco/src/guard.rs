@@ -1,4 +1,4 @@
-//! Calls into MuJoCo that come back with an error where MuJoCo would end the process.
+//! Calls into MuJoCo that return an error where MuJoCo would end the process.
 
 use std::ffi::{c_char, c_int, c_void};
 
@@ -20,7 +20,7 @@ unsafe extern "C" {
     pub(crate) fn copq_warning(text: *const c_char);
 }
 
-/// Calls `function` so many times, or until MuJoCo gives up: then says why. Allocates nothing
+/// Calls `function` `times` times, or until MuJoCo gives up; the error says why. Allocates nothing
 /// unless it fails.
 ///
 /// # Safety

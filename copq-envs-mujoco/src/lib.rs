@@ -1,16 +1,17 @@
 //! C MuJoCo as a physics engine for copq's robots.
 //!
-//! Two engines behind one type, `Mujoco`, because no binding spans all versions of MuJoCo's
-//! structs:
+//! There are two engines behind one type, `Mujoco`, because no binding covers all versions of
+//! MuJoCo's structs:
 //!
-//! * feature `mujoco-rs`: module `mujoco_rs`, MuJoCo 3.17.0, bit for bit Gymnasium's v5 robots. For
-//!   results to report.
-//! * feature `system`: module `system`, the MuJoCo that is installed, from 2.2.2 (Debian's) on.
+//! * feature `mujoco-rs`: module `mujoco_rs`, MuJoCo 3.17.0, bit for bit Gymnasium's v5 robots. Use
+//!   it for results to report.
+//! * feature `system`: module `system`, the installed MuJoCo, version 2.2.2 (Debian's) or later.
 //!
 //! Feature `render` adds `Renderer` to the first: pictures of a robot, without a window.
 //!
-//! Without features the crate builds with nothing installed, and can do nothing. The README tells
-//! how to get MuJoCo, and [`doctor`] (`copq doctor` on the command line) what is missing.
+//! Without features the crate builds with nothing installed, and can do nothing. The README
+//! explains how to get MuJoCo, and [`doctor`] (`copq doctor` on the command line) reports what is
+//! missing.
 #![cfg_attr(
     feature = "mujoco-rs",
     doc = r#"
@@ -26,7 +27,7 @@ assert!(reward[0] > 0.9);
 "#
 )]
 //!
-//! An environment is tied to no thread, and many run at once, each with its own data.
+//! An environment is not tied to a thread. Many can run at once, each with its own data.
 
 #[cfg(any(feature = "mujoco-rs", feature = "system"))]
 mod c_text;

@@ -16,7 +16,7 @@ use crate::guard::{self, Function, copq_error, copq_warning};
 use crate::simulation::{Array, Call, Simulation};
 use crate::version::check_version;
 
-/// The environment of this name (see [`copq_envs::tasks`]); an unknown name is answered with the
+/// The environment of this name (see [`copq_envs::tasks`]). The error for an unknown name lists the
 /// nearest ones.
 pub fn make(name: &str) -> Result<Box<dyn Env>> {
     make_with(name, &Options::default())
@@ -29,12 +29,12 @@ pub fn make_with(name: &str, options: &Options) -> Result<Box<dyn Env>> {
 
 /// The engine with this robot in it.
 ///
-/// From the first call on MuJoCo's own warnings go to stderr, and never to a file.
+/// From the first call on, MuJoCo's own warnings go to stderr and never to a file.
 pub fn physics(robot: &RobotSpec) -> Result<Mujoco> {
     Mujoco::new(robot, version()?, open)
 }
 
-/// The version of the MuJoCo that is linked, as `mj_version` counts; an error if it is not the one
+/// The version of the linked MuJoCo, as `mj_version` counts; an error if it is not the one
 /// mujoco-rs is made for.
 pub fn version() -> Result<i32> {
     // SAFETY: returns a constant.
@@ -53,13 +53,13 @@ fn open(mjcf: &str) -> Result<Box<dyn Simulation>> {
     Ok(Box::new(Linked(data)))
 }
 
-/// A model, with our handlers in place for all that MuJoCo will have to say.
+/// A model, with our handlers for MuJoCo's errors and warnings in place.
 pub(crate) fn compile(mjcf: &str) -> Result<MjModel> {
     version()?;
     static HANDLERS: Once = Once::new();
     HANDLERS.call_once(|| {
-        // SAFETY: two pointers that MuJoCo reads only when it has something to say; both functions
-        // live for ever.
+        // SAFETY: two pointers that MuJoCo reads only to report something; both functions live for
+        // ever.
         unsafe {
             mujoco_c::mju_user_error = Some(copq_error);
             mujoco_c::mju_user_warning = Some(copq_warning);
@@ -120,7 +120,7 @@ impl Simulation for Linked {
         let model = std::ptr::from_ref(self.0.model().ffi()).cast::<c_void>();
         // SAFETY: the data stays where it is.
         let data = std::ptr::from_mut(unsafe { self.0.ffi_mut() }).cast::<c_void>();
-        // SAFETY: functions that differ in the types their pointers point to are called alike;
+        // SAFETY: functions that differ only in the types their pointers point to are called alike;
         // model and data belong together, `&mut self` keeps others away, and `open` has set the
         // handlers.
         unsafe { guard::call(transmute::<OfData, Function>(function), model, data, times) }
@@ -136,7 +136,7 @@ impl Simulation for Linked {
     fn mass_matrix(&self) -> Vec<f64> {
         let nv = self.0.qvel().len();
         let mut matrix = vec![0.0; nv * nv];
-        // Fails only for another length.
+        // Fails only for a different length.
         let _ = self.0.full_m(&mut matrix);
         matrix
     }

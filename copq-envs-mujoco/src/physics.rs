@@ -13,20 +13,20 @@ use crate::version::dotted;
 /// C MuJoCo as a [`Physics`].
 ///
 /// A step costs what MuJoCo's own calls cost and allocates nothing; contact forces are computed
-/// when someone reads them. A state that MuJoCo would silently reset (not finite, or beyond 1e10)
-/// is an error, and so is everything else that it warns of; after an error the simulation must be
-/// reset. A snapshot is MuJoCo's integration state and the fields one can read: a few kilobytes
-/// that replay bit for bit.
+/// when they are read. A state that MuJoCo would silently reset (not finite, or beyond 1e10) is an
+/// error, and so is everything else that it warns about. After an error the simulation must be
+/// reset. A snapshot is MuJoCo's integration state and the readable fields: a few kilobytes that
+/// replay bit for bit.
 pub struct Mujoco {
     identity: Identity,
     masses: Vec<f64>,
-    /// Damping that MuJoCo does not apply itself, by freedom.
+    /// Damping that MuJoCo does not apply itself, by degree of freedom.
     damping: Option<Vec<f64>>,
     // Cells, because a snapshot may have to compute contact forces first.
     simulation: RefCell<Box<dyn Simulation>>,
     /// Whether cfrc_ext is older than the state.
     forces_are_old: Cell<bool>,
-    /// An error left the data in no state to go on from.
+    /// Whether an error left the data in a state that cannot be continued.
     broken: bool,
 }
 
@@ -51,8 +51,8 @@ impl Mujoco {
         Ok(engine)
     }
 
-    /// A second simulation, evaluated where this one is now: a step leaves the data's fields behind
-    /// the state.
+    /// A second simulation, evaluated where this one is now: after a step the data's fields lag
+    /// behind the state.
     fn evaluated(&self) -> Result<Box<dyn Simulation>, String> {
         let simulation = self.simulation.borrow();
         let mut fork = simulation.fork()?;
@@ -61,7 +61,7 @@ impl Mujoco {
     }
 
     fn update_contact_forces(&self) -> Result<()> {
-        // A simulation that cannot go on has none: MuJoCo may only reset it.
+        // A simulation that cannot continue has none: MuJoCo may only reset it.
         if !self.broken && self.forces_are_old.replace(false) {
             let done = self.simulation.borrow_mut().call(Call::ContactForce, 1);
             done.map_err(|what| self.identity.error(what))?;
@@ -69,7 +69,7 @@ impl Mujoco {
         Ok(())
     }
 
-    /// The error of a simulation that cannot go on.
+    /// The error of a simulation that cannot continue.
     fn failure(&mut self, what: String) -> Error {
         self.broken = true;
         self.identity.error(format!("{what}; reset first"))
@@ -176,7 +176,7 @@ impl fmt::Debug for Mujoco {
     }
 }
 
-/// Resets the data, takes a state and evaluates the model there.
+/// Resets the data, sets a state and evaluates the model there.
 fn place(simulation: &mut dyn Simulation, qpos: &[f64], qvel: &[f64]) -> Result<(), String> {
     simulation.call(Call::Reset, 1)?;
     simulation.array_mut(Array::Qpos).copy_from_slice(qpos);
@@ -203,7 +203,7 @@ fn advance(
     complaint(simulation).map_or(Ok(()), Err)
 }
 
-/// Applies damping at the velocity of this moment.
+/// Applies damping at the current velocity.
 fn damp(simulation: &mut dyn Simulation, damping: &[f64]) {
     for (freedom, damping) in damping.iter().enumerate() {
         let velocity = simulation.array(Array::Qvel)[freedom];
@@ -211,8 +211,8 @@ fn damp(simulation: &mut dyn Simulation, damping: &[f64]) {
     }
 }
 
-/// What is wrong with a simulation. MuJoCo resets states that it calls bad, and goes on; the
-/// warning is what it leaves.
+/// What is wrong with a simulation. MuJoCo resets states that it calls bad and continues; only its
+/// warning remains.
 fn complaint(simulation: &dyn Simulation) -> Option<String> {
     let state = simulation.array(Array::Qpos).iter().chain(simulation.array(Array::Qvel));
     let finite = state.copied().all(f64::is_finite);

@@ -8,10 +8,10 @@ pub(crate) trait Simulation: Send {
     /// One of the data's arrays, to write.
     fn array_mut(&mut self, array: Array) -> &mut [f64];
 
-    /// Calls MuJoCo so many times; an error is MuJoCo's own words, and the data must be reset.
+    /// Calls MuJoCo `times` times. An error is MuJoCo's own message; the data must then be reset.
     fn call(&mut self, call: Call, times: usize) -> Result<(), String>;
 
-    /// The first of MuJoCo's warnings since the last reset of the data, in its words.
+    /// The first of MuJoCo's warnings since the last reset of the data, in MuJoCo's words.
     fn warning(&self) -> Option<String>;
 
     /// The joint-space mass matrix of the last evaluation (nv x nv, row-major).
@@ -34,7 +34,8 @@ pub(crate) enum Call {
     ContactForce,
 }
 
-/// Arrays of mjData, under MuJoCo's names; those of bodies have the world's row first.
+/// Arrays of mjData, under MuJoCo's names. Arrays with a row for each body start with the world's
+/// row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub(crate) enum Array {
@@ -53,9 +54,9 @@ pub(crate) enum Array {
 }
 
 impl Array {
-    /// All that a simulation needs to go on bit for bit, and the fields that someone may read
-    /// before it does, with the names they are saved under. Controls and applied forces are written
-    /// before every step.
+    /// All that a simulation needs to continue bit for bit, and the fields that may be read before
+    /// it does, with the names they are saved under. Controls and applied forces are written before
+    /// every step.
     pub(crate) const SAVED: [(Self, &str); 10] = [
         (Self::Time, "time"),
         (Self::Qpos, "qpos"),

@@ -2,14 +2,14 @@
 
 use copq::{Error, Result};
 
-/// A version as people write it: `mj_version` counts 2.2.2 as 222 and 3.17.0 as 3017000.
+/// A version as people write it; `mj_version` gives 2.2.2 as 222 and 3.17.0 as 3017000.
 pub fn dotted(version: i32) -> String {
     let base = if version >= 1_000_000 { 1000 } else { 10 };
     format!("{}.{}.{}", version / (base * base), version / base % base, version % base)
 }
 
-/// An error unless the library has the version that the bindings were built for: another one has
-/// other layouts.
+/// An error unless the library has the version that the bindings were built for: other versions
+/// have other layouts.
 pub(crate) fn check_version(header: i32, library: i32, place: &str) -> Result<()> {
     if header == library {
         return Ok(());

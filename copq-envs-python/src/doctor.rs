@@ -26,7 +26,7 @@ pub struct Found {
     pub python: PathBuf,
     /// Its version, or why there is none.
     pub version: Result<String, String>,
-    /// The packages that environments come from or need, each with its version if it is there.
+    /// The packages that environments come from or need, each with its version if it is installed.
     pub packages: Vec<(String, Option<String>)>,
 }
 
@@ -42,7 +42,7 @@ pub fn look(python: &Path) -> Found {
         Err(error) => return found(Err(error.to_string()), Vec::new()),
         Ok(said) => said,
     };
-    // Before it starts, a script around it may say something.
+    // A script around the interpreter may print something before it starts.
     let mut lines = said.lines().skip_while(|line| !line.starts_with("Python "));
     let version = match lines.next() {
         Some(version) => version.to_owned(),
@@ -58,8 +58,8 @@ pub fn look(python: &Path) -> Found {
     found(Ok(version), packages.collect())
 }
 
-/// What an interpreter writes to standard output and standard error; it is little, and fits what
-/// the system keeps.
+/// What an interpreter writes to standard output and standard error; it is short, and fits the
+/// system's buffer.
 fn ask(python: &Path) -> io::Result<(String, String)> {
     let mut command = Command::new(python);
     command.args(["-c", PROGRAM]).stdin(Stdio::null());

@@ -11,23 +11,24 @@ use crate::Options;
 use crate::hello::Hello;
 use crate::worker::{Failure, Worker};
 
-/// The packages that environments come from, as names of tasks begin.
+/// The packages that environments come from: the part of a task's name before the colon.
 pub const PACKAGES: [&str; 3] = ["gymnasium", "mo-gymnasium", "safety-gymnasium"];
-/// The largest seed that every package takes, and 1.
+/// One more than the largest seed that every package accepts.
 const SEEDS: u64 = 1 << 31;
-/// Longest time that can be waited for (s).
+/// The longest timeout (s).
 const LONGEST: f64 = 1e6;
 
-/// An environment of Python's, in a process of its own.
+/// A Python environment in its own process.
 ///
-/// Observations and actions are flat, and f32 in between. The episode of a seed is Python's of
-/// `reset(seed=seed % 2**31)`. It never resets itself, so what is seen at a time limit is the
-/// world's. It cannot be saved in mid-episode. Python's and NumPy's own generators begin the same
-/// in every process, so that a world that is made by chance is one world: a port or a file's name
-/// of its own has to come from elsewhere (`random.SystemRandom`).
+/// Observations and actions are flat, and are passed as f32. A seed's episode is the one that
+/// `reset(seed=seed % 2**31)` starts in Python. The environment never resets itself, so the
+/// observation at a time limit is the episode's own last one. It cannot be saved in mid-episode.
+/// Python's and NumPy's own generators start the same in every process, so an environment that is
+/// built at random is always the same. A unique port or file name has to come from elsewhere
+/// (`random.SystemRandom`).
 ///
-/// An exception in Python is an error here; the next [`Env::reset`] goes on. So it does after the
-/// process has died or has been given up for its silence: with a new one.
+/// An exception in Python is an error here; the next [`Env::reset`] continues. After the process
+/// has died, or has been given up because it was silent, the next reset starts a new one.
 ///
 /// ```no_run
 /// use copq::Env;
@@ -41,7 +42,7 @@ const LONGEST: f64 = 1e6;
 /// ```
 pub struct PythonEnv {
     python: PathBuf,
-    /// What the worker is told, as JSON.
+    /// The worker's settings, as JSON.
     settings: String,
     timeout: Duration,
     spec: EnvSpec,
@@ -62,7 +63,7 @@ impl std::fmt::Debug for PythonEnv {
     }
 }
 
-/// What a worker is told.
+/// The settings of a worker.
 #[derive(Serialize)]
 struct Settings<'a> {
     package: &'a str,
@@ -72,7 +73,7 @@ struct Settings<'a> {
     render: bool,
 }
 
-/// One moment of an environment, as it draws itself.
+/// A picture of an environment at one moment, as it draws itself.
 ///
 /// ```no_run
 /// use copq::Env;
@@ -117,12 +118,12 @@ impl PythonEnv {
         })
     }
 
-    /// How many pictures a second make a film of it in real time.
+    /// How many pictures per second make a film of it in real time.
     pub fn frames_per_second(&self) -> f64 {
         self.hello.frames_per_second
     }
 
-    /// What it looks like now; of an environment that was made with [`Options::render`].
+    /// What it looks like now. It must have been made with [`Options::render`].
     pub fn picture(&mut self) -> Result<Picture> {
         let mut size = [0; 8];
         self.request = b"p".to_vec();
@@ -135,7 +136,7 @@ impl PythonEnv {
         Ok(Picture { width, height, rgb })
     }
 
-    /// Sends the request; the status of its answer, whose bytes come into `answer`.
+    /// Sends the request, writes the answer's bytes into `answer` and returns its status.
     fn ask(&mut self, answer: &mut [u8], doing: &str) -> Result<u8> {
         let Some(worker) = &mut self.worker else {
             return Err(
@@ -146,7 +147,7 @@ impl PythonEnv {
         self.answered(asked)
     }
 
-    /// Passes on an answer; a worker that is lost is forgotten, and its episode with it.
+    /// Passes on an answer; a lost worker is dropped, and its episode with it.
     fn answered<T>(&mut self, answer: Result<T, Failure>) -> Result<T> {
         answer.map_err(|failure| match failure {
             Failure::Raised(text) => self.failed(text),
@@ -157,7 +158,7 @@ impl PythonEnv {
         })
     }
 
-    /// Puts the bytes of an answer into numbers; an error for the first that is none.
+    /// Converts the bytes of an answer to numbers; an error for the first that is not finite.
     fn take(&self, from: &[u8], into: &mut [f32], what: &str) -> Result<()> {
         let (bytes, _) = from.as_chunks::<4>();
         for (i, (number, bytes)) in into.iter_mut().zip(bytes).enumerate() {
@@ -178,7 +179,7 @@ impl PythonEnv {
         Error::Env { env: self.spec.name.clone(), what }
     }
 
-    /// A worker in place of one that was lost, for the same environment.
+    /// Starts a worker for the same environment, in place of one that was lost.
     fn restart(&mut self) -> Result<()> {
         let (worker, hello) = start(&self.spec.name, &self.python, &self.settings, self.timeout)?;
         if hello != self.hello {
@@ -232,7 +233,7 @@ impl Env for PythonEnv {
             1 => Ok(Outcome::Terminated),
             2 => Ok(Outcome::Truncated),
             other => {
-                // Whoever wrote this is not to be believed any more.
+                // A worker that wrote this can no longer be trusted.
                 self.worker = None;
                 Err(self.failed(format!("wanted a status from 0 to 2, got {other}")))
             }
@@ -245,7 +246,7 @@ fn start(task: &str, python: &Path, settings: &str, timeout: Duration) -> Result
     Worker::start(python, settings, timeout).map_err(failed)
 }
 
-/// What the worker of a task is told.
+/// The settings of a task's worker.
 fn settings(task: &str, options: &Options) -> Result<String> {
     let (package, id) = parts(task).ok_or_else(|| {
         let wanted = format!("PACKAGE:ID, of a package among {}", PACKAGES.join(", "));
@@ -264,7 +265,7 @@ fn settings(task: &str, options: &Options) -> Result<String> {
         .map_err(|e| Error::other("settings of the environment", e))
 }
 
-/// The package and the environment's name in it, if it is a task of Python's.
+/// The package and the environment's name in it, if it is a Python task.
 pub(crate) fn parts(task: &str) -> Option<(&str, &str)> {
     task.split_once(':').filter(|(package, id)| PACKAGES.contains(package) && !id.is_empty())
 }

@@ -9,15 +9,15 @@ use std::time::{Duration, Instant};
 
 /// Bytes that are kept.
 const KEPT: usize = 16 << 10;
-/// Bytes that are shown to whoever looks on.
+/// Bytes that are shown to the user.
 const PASSED_ON: usize = 1 << 20;
 /// Lines that an error shows.
 const SHOWN: usize = 12;
-/// How long the rest of what was written may take.
+/// How long to wait for the rest of what was written.
 const GRACE: Duration = Duration::from_secs(1);
 
-/// The last of what a worker wrote; from [`Errors::show`] on it goes to this program's standard
-/// error as well, the first megabyte of it.
+/// The last of what a worker wrote. From [`Errors::show`] on, the first megabyte also goes to this
+/// program's standard error.
 #[derive(Debug)]
 pub(crate) struct Errors {
     kept: Arc<Mutex<Kept>>,
@@ -33,7 +33,7 @@ struct Kept {
 }
 
 impl Errors {
-    /// Reads on in a thread of its own, so that nobody who writes there ever waits.
+    /// Keeps reading in its own thread, so that writers never wait.
     pub fn read(from: Option<ChildStderr>) -> Self {
         let kept = Arc::new(Mutex::new(Kept::default()));
         let to = Arc::clone(&kept);
@@ -41,17 +41,17 @@ impl Errors {
         Self { kept, reader }
     }
 
-    /// Shows what comes from now on.
+    /// Shows output from now on.
     pub fn show(&self) {
         lock(&self.kept).is_shown = true;
     }
 
-    /// Keeps what comes from now on for an error's words alone.
+    /// Keeps output from now on only for error messages.
     pub fn hide(&self) {
         lock(&self.kept).is_shown = false;
     }
 
-    /// The last lines of a worker that has ended, to go behind a sentence.
+    /// The last lines of a worker that has ended, to append to a sentence.
     pub fn last_lines(&self) -> String {
         let deadline = Instant::now() + GRACE;
         while self.reader.as_ref().is_some_and(|reader| !reader.is_finished())
@@ -61,7 +61,7 @@ impl Errors {
         }
         let bytes: Vec<u8> = lock(&self.kept).bytes.iter().copied().collect();
         let text = String::from_utf8_lossy(&bytes);
-        // Python adds a list of modules, the longest and least telling of its lines.
+        // Python adds a list of modules, the longest and least informative of its lines.
         let says = |line: &&str| !line.trim().is_empty() && !line.starts_with("Extension modules:");
         let lines: Vec<_> = text.lines().filter(says).collect();
         if lines.is_empty() {
@@ -88,7 +88,7 @@ fn read_on(mut from: ChildStderr, to: &Mutex<Kept>) {
     }
 }
 
-/// Shows what a world wrote; that nobody listens is no reason to stop.
+/// Shows what an environment wrote. It does not matter if nobody listens.
 fn pass_on(bytes: &[u8], is_last: bool) {
     let mut out = std::io::stderr();
     out.write_all(bytes).unwrap_or_default();
@@ -98,7 +98,7 @@ fn pass_on(bytes: &[u8], is_last: bool) {
     }
 }
 
-/// Bytes are whole even if somebody panicked meanwhile.
+/// The bytes are intact even if a thread panicked meanwhile.
 fn lock(kept: &Mutex<Kept>) -> MutexGuard<'_, Kept> {
     kept.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,18 +1,18 @@
-//! What the worker says of its environment before the first episode.
+//! What the worker reports about its environment before the first episode.
 
 use copq::{EnvSpec, Error, Objective, Result};
 use serde::Deserialize;
 
 use crate::Options;
 
-/// The first line of the worker, if there is no error in it.
+/// The worker's first message, if it is not an error.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Hello {
     obs_len: usize,
     action_low: Vec<f32>,
     action_high: Vec<f32>,
-    /// How many numbers a reward has; none if it is no vector.
+    /// How many numbers a reward has; `None` if it is not a vector.
     rewards: Option<usize>,
     has_cost: bool,
     horizon: usize,
@@ -42,7 +42,7 @@ impl Hello {
         Ok(spec)
     }
 
-    /// The objectives' names in the environment's order, a cost of its own first.
+    /// The objectives' names in the environment's order, with the environment's own cost first.
     fn names(&self, task: &str, options: &Options) -> Result<Vec<String>> {
         let mut names = match self.rewards {
             None => vec!["reward".to_owned()],

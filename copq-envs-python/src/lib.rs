@@ -1,12 +1,13 @@
-//! Environments of Python's for copq: any of Gymnasium's, MO-Gymnasium's or Safety-Gymnasium's with
-//! boxes of numbers as observations and actions (floats within finite bounds) and a limit of steps,
-//! and those that you have registered yourself.
+//! Python environments for copq: any from Gymnasium, MO-Gymnasium or Safety-Gymnasium, and those
+//! that you have registered yourself. Observations and actions must be boxes of numbers (actions:
+//! floats within finite bounds), and episodes must have a step limit.
 //!
-//! Python's own generator, NumPy's and those of the spaces are seeded at every reset, others are not;
-//! `PYTHONHASHSEED` is 0 unless it is set. What an environment prints goes to standard error.
+//! Python's own random generator, NumPy's and those of the spaces are seeded at every reset; others
+//! are not. `PYTHONHASHSEED` is 0 unless it is set. What an environment prints goes to standard
+//! error.
 //!
-//! Each lives in a process of its own, with the interpreter that you name: nothing of Python's is
-//! needed to build or install copq, and an environment that crashes is an error and no crash.
+//! Each runs in its own process, with the interpreter that you name. Python is not needed to build
+//! or install copq, and an environment that crashes is an error, not a crash.
 //!
 //! ```no_run
 //! use copq::Outcome;
@@ -25,7 +26,7 @@
 //! `safety-gymnasium:SafetyHopperVelocity-v1`, or `gymnasium:my_module:MyEnv-v0`, which imports
 //! `my_module` first.
 //!
-//! On Unix alone, as it goes through a socket of Unix's; elsewhere making one is an error.
+//! This works only on Unix, because it uses a Unix socket; elsewhere, making one is an error.
 
 mod doctor;
 mod env;
@@ -57,7 +58,7 @@ pub fn make_with(task: &str, options: &Options) -> Result<Box<dyn Env>> {
     Ok(Box::new(PythonEnv::new(task, options)?))
 }
 
-/// Whether a name is of this crate's kind.
+/// Whether this is the name of a Python environment.
 ///
 /// ```
 /// assert!(copq_envs_python::is_task("gymnasium:Pendulum-v1"));
@@ -67,7 +68,7 @@ pub fn is_task(name: &str) -> bool {
     env::parts(name).is_some()
 }
 
-/// The interpreter that is meant: the one given, or what the variable `COPQ_PYTHON` names, or else
+/// The interpreter to use: the one given, or the one that the variable `COPQ_PYTHON` names, or else
 /// `python3`.
 pub fn interpreter(given: Option<&Path>) -> PathBuf {
     let named = || std::env::var_os("COPQ_PYTHON").map(PathBuf::from);

@@ -1,11 +1,11 @@
-//! What stands for a worker where there are no sockets of Unix's: nothing can be started.
+//! What stands in for a worker where there are no Unix sockets: nothing can be started.
 
 use std::path::Path;
 use std::time::Duration;
 
 use crate::hello::Hello;
 
-/// An environment's process, of which there are none here.
+/// An environment's process; there are none here.
 #[derive(Debug)]
 pub(crate) enum Worker {}
 

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-/// How an environment is made and looked at. The default suits most: the environment's own
-/// arguments, its one reward called `reward`.
+/// How an environment is made and viewed. The default suits most: the environment's own arguments,
+/// and its one reward called `reward`.
 ///
 /// ```no_run
 /// use copq_envs_python::{Options, make_with};
@@ -23,23 +23,24 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
-    /// The interpreter that has the environment's package; without one, what the variable
-    /// `COPQ_PYTHON` names, or else `python3`.
+    /// The interpreter that has the environment's package; without one, the interpreter that the
+    /// variable `COPQ_PYTHON` names, or else `python3`.
     #[serde(skip)]
     pub python: Option<PathBuf>,
     /// Names of the rewards in the environment's order, in place of `reward` or `reward.0`,
-    /// `reward.1` and so on; of Safety-Gymnasium the cost's first, in place of `cost` and `reward`.
+    /// `reward.1` and so on. For Safety-Gymnasium the cost's name comes first, in place of `cost`
+    /// and `reward`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub objectives: Vec<String>,
-    /// Limits of an episode's costs by their names: these objectives are costs, told as positive
-    /// numbers. Safety-Gymnasium's `cost` has the limit 25 without one (its benchmark's).
+    /// Limits of an episode's costs, by name. These objectives are costs, reported as positive
+    /// numbers. Without a limit here, Safety-Gymnasium's `cost` has the limit 25 (its benchmark's).
     #[serde(skip)]
     pub limits: BTreeMap<String, f64>,
     /// Arguments that the environment is made with, as JSON.
     #[serde(skip_serializing_if = "is_empty")]
     pub kwargs: String,
-    /// Modules to import before, by name or as a file `PATH.py`, which register environments of the
-    /// user's.
+    /// Modules to import first, by name or as a file `PATH.py`. They register the user's
+    /// environments.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub imports: Vec<String>,
     /// Longest silence before a reset or a step counts as failed, in seconds; a start may take five
@@ -55,7 +56,7 @@ pub struct Options {
 const USUAL_LIMIT: f64 = 25.0;
 
 impl Options {
-    /// With the limit that a task's own cost has unless there is another.
+    /// Adds the usual limit of a task's own cost, unless it has another.
     ///
     /// ```
     /// use copq_envs_python::Options;

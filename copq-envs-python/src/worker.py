@@ -1,14 +1,14 @@
-"""An environment of Python's for copq, which runs this file with the environment's own interpreter.
+"""A Python environment for copq, which runs this file with the environment's own interpreter.
 
-Standard input is a socket, both ways. First goes a text (JSON, its length before it as u32) that says what the
-environment is, or what is wrong. Then every request has its answer, numbers little-endian:
+Standard input is a socket, used both ways. First this program sends a text (JSON, preceded by its length as u32) that
+describes the environment, or says what is wrong. Then it answers every request; numbers are little-endian:
 
     b"r" seed (u64)          -> status, observation (f32 each)
     b"s" action (f32 each)   -> status, observation (f32 each), reward (f32 each)
     b"p"                     -> status, height and width (u32 each), red, green and blue of every pixel (u8 each)
 
-The status is one byte: 0 running, 1 terminated, 2 truncated; or 255, and then comes a text instead. Whatever anybody
-prints goes to standard error.
+The status is one byte: 0 running, 1 terminated, 2 truncated; or 255, and then a text follows instead. Anything that is
+printed goes to standard error.
 """
 
 import atexit
@@ -28,11 +28,11 @@ import time
 import traceback
 
 PACKAGES = {"gymnasium": "gymnasium", "mo-gymnasium": "mo_gymnasium", "safety-gymnasium": "safety_gymnasium"}
-# What its numbers depend on.
+# Packages that the environment's numbers depend on.
 VERSIONS = ["gymnasium", "mo_gymnasium", "safety_gymnasium", "mujoco", "numpy"]
 RUNNING, TERMINATED, TRUNCATED, FAILED = 0, 1, 2, 255
 LONGEST_OBSERVATION = 1 << 20
-# Letters of an error that are passed on.
+# Characters of an error that are passed on.
 LONGEST_ERROR = 20_000
 # Seconds that a worker may take to close its environment when nobody listens any more.
 GRACE = 5
@@ -43,9 +43,9 @@ class Refused(Exception):
 
 
 def guard(connection):
-    """Starts a process that kills this group of processes when the other side of the connection is gone, however busy
-    the worker is. It is nobody's child, for environments may wait for theirs. What an environment has started in a
-    session of its own is not in the group: it goes when the environment closes it.
+    """Starts a process that kills this process group when the other side of the connection is gone, however busy the
+    worker is. It is not the worker's child, because environments may wait for their children. What an environment has
+    started in its own session is not in the group: it ends when the environment closes it.
     """
     worker = os.getpid()
     middle = os.fork()
@@ -83,7 +83,7 @@ def imported(number, module):
         raise Refused(f"module to import: wanted a file, got none at {path}")
     folder, name = os.path.split(path)
     name = name[: -len(".py")]
-    # Its neighbours can be imported, but do not hide others' modules.
+    # Modules beside it can be imported, but do not hide other modules.
     sys.path.append(folder)
     if name in sys.modules:
         name = f"{name}_{number}"
@@ -93,7 +93,7 @@ def imported(number, module):
 
 
 def seed(number):
-    """Begins Python's and NumPy's own generators anew."""
+    """Seeds Python's and NumPy's own generators."""
     import numpy
 
     random.seed(number)
@@ -105,7 +105,7 @@ def make(settings):
     name = PACKAGES[settings["package"]]
     has_screen = {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys()
     if settings["render"] and sys.platform == "linux" and not has_screen:
-        # MuJoCo's pictures without a screen.
+        # So that MuJoCo draws without a screen.
         os.environ.setdefault("MUJOCO_GL", "egl")
     try:
         package = importlib.import_module(name)
@@ -116,13 +116,13 @@ def make(settings):
             f"wanted an interpreter with the package {name}, got {sys.executable} without (pip install "
             f"{settings['package']} there, or --python PATH for another one)"
         )
-    # An environment that is made by chance is the same one in every process.
+    # An environment that is built at random is the same one in every process.
     seed(0)
     for number, module in enumerate(settings["imports"]):
         imported(number, module)
     arguments = dict(settings["kwargs"])
     if not settings["render"]:
-        # Its checks are for authors; they do not know vectors of rewards.
+        # The checks are for authors of environments, and do not know vectors of rewards.
         return package.make(settings["id"], **{"disable_env_checker": True, **arguments})
     try:
         env = package.make(settings["id"], **{"disable_env_checker": True, **arguments, "render_mode": "rgb_array"})
@@ -137,7 +137,7 @@ def make(settings):
 
 
 def box(space, of, kinds, wanted, advice):
-    """A space of numbers, or what would help."""
+    """Returns a space of numbers; for any other, raises what would help."""
     if type(space).__name__ != "Box" or space.dtype.kind not in kinds:
         raise Refused(f"{of}: wanted a Box of {wanted}, got {space}; {advice}")
     return space
@@ -178,14 +178,14 @@ class World:
         return layers
 
     def count_rewards(self):
-        """How many numbers a reward has, by the outermost wrapper that says so; None if it is one and not a vector."""
+        """How many numbers a reward has, by the outermost wrapper that says so; None if it is a single number."""
         from gymnasium import Wrapper
 
         env = self.env
-        # Some wrappers pass on what they do not have themselves.
+        # Some wrappers pass on attributes that they do not have themselves.
         while isinstance(env, Wrapper) and not ("reward_space" in vars(env) or hasattr(type(env), "reward_space")):
             if type(env).__name__ == "LinearReward":
-                # MO-Gymnasium's, which adds them up.
+                # MO-Gymnasium's wrapper, which adds the rewards up.
                 return None
             env = env.env
         space = getattr(env, "reward_space", None)
@@ -229,7 +229,7 @@ class World:
 
     def reset(self, number):
         """Begins an episode. Randomness that an environment takes from Python's or NumPy's own generators, or from
-        its spaces, is the seed's, too.
+        its spaces, is seeded as well.
         """
         seed(number)
         for env in self.layers:
@@ -242,7 +242,7 @@ class World:
         """One step; the cost comes before the reward."""
         action = self.numpy.frombuffer(action, "<f4").astype(self.actions.dtype).reshape(self.actions.shape)
         if action.dtype.itemsize != 4:
-            # Its bounds were rounded on their way.
+            # The bounds were rounded on their way to copq.
             action = action.clip(self.actions.low, self.actions.high)
         obs, reward, *cost, terminated, truncated, _ = self.env.step(action)
         if len(cost) != self.costs:
@@ -257,14 +257,14 @@ class World:
         return self.numbers(obs, self.obs_len, "observation")
 
     def numbers(self, values, wanted, of):
-        """So many numbers as bytes."""
+        """The numbers as bytes; there must be as many as wanted."""
         array = self.numpy.asarray(values)
         if array.dtype.kind not in "fiub":
             raise ValueError(f"{of}: wanted numbers, got {values!r:.200}")
         if array.size != wanted:
             advice = "; set the environment's reward_space for a vector of rewards" if of == "reward" else ""
             raise ValueError(f"{of}: wanted {wanted} numbers, got {array.size} (shape {array.shape}){advice}")
-        # What does not fit is infinite, and is told there.
+        # A number that does not fit becomes infinite, which copq reports.
         return array.astype("<f4").tobytes()
 
     def picture(self):
@@ -275,7 +275,7 @@ class World:
         return struct.pack("<BII", RUNNING, *frame.shape[:2]) + frame.tobytes()
 
     def serve(self, requests, connection):
-        """Answers until nobody asks any more."""
+        """Answers requests until there are no more."""
         while command := requests.read(1):
             try:
                 if command == b"s":
@@ -287,14 +287,14 @@ class World:
             except BaseException as error:
                 answer = bytes([FAILED]) + text(last_lines(error)[:LONGEST_ERROR])
             if os.getpid() != self.process:
-                # A child that the environment has forked, and that has come back to here.
+                # A child that the environment has forked, and that has returned to here.
                 os._exit(1)
             connection.sendall(answer)
 
 
 def last_lines(error, known=()):
-    """What was raised, and where: the frames of others than this program, which python is given as a text; then what
-    it came after, but for errors that are known.
+    """What was raised, and where: the frames outside this program, which Python is given as a text; then the error that
+    it came after, unless that one is known.
     """
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename != "<copq>"]
     said = "".join(traceback.format_exception_only(type(error), error)).strip()
@@ -307,7 +307,7 @@ def last_lines(error, known=()):
 
 
 def text(words):
-    """A text with its length before it."""
+    """A text preceded by its length."""
     coded = words.encode(errors="backslashreplace")
     return struct.pack("<I", len(coded)) + coded
 
@@ -317,10 +317,10 @@ def main():
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)
     guard(connection)
-    # Where a crash was, in words and not in a core file.
+    # Says where a crash was in words, not in a core file.
     faulthandler.enable()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    # What the environment's modules see of the command line is not copq's.
+    # The environment's modules do not see copq's argument on the command line.
     settings = json.loads(sys.argv.pop(1))
     env = world = None
     try:
@@ -335,13 +335,13 @@ def main():
         if "error" not in hello:
             world.serve(connection.makefile("rb"), connection)
     except OSError:
-        # Nobody is there any more.
+        # The other side is gone.
         pass
     leave(env)
 
 
 def leave(env):
-    """Ends as Python does, but for threads that the environment has left: they do not keep it."""
+    """Ends as Python does, except that threads which the environment has left do not delay it."""
     ends = [atexit._run_exitfuncs] if env is None else [env.close, atexit._run_exitfuncs]
     for end in ends:
         try:

@@ -15,8 +15,8 @@ use serde::Deserialize;
 use crate::errors::Errors;
 use crate::hello::Hello;
 
-/// What an interpreter is started with: it reads the program from the socket, so that lists of
-/// processes stay readable. Any Python can read this.
+/// What an interpreter is started with. It reads the program from the socket, so that process lists
+/// stay readable. Any version of Python can read this.
 const START: &str = "\
 import os, struct, sys
 if sys.version_info < (3, 8):
@@ -28,17 +28,18 @@ exec(compile(text, '<copq>', 'exec'))";
 const PROGRAM: &str = include_str!("worker.py");
 /// The status that a text follows.
 const FAILED: u8 = 255;
-/// Longest text that is taken in.
+/// Longest text that is accepted.
 const LONGEST: u32 = 64 << 20;
-/// How often a silent worker is looked after.
+/// How often a silent worker is checked.
 const LOOK: Duration = Duration::from_millis(200);
 /// How long a worker may take to close its environment, or to say where it was; its guard waits as
 /// long.
 const GRACE: Duration = Duration::from_secs(5);
-/// A start imports a lot, perhaps on a busy machine: it may take so many times as long as a step.
+/// A start imports a lot, perhaps on a busy machine: it may take this many times as long as a step.
 const START_TIMES: u32 = 5;
 
-/// An environment's process. It ends with this value, and with this program however that ends.
+/// An environment's process. It ends with this value, and with this program, however the program
+/// ends.
 #[derive(Debug)]
 pub(crate) struct Worker {
     child: Child,
@@ -52,7 +53,7 @@ pub(crate) struct Worker {
 pub(crate) enum Failure {
     /// The environment raised an error; it can be asked again.
     Raised(String),
-    /// The worker is of no use any more.
+    /// The worker can no longer be used.
     Lost(String),
 }
 
@@ -64,7 +65,8 @@ enum First {
 }
 
 impl Worker {
-    /// Starts an interpreter with the environment of these settings (JSON); what it says of it.
+    /// Starts an interpreter with the environment of these settings (JSON). Also returns what the
+    /// worker says about it.
     pub fn start(
         python: &Path,
         settings: &str,
@@ -113,13 +115,13 @@ impl Worker {
         self.fill(answer).map_err(|e| Failure::Lost(self.lost(doing, &e)))
     }
 
-    /// Reads a text with its length before it.
+    /// Reads a text preceded by its length.
     fn text(&mut self) -> io::Result<String> {
         let mut length = [0; 4];
         self.fill(&mut length)?;
         let length = u32::from_le_bytes(length);
         if length > LONGEST {
-            // What is left unread would pass for the next answer.
+            // What is left unread would be taken for the next answer.
             return Err(ErrorKind::InvalidData.into());
         }
         let mut text = vec![0; length as usize];
@@ -127,7 +129,7 @@ impl Worker {
         Ok(String::from_utf8_lossy(&text).into_owned())
     }
 
-    /// Reads so many bytes, as long as the worker is there and not silent for too long.
+    /// Fills `bytes`, as long as the worker is there and not silent for too long.
     fn fill(&mut self, bytes: &mut [u8]) -> io::Result<()> {
         let mut filled = 0;
         let mut heard = Instant::now();
@@ -150,7 +152,7 @@ impl Worker {
         Ok(())
     }
 
-    /// What became of a worker that did not answer; it is ended.
+    /// Ends a worker that did not answer; returns what became of it.
     fn lost(&mut self, doing: &str, error: &io::Error) -> String {
         let is_silent = is_late(error);
         if is_silent {
@@ -160,7 +162,7 @@ impl Worker {
             kill_process(id, Signal::ABORT).unwrap_or_default();
         }
         let status = self.end();
-        // Its guard, which holds standard error open, goes when the socket does.
+        // Its guard, which holds standard error open, ends when the socket closes.
         self.socket.shutdown(Shutdown::Both).unwrap_or_default();
         let said = self.errors.last_lines();
         if is_silent {
@@ -204,7 +206,7 @@ fn is_late(error: &io::Error) -> bool {
 fn pair() -> io::Result<(UnixStream, UnixStream)> {
     let (ours, theirs) = UnixStream::pair()?;
     ours.set_read_timeout(Some(LOOK))?;
-    // Requests are small, and fit what the system keeps.
+    // Requests are small, and fit the system's buffer.
     ours.set_write_timeout(Some(GRACE))?;
     Ok((ours, theirs))
 }
@@ -213,9 +215,9 @@ fn command(python: &Path, settings: &str, socket: UnixStream) -> Command {
     let mut command = Command::new(python);
     command.args(["-u", "-c", START, settings]);
     command.stdin(OwnedFd::from(socket)).stdout(Stdio::null()).stderr(Stdio::piped());
-    // Ctrl-C is this program's, which saves first.
+    // Ctrl-C is for this program, which saves first.
     command.process_group(0);
-    // The order of Python's sets and dictionaries is no reason for other numbers.
+    // The order of Python's sets and dictionaries must not change the numbers.
     if std::env::var_os("PYTHONHASHSEED").is_none() {
         command.env("PYTHONHASHSEED", "0");
     }

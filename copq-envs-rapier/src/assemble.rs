@@ -20,7 +20,7 @@ pub(crate) struct Assembly {
     pub robot: MultibodyIndex,
     /// One for each joint, in the order of qpos and qvel.
     pub coordinates: Vec<Coordinate>,
-    /// Where each body of the description rides.
+    /// What each body of the description is welded to.
     pub welds: Vec<Weld>,
     /// The multibody's link of each body with joints; 0, the base, for the others.
     pub links: Vec<usize>,
@@ -36,8 +36,8 @@ impl Assembly {
         builder.finish()
     }
 
-    /// Damping and armature of every joint. rapier damps angular freedoms by 0.1 unless told
-    /// otherwise.
+    /// Damping and armature of every joint. rapier damps angular degrees of freedom by 0.1 unless
+    /// told otherwise.
     fn set_passive(&mut self, robot: &RobotSpec) {
         let (multibody, _) = self.world.split(self.robot);
         for (coordinate, joint) in self.coordinates.iter().zip(&robot.joints) {
@@ -53,11 +53,11 @@ impl Assembly {
 struct Builder<'a> {
     robot: &'a RobotSpec,
     world: World,
-    /// The robot hangs from a fixed body; the floor belongs to none, so that robot and floor may
-    /// touch.
+    /// The robot is attached to a fixed body; the floor belongs to no body, so that robot and floor
+    /// may touch.
     base: RigidBodyHandle,
     welds: Vec<Weld>,
-    /// rapier's body of each body with joints; the base for the others.
+    /// rapier's body for each body with joints; the base for the others.
     bodies: Vec<RigidBodyHandle>,
     /// What each link moves, in the order of the joints, with rapier's body.
     moves: Vec<(Moves, RigidBodyHandle)>,
@@ -71,8 +71,8 @@ impl<'a> Builder<'a> {
         Self { robot, world, base, welds: welds(robot), bodies, moves: Vec::new() }
     }
 
-    /// A body with joints becomes a chain of links: massless ones between its joints, its own at
-    /// the end.
+    /// A body with joints becomes a chain of links: massless links between its joints, then its own
+    /// link at the end.
     fn add_body(&mut self, body: usize) -> Result<()> {
         let spec = &self.robot.bodies[body];
         let parent = spec.parent.map(|parent| self.welds[parent]);
@@ -142,8 +142,8 @@ fn rigid_body(mass: MassProperties) -> RigidBody {
     RigidBodyBuilder::dynamic().can_sleep(false).additional_mass_properties(mass).build()
 }
 
-/// Gives bodies their masses (rapier does so in the first step only), fixes the base (which removes
-/// its six freedoms) and puts every body where the joints say.
+/// Gives bodies their masses (rapier itself does so only in the first step), fixes the base (which
+/// removes its six degrees of freedom) and puts every body where the joints say.
 fn settle(index: MultibodyIndex, world: &mut World) {
     for (_, body) in world.bodies.iter_mut() {
         body.recompute_mass_properties_from_colliders(&world.colliders);
@@ -153,7 +153,7 @@ fn settle(index: MultibodyIndex, world: &mut World) {
     multibody.update_rigid_bodies(bodies, true);
 }
 
-/// A free joint moves a body of the world, and is its only joint.
+/// Checks that a free joint moves a body without a parent, and is its only joint.
 fn check_joints(robot: &RobotSpec) -> Result<()> {
     for joint in &robot.joints {
         let body = &robot.bodies[joint.body];

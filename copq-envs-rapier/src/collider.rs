@@ -39,8 +39,8 @@ pub(crate) fn collider(
         .build()
 }
 
-/// Which geoms may touch which, for each: MuJoCo's rule, pair by pair. Geoms that touch the same
-/// others share a bit.
+/// For each geom, which geoms it may touch: MuJoCo's rule, pair by pair. Geoms that may touch the
+/// same ones share a bit.
 pub(crate) fn groups(robot: &RobotSpec) -> Result<Vec<InteractionGroups>> {
     let geoms = 0..robot.geoms.len();
     let partners = |geom: usize| geoms.clone().map(move |other| robot.collide(geom, other));

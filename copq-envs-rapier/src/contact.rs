@@ -1,4 +1,4 @@
-//! Contacts, soft and slippery as MuJoCo's.
+//! Contacts, as soft and slippery as MuJoCo's.
 
 use copq_envs::RobotSpec;
 use copq_envs::robot::{Geom, Softness};
@@ -9,16 +9,16 @@ use rapier3d_f64::prelude::{
 use crate::friction::{gain, stuck_share};
 use crate::twist::Twists;
 
-/// What a contact needs to know of a geom.
+/// What a contact needs to know about a geom.
 struct Surface {
     condim: u8,
     softness: Softness,
 }
 
-/// Gives rapier's contacts the velocities that MuJoCo's strive for, and takes the friction from
-/// those of condim 1.
+/// Gives rapier's contacts the target velocities of MuJoCo's, and removes friction from those of
+/// condim 1.
 pub(crate) struct Contacts {
-    /// By the user data of rapier's colliders.
+    /// Indexed by the user data of rapier's colliders.
     surfaces: Vec<Surface>,
     twists: Twists,
     share: f64,
@@ -37,7 +37,7 @@ impl Contacts {
         self.share
     }
 
-    /// Takes note of the velocities before a timestep.
+    /// Records the velocities before a timestep.
     pub(crate) fn watch(&mut self, multibody: &Multibody, bodies: &RigidBodySet) {
         self.twists.watch(multibody, bodies);
     }
@@ -67,12 +67,13 @@ impl PhysicsHooks for Contacts {
             let middle = (contact.anchor1 + contact.anchor2) * 0.5;
             let [one, two] = bodies.map(|body| self.twists.at(body, middle));
             let speeds = split(two - one, normal);
-            // A contact whose own share is another than that of all gets what it would gain itself.
+            // If a contact's own share differs from the common one, it still gains what it would by
+            // itself.
             let target =
                 speeds[0] + gain(&softness, friction, contact.dist, speeds, self.dt) / self.share;
             contact.dist = -target * self.dt;
-            // Both anchors in one place, so that the point where friction acts does not move with
-            // the gap.
+            // Both anchors are in one place, so that the point where friction acts does not move
+            // with the gap.
             contact.anchor1 = middle + normal * (0.5 * contact.dist);
             contact.anchor2 = contact.anchor1;
         }
@@ -85,8 +86,7 @@ fn split(velocity: Vector, normal: Vector) -> [f64; 2] {
     [apart, (velocity - normal * apart).length()]
 }
 
-/// The share of the roughest geom that may touch the floor, a foot as a rule, when it is pressed
-/// in.
+/// The share of the roughest geom that may touch the floor (usually a foot) when it is pressed in.
 fn common_share(robot: &RobotSpec) -> f64 {
     let geoms = || robot.geoms.iter().enumerate();
     let floors = geoms().filter(|(_, geom)| geom.body.is_none());

@@ -8,13 +8,13 @@ use crate::world::World;
 pub(crate) struct Touch {
     /// The geoms, by index.
     pub geoms: [usize; 2],
-    /// Where, in world axes (m).
+    /// Where they touch, in world axes (m).
     pub point: Vector,
     /// The force on the first geom, in world axes (N); the second feels the opposite.
     pub force: Vector,
 }
 
-/// All contacts of the last timestep, of length `dt`.
+/// All contacts of the last timestep, whose length is `dt`.
 pub(crate) fn touches(world: &World, dt: f64) -> impl Iterator<Item = Touch> {
     let pairs = world.narrow_phase.contact_pairs();
     pairs.flat_map(move |pair| {

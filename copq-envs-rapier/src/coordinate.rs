@@ -63,14 +63,14 @@ fn places(robot: &RobotSpec, moves: &Moves, link: &MultibodyLink) -> Vec<Place> 
     }
 }
 
-/// The place of an axis among a link's free ones, counted from the link's first.
+/// The index of a link's axis in the multibody's velocity vector.
 fn first_dof(link: &MultibodyLink, axis: usize) -> usize {
     let locked = link.joint.data.locked_axes.bits();
     link.assembly_id() + (0..axis).filter(|before| (locked >> before) & 1 == 0).count()
 }
 
 impl Coordinate {
-    /// rapier's freedoms, by index in the multibody's velocity vector.
+    /// rapier's degrees of freedom, as indices into the multibody's velocity vector.
     pub(crate) fn dofs(&self) -> Range<usize> {
         let first = match &self.joint {
             Place::Free(free) => free.dof,
@@ -98,7 +98,8 @@ impl Coordinate {
         }
     }
 
-    /// Writes the displacement, by rapier's freedoms, that takes the pristine multibody to `qpos`.
+    /// Writes the displacement, in rapier's degrees of freedom, that takes the pristine multibody
+    /// to `qpos`.
     pub(crate) fn displacement(&self, qpos: &[f64], out: &mut [f64]) {
         let qpos = &qpos[self.qpos.clone()];
         match &self.joint {
@@ -108,7 +109,7 @@ impl Coordinate {
         }
     }
 
-    /// Writes the velocity, by rapier's freedoms, that is `qvel` at `qpos`.
+    /// Writes the velocity, in rapier's degrees of freedom, that is `qvel` at `qpos`.
     pub(crate) fn freedoms(&self, qpos: &[f64], qvel: &[f64], out: &mut [f64]) {
         let qpos = &qpos[self.qpos.clone()];
         let qvel = &qvel[self.qvel.clone()];

@@ -1,4 +1,4 @@
-//! What rapier tells beyond qpos and qvel, body by body, in MuJoCo's terms.
+//! What rapier reports in addition to qpos and qvel, body by body, in MuJoCo's terms.
 
 use copq_envs::RobotSpec;
 use copq_envs::robot::Inertial;
@@ -16,7 +16,7 @@ struct Rider {
     inertial: Inertial,
 }
 
-/// The bodies of a description, in their order.
+/// The bodies of a description, in order.
 pub(crate) struct Fields {
     riders: Vec<Rider>,
     /// The body of each geom; `None` is the world.
@@ -62,7 +62,7 @@ impl Fields {
         });
     }
 
-    /// The forces are those of the last timestep, of length `dt`.
+    /// The forces are those of the last timestep, whose length is `dt`.
     pub(crate) fn contact_forces(&self, view: View<'_>, dt: f64, out: &mut [f64]) {
         out.fill(0.0);
         let whole = self.centre_of_mass(view);

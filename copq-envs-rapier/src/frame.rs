@@ -2,7 +2,7 @@
 
 use rapier3d_f64::prelude::{Pose, Rotation, Vector};
 
-/// A rotation from (w, x, y, z), normalised; that of length 0 is none, as in MuJoCo.
+/// A rotation from (w, x, y, z), normalised; a length of 0 means no rotation, as in MuJoCo.
 pub(crate) fn rotation([w, x, y, z]: [f64; 4]) -> Rotation {
     match Rotation::from_xyzw(x, y, z, w) {
         none if none.length_squared() == 0.0 => Rotation::IDENTITY,
@@ -15,16 +15,17 @@ pub(crate) fn pose(pos: [f64; 3], quat: [f64; 4]) -> Pose {
     Pose::from_parts(Vector::from_array(pos), rotation(quat))
 }
 
-/// A half turn about an axis, or none: what it takes to point axes along the frame's positive ones.
+/// No turn, or a half turn about an axis: enough to turn directions along the axes into positive
+/// axes.
 const TURNS: [[f64; 4]; 4] =
     [[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
-/// A turned frame in which each of some directions is a positive axis, and which axes (0..3) they
+/// A turned frame in which each of these directions is a positive axis, and which axes (0..3) they
 /// are.
 ///
 /// Frames stay aligned with the body's own where they can. Rotating every hinge onto x, as rapier's
 /// revolute joint does, puts rounding noise into directions that a planar robot cannot move in; in
-/// single precision all ground friction is lost to it.
+/// single precision this noise swallows all ground friction.
 pub(crate) fn aligned(directions: &[[f64; 3]]) -> Option<(Rotation, Vec<usize>)> {
     TURNS.iter().find_map(|&turn| {
         let turn = Rotation::from_array(turn);

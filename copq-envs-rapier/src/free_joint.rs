@@ -10,7 +10,7 @@ use crate::frame::rotation;
 pub(crate) struct Free {
     /// The multibody's link.
     pub link: usize,
-    /// Index of the first of its six freedoms in the multibody's velocity vector.
+    /// Index of the first of its six degrees of freedom in the multibody's velocity vector.
     pub dof: usize,
 }
 
@@ -32,7 +32,7 @@ impl Free {
         qvel[3..].copy_from_slice(&spin.to_array());
     }
 
-    /// The inverse of [`Free::position`], from the identity.
+    /// The inverse of [`Free::position`]: a displacement from the identity.
     pub(crate) fn displacement(&self, qpos: &[f64], out: &mut [f64]) {
         out[self.dof..self.dof + 3].copy_from_slice(&qpos[..3]);
         out[self.dof + 3..self.dof + 6].copy_from_slice(&scaled_axis(orientation(qpos)).to_array());
@@ -50,7 +50,7 @@ fn orientation(qpos: &[f64]) -> Rotation {
     rotation([qpos[3], qpos[4], qpos[5], qpos[6]])
 }
 
-/// Axis times angle, the angle up to two turns: so a quaternion comes back with its sign.
+/// Axis times angle. The angle goes up to a full turn, so that a quaternion keeps its sign.
 fn scaled_axis(turn: Rotation) -> Vector {
     let sine = Vector::new(turn.x, turn.y, turn.z);
     let angle = 2.0 * sine.length().atan2(turn.w);

@@ -1,22 +1,24 @@
 //! MuJoCo's friction pyramid, seen from the contact's normal.
 //!
-//! MuJoCo makes a contact with friction mu of four constraints on the edges of a pyramid: each
-//! wants `v -+ mu w >= 0` softly, with v the velocity apart and w that across, one of two
-//! directions. Two things follow that rapier's contacts do not know. All four together are softer
-//! against the normal than one constraint would be, for a mu of 2 ten times. And a contact that
-//! slides parts: one edge alone carries it, and that comes to rest at `v = mu w` only.
+//! MuJoCo builds a contact with friction mu from four constraints on the edges of a pyramid. Each
+//! softly enforces `v -+ mu w >= 0`, where v is the velocity of separation and w the velocity
+//! across, in one of two directions. This has two effects that rapier's contacts lack. All four
+//! together are softer along the normal than one constraint would be; for a mu of 2, ten times
+//! softer. And a contact that slides separates: one edge alone carries it, and that edge comes to
+//! rest only at `v = mu w`.
 
 use copq_envs::robot::Softness;
 
 use crate::soft_constraint::relaxed;
 
-/// The A in MuJoCo's R is not the contact's own but a mean over directions, at the body's centre in
-/// the reference pose. In random rollouts the contact's own, which rapier takes, is 1.6 (hopper),
-/// 1.9 (walker), 2.1 (halfcheetah), 1.0 (ant) and 1.6 (humanoid) times as large (medians).
+/// The inverse mass A in MuJoCo's R is not the contact's own but a mean over directions, at the
+/// body's centre in the reference pose. In random rollouts the contact's own, which rapier uses, is
+/// 1.6 (hopper), 1.9 (walker), 2.1 (halfcheetah), 1.0 (ant) and 1.6 (humanoid) times as large
+/// (medians).
 const TRUE_INVERSE_MASS: f64 = 1.5;
 
-/// The share of the acceleration that a contact takes which does not slide: four edges, each with
-/// `R = 2 mu^2 (1 + mu^2) A (1 - d) / d`, have a quarter of that together.
+/// The share of the acceleration that a contact takes if it does not slide. Each of its four edges
+/// has `R = 2 mu^2 (1 + mu^2) A (1 - d) / d`; together they have a quarter of that.
 pub(crate) fn stuck_share(impedance: f64, friction: f64) -> f64 {
     let square = friction * friction;
     share(impedance, if friction > 0.0 { 0.5 * square * (1.0 + square) } else { 1.0 })
@@ -32,8 +34,8 @@ fn share(impedance: f64, regularisation: f64) -> f64 {
     (strength / (1.0 + strength)).min(0.9999)
 }
 
-/// What a timestep of contact alone adds to the velocity apart: at `distance` (negative), with
-/// these speeds apart and across.
+/// What a timestep of contact alone adds to the velocity of separation, at `distance` (negative)
+/// and with these speeds apart and across.
 pub(crate) fn gain(
     softness: &Softness,
     friction: f64,

@@ -13,12 +13,12 @@
 //! # Ok::<(), copq::Error>(())
 //! ```
 //!
-//! Masses and joint-space inertia are MuJoCo's; contacts and joint limits follow its law of soft
-//! constraints, as far as rapier's solver can. Random policies fall as soon as on MuJoCo, within
-//! 10 %, but for the ant's, which hang on the timestep: Brax's ant lasts 64 to 72 steps and 44 on
-//! MuJoCo, and 83 to 95 on both in timesteps of half the length or less. Returns are not comparable
-//! number for number. A world belongs to one environment, which any thread may
-//! step, one at a time.
+//! Masses and joint-space inertia are MuJoCo's. Contacts and joint limits follow its law of soft
+//! constraints as far as rapier's solver can. Random policies fall as soon as they do on MuJoCo,
+//! within 10 %. The exception is the ant, whose falls depend on the timestep: Brax's ant lasts 64
+//! to 72 steps here and 44 on MuJoCo, but 83 to 95 on both with timesteps of half the length or
+//! less. Returns are not comparable number for number. A physics world belongs to one environment,
+//! which any thread may step, one at a time.
 
 mod assemble;
 mod collider;
@@ -45,8 +45,8 @@ pub use physics::Rapier;
 use copq::{Env, Result};
 use copq_envs::{Locomotion, Options};
 
-/// The environment of this name (see [`copq_envs::tasks`]) on rapier; an unknown name is answered
-/// with the nearest ones.
+/// The environment of this name (see [`copq_envs::tasks`]) on rapier. The error for an unknown name
+/// lists the nearest ones.
 pub fn make(name: &str) -> Result<Box<dyn Env>> {
     make_with(name, &Options::default())
 }

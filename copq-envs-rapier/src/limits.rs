@@ -1,4 +1,4 @@
-//! Limits of joints, soft as MuJoCo's.
+//! Joint limits, as soft as MuJoCo's.
 
 use copq_envs::RobotSpec;
 use copq_envs::robot::Softness;
@@ -19,8 +19,8 @@ struct Limit {
     softness: Softness,
 }
 
-/// All joints with limits. A limit that is not violated costs rapier as much as one that is, so it
-/// gets those that are.
+/// All joints with limits. A limit that is not violated costs rapier as much as one that is, so
+/// rapier gets only the violated ones.
 pub(crate) struct Limits {
     limits: Vec<Limit>,
     dt: f64,
@@ -72,11 +72,11 @@ impl Limit {
         joint.data.softness = spring(share, dt);
     }
 
-    /// Share and gap for a violation (negative), its rate of change, and the change of that without
-    /// contacts and limits.
+    /// Share and gap for a violation (negative), given its rate of change and how that rate would
+    /// change without contacts and limits.
     ///
-    /// rapier's limits cannot strive for a velocity further into the violation, only for rest.
-    /// Where MuJoCo would let the joint go on, more slowly, a smaller share takes as much of its
+    /// rapier's limits cannot aim at a velocity further into the violation, only at rest. Where
+    /// MuJoCo would let the joint continue more slowly, a smaller share removes as much of its
     /// velocity.
     fn reaction(&self, position: f64, velocity: f64, push: f64, dt: f64) -> (f64, f64) {
         let share = self.softness.impedance(position);

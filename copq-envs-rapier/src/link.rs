@@ -15,19 +15,19 @@ pub(crate) struct Link {
 
 /// What a link moves.
 pub(crate) enum Moves {
-    /// All six freedoms of a free joint.
+    /// All six degrees of freedom of a free joint.
     Free,
-    /// Slides and at most one hinge, each joint by index with rapier's axis (0..3 linear, 3..6
+    /// Slides and at most one hinge, each as a joint's index and rapier's axis (0..3 linear, 3..6
     /// angular).
     Axes(Vec<(usize, usize)>),
 }
 
 type Joints<'a> = [(usize, &'a Joint)];
 
-/// The links that move a body from its parent, in order: as few as rapier can do it with.
+/// The links that move a body from its parent, in order: as few as rapier needs.
 ///
-/// `frame` is the body's frame in its parent's, all joints at their reference. Links but the first
-/// start from there.
+/// `frame` is the body's frame in its parent's, with all joints at their reference. Links after the
+/// first start from there.
 pub(crate) fn chain(joints: &Joints<'_>, frame: Pose) -> Vec<Link> {
     let mut links = Vec::new();
     let mut rest = joints;
@@ -52,14 +52,14 @@ fn longest(joints: &Joints<'_>, frame: Pose) -> (Link, usize) {
     }
 }
 
-/// qpos tells a free body's pose in the world, whatever its place in the description.
+/// qpos gives a free body's pose in the world, whatever its place in the description.
 fn free() -> Link {
     let data = GenericJointBuilder::new(JointAxesMask::empty()).contacts_enabled(false).build();
     Link { joint: data, moves: Moves::Free }
 }
 
 /// One link for slides along different axes, then at most one hinge, all axis-aligned and at most
-/// one of them limited: rapier translates in the parent's frame, then rotates, panics at two
+/// one of them limited: rapier translates in the parent's frame and then rotates, panics at two
 /// angles, and has one softness for a link's limits.
 fn together(joints: &Joints<'_>, frame: Pose) -> Option<Link> {
     if joints.iter().any(|(_, joint)| joint.kind == JointKind::Free) {

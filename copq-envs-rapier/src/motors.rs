@@ -45,7 +45,7 @@ impl Motors {
         self.driven.iter().for_each(|(joint, axis)| axis.drive(multibody, self.forces[*joint]));
     }
 
-    /// Writes the motors' generalised force, by qvel.
+    /// Writes the motors' generalised force, in the order of qvel.
     pub(crate) fn write(&self, coordinates: &[Coordinate], out: &mut [f64]) {
         for (coordinate, force) in coordinates.iter().zip(&self.forces) {
             out[coordinate.qvel.clone()].fill(*force);

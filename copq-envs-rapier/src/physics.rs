@@ -20,9 +20,9 @@ const NAME: &str = "rapier 0.36.1";
 
 /// rapier 0.36.1 in double precision with multibody joints, as a [`Physics`].
 ///
-/// A snapshot is the whole world, contact memory included, some tens of kilobytes; it replays bit
-/// for bit, in another process of the same build too. Fields are of the state after the step;
-/// contact forces those of its last timestep.
+/// A snapshot is the whole world, including contact memory: some tens of kilobytes. It replays bit
+/// for bit, even in another process of the same build. Fields describe the state after the step;
+/// contact forces are those of its last timestep.
 ///
 /// ```
 /// use copq::State;
@@ -57,7 +57,7 @@ pub struct Rapier {
     motors: Motors,
     limits: Limits,
     fields: Fields,
-    /// Room for one number a freedom.
+    /// Space for one number per degree of freedom.
     scratch: Vec<f64>,
 }
 
@@ -79,14 +79,15 @@ impl Rapier {
         })
     }
 
-    /// rapier's own quarantine looks at bodies, this at the joints.
+    /// rapier's own quarantine checks the bodies; this checks the joints.
     fn is_finite(&self) -> bool {
         let multibody = self.world.multibody(self.index);
         let positions = multibody.links().flat_map(|link| link.joint.coords());
         positions.chain(multibody.generalized_velocity().iter().copied()).all(f64::is_finite)
     }
 
-    /// rapier's freedoms (rows) of unit velocities in qvel (columns), at the current position.
+    /// The velocities of rapier's degrees of freedom (rows) for unit velocities in qvel (columns),
+    /// at the current position.
     fn basis(&self) -> DMatrix<f64> {
         let Dims { nq, nv, .. } = self.dims();
         let mut qpos = vec![0.0; nq];
@@ -102,10 +103,10 @@ impl Rapier {
         basis
     }
 
-    /// The mass matrix by rapier's freedoms, with armature, without damping or springs.
+    /// The mass matrix in rapier's degrees of freedom, with armature, without damping or springs.
     fn freedom_mass(&self) -> DMatrix<f64> {
         let mut multibody = self.world.multibody(self.index).clone();
-        // Its by-product is the factorisation that is wanted.
+        // Its by-product is the factorisation that we need.
         multibody.dof_inverse_inertia(&self.world.bodies);
         let factors = multibody.inv_augmented_mass();
         let mut matrix = factors.l() * factors.u();
@@ -191,9 +192,8 @@ impl Physics for Rapier {
     fn load(&mut self, state: &State) -> Result<()> {
         self.identity.check(state)?;
         let bytes: &[u8] = state.get("world")?;
-        // rapier trusts its indices, so a world that somebody else has written may make it panic. A
-        // copy of it takes a step first; what that leaves in the pipeline is forgotten by a
-        // restart.
+        // rapier trusts its indices, so a world written by something else may make it panic. A copy
+        // of it takes a step first; the restart discards what that leaves in the pipeline.
         let pipeline = &mut self.pipeline;
         let index = self.index;
         let tried = catch_unwind(AssertUnwindSafe(|| {

@@ -10,7 +10,7 @@ use crate::contact::Contacts;
 use crate::soft_constraint::spring;
 use crate::world::World;
 
-/// What steps a [`World`]: settings, buffers, and the kinds of thing that robots have none of.
+/// What steps a [`World`]: settings, buffers, and the kinds of object that robots do not have.
 pub(crate) struct Pipeline {
     pipeline: PhysicsPipeline,
     parameters: IntegrationParameters,
@@ -68,10 +68,10 @@ impl Pipeline {
     }
 }
 
-/// Contacts and limits get velocities to strive for that rapier must neither clamp nor take back
-/// afterwards, as its stabilisation would; none begins before it is touched. One solver iteration
-/// is one substep here: four would cost three times as much. Continuous collision detection would
-/// stop links halfway through a step.
+/// Contacts and limits get target velocities, which rapier must neither clamp nor take back
+/// afterwards, as its stabilisation would. None acts before it is touched. One solver iteration is
+/// one substep here; four would cost three times as much. Continuous collision detection would stop
+/// links halfway through a step.
 fn parameters(dt: f64, share: f64) -> IntegrationParameters {
     let spring = spring(share, dt);
     IntegrationParameters {

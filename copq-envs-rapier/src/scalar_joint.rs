@@ -2,10 +2,10 @@
 
 use rapier3d_f64::prelude::Multibody;
 
-/// The stiffness of the spring that stands for a generalised force (N m/rad), a power of two.
+/// The stiffness of the spring that stands in for a generalised force (N m/rad), a power of two.
 ///
-/// rapier has no generalised force. A spring pulled far away gives the same torque: it adds only k
-/// dt^2 of inertia and k dt of damping, here below 1e-8, while the rounding error of the torque
+/// rapier has no generalised force. A spring stretched very far gives the same torque: it adds only
+/// k dt^2 of inertia and k dt of damping, here below 1e-8, while the rounding error of the torque
 /// does not depend on k.
 const MOTOR_STIFFNESS: f64 = 1.0 / (1024.0 * 1024.0);
 

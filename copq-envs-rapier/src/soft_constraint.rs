@@ -1,17 +1,17 @@
 //! MuJoCo's soft constraints on rapier's solver.
 //!
 //! MuJoCo gives a violated constraint the acceleration `a = (1 - c) a0 + c (-b v - k d r)`: `a0` is
-//! what it would be without the constraint's force, the bracket a spring and damper that pull the
-//! violation r (negative) to 0, and the share `c = A / (A + R)` compares the inverse mass A along
-//! the constraint with its regularisation R. So `v' = (1 - c) v0 + c u` at the end of a timestep,
-//! with `v0` the velocity reached without the constraint and `u` one to strive for: that for which
-//! spring and damper alone would take v to `v1 = (1 - c) v + c u`.
+//! what it would be without the constraint's force, the bracket is a spring and damper that pull
+//! the violation r (negative) to 0, and the share `c = A / (A + R)` compares the inverse mass A
+//! along the constraint with its regularisation R. So `v' = (1 - c) v0 + c u` at the end of a
+//! timestep, where `v0` is the velocity reached without the constraint and `u` a target velocity.
+//! The target is such that spring and damper alone would take v to `v1 = (1 - c) v + c u`.
 //!
-//! rapier makes `v' = (1 - c) v0 + c u` of a spring without damping: `u` is minus the gap over dt,
+//! rapier gets `v' = (1 - c) v0 + c u` from a spring without damping: `u` is minus the gap over dt,
 //! and `c = s / (1 + s)` with s the square of the spring's angular frequency times dt. So a
-//! frequency gives a constraint its share, and a gap made up for it its u. rapier's springs as they
-//! are meant can hold as stiffly, but then they stop what hits them in one timestep, where MuJoCo
-//! takes ten or more.
+//! frequency gives a constraint its share, and an artificial gap gives it its u. Used as intended,
+//! rapier's springs can hold as stiffly, but then they stop whatever hits them in one timestep,
+//! where MuJoCo takes ten or more.
 
 use std::f64::consts::TAU;
 
@@ -23,10 +23,10 @@ pub(crate) fn spring(share: f64, dt: f64) -> SpringCoefficients<f64> {
     SpringCoefficients::new((share / (1.0 - share)).sqrt() / (dt * TAU), 0.0)
 }
 
-/// The velocity v1 to which a constraint of this share alone takes `velocity` in dt, from a
-/// violation (negative).
+/// The velocity v1 to which a constraint of this share alone takes `velocity` in dt, starting from
+/// a violation of `position` (negative).
 ///
-/// It solves x'' = -2 p x' - w2 x exactly: timesteps are too long for less where they are half the
+/// It solves x'' = -2 p x' - w2 x exactly: an approximation would fail where a timestep is half the
 /// time constant.
 pub(crate) fn relaxed(
     softness: &Softness,
@@ -54,7 +54,7 @@ fn wave(x: f64, t: f64) -> (f64, f64) {
     }
 }
 
-/// A time constant below two timesteps is unstable; MuJoCo raises it, too.
+/// A time constant below two timesteps is unstable; MuJoCo also raises it.
 fn safe(softness: &Softness, dt: f64) -> Softness {
     let [time_constant, damping_ratio] = softness.solref;
     Softness { solref: [time_constant.max(2.0 * dt), damping_ratio], ..*softness }

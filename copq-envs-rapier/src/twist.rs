@@ -1,5 +1,5 @@
-//! How the links move before a timestep. rapier's own velocities of a multibody's bodies are one
-//! step old by then.
+//! How the links move before a timestep. The velocities that rapier keeps for a multibody's bodies
+//! are one step old by then.
 
 use rapier3d_f64::prelude::{Multibody, RigidBodyHandle, RigidBodySet, Vector};
 
@@ -12,14 +12,14 @@ struct Twist {
     angular: Vector,
 }
 
-/// The twists of a multibody's bodies, by rapier's index of them.
+/// The twists of a multibody's bodies, indexed as rapier indexes them.
 #[derive(Default)]
 pub(crate) struct Twists {
     twists: Vec<Twist>,
 }
 
 impl Twists {
-    /// Takes note of how the multibody moves now.
+    /// Records how the multibody moves now.
     pub(crate) fn watch(&mut self, multibody: &Multibody, bodies: &RigidBodySet) {
         self.twists.resize(bodies.len(), Twist::default());
         let velocity = multibody.generalized_velocity();

@@ -7,10 +7,10 @@ use rapier3d_f64::prelude::{MassProperties, Matrix, Pose, Rotation, Vector};
 
 use crate::frame::{pose, rotation};
 
-/// Where a body of the description rides.
+/// What a body of the description is welded to.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weld {
-    /// The body with joints that carries it, itself perhaps; `None` is the world.
+    /// The body with joints that carries it, possibly itself; `None` is the world.
     pub carrier: Option<usize>,
     /// Its frame in the carrier's.
     pub pose: Pose,
@@ -63,7 +63,7 @@ fn alone(inertial: &Inertial) -> MassProperties {
     )
 }
 
-/// Inertia about a point `arm` away from the centre of mass, for a body turned this way.
+/// Inertia about a point `arm` away from the centre of mass, for a body rotated by `turn`.
 pub(crate) fn inertia(inertial: &Inertial, turn: Rotation, arm: Vector) -> Matrix {
     let axes = Matrix::from_quat(turn * rotation(inertial.quat));
     let centred =

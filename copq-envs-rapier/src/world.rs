@@ -1,4 +1,4 @@
-//! Everything of a rapier world that changes from step to step, so that a clone or a serialised
+//! Everything in a rapier world that changes from step to step, so that a clone or a serialised
 //! copy is a snapshot.
 
 use copq::{Error, Result};
@@ -8,7 +8,7 @@ use rapier3d_f64::prelude::{
 };
 use serde::{Deserialize, Serialize};
 
-/// The sets that rapier's pipeline steps, contact memory (warm starts, cached pairs) included.
+/// The sets that rapier's pipeline steps, including contact memory (warm starts, cached pairs).
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct World {
     pub islands: IslandManager,
@@ -23,7 +23,7 @@ impl World {
     pub(crate) fn empty() -> Self {
         Self {
             islands: IslandManager::new(),
-            // A robot's tree of some twenty leaves costs less than to optimise it.
+            // A robot's tree has some twenty leaves; using it costs less than optimising it.
             broad_phase: BroadPhaseBvh::with_optimization_strategy(BvhOptimizationStrategy::None),
             narrow_phase: NarrowPhase::new(),
             bodies: RigidBodySet::new(),
@@ -36,7 +36,7 @@ impl World {
         &self.joints[index]
     }
 
-    /// The robot for writing, with the bodies it belongs to.
+    /// The robot and the set of bodies that it belongs to, for writing.
     pub(crate) fn split(&mut self, index: MultibodyIndex) -> (&mut Multibody, &mut RigidBodySet) {
         let Some(multibody) = self.joints.get_multibody_mut(index) else {
             unreachable!("an assembled world never loses its one multibody");

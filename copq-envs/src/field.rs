@@ -1,11 +1,11 @@
-//! Quantities that an engine may tell beyond qpos and qvel.
+//! Quantities that an engine may report in addition to qpos and qvel.
 
 use crate::RobotSpec;
 
 /// A quantity of [`Physics::read`](crate::Physics::read), in MuJoCo's units and axes.
 ///
-/// "Bodies" are [`RobotSpec::bodies`] in their order, the world not among them; rows are bodies,
-/// row-major.
+/// "Bodies" are [`RobotSpec::bodies`] in order, without the world. Arrays are row-major, with one
+/// row for each body.
 ///
 /// ```
 /// use copq_envs::Field;

@@ -1,12 +1,12 @@
-//! Which engine has which robot: what its errors name, what it takes, and what a saved state must
-//! agree with.
+//! Which engine simulates which robot: the names in its errors, the inputs it accepts, and what a
+//! saved state must match.
 
 use copq::error::check_len;
 use copq::{Error, Result, State};
 
 use crate::{Dims, RobotSpec};
 
-/// An engine with a model, for those who implement [`Physics`](crate::Physics).
+/// The identity of an engine with a model, for implementers of [`Physics`](crate::Physics).
 ///
 /// ```
 /// use copq::State;
@@ -29,14 +29,15 @@ pub struct Identity {
     engine: String,
     robot: String,
     dims: Dims,
-    /// What tells robots of one name apart, such as two presets': a hash of the description.
+    /// A hash of the description. It tells apart robots of the same name, such as those of two
+    /// presets.
     model: u64,
 }
 
-/// The version of MuJoCo for which a description is told, whatever the engine.
+/// The version of MuJoCo that the hashed description is written for, whatever the engine.
 const VERSION: i32 = 3_017_000;
 
-/// The FNV-1a hash, which is the same everywhere and always.
+/// The FNV-1a hash, which is always the same, on every machine.
 fn hash(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
@@ -44,7 +45,7 @@ fn hash(text: &str) -> u64 {
 }
 
 impl Identity {
-    /// Given the engine's name and version.
+    /// The identity of this robot on the engine with this name and version.
     pub fn new(engine: impl Into<String>, robot: &RobotSpec) -> Self {
         let model = hash(&robot.mjcf(VERSION));
         Self { engine: engine.into(), robot: robot.name.clone(), dims: robot.dims(), model }
@@ -60,7 +61,7 @@ impl Identity {
         self.dims
     }
 
-    /// An error of this robot on this engine.
+    /// An error about this robot on this engine.
     pub fn error(&self, what: impl Into<String>) -> Error {
         Error::Env { env: format!("{} on {}", self.robot, self.engine), what: what.into() }
     }
@@ -84,15 +85,15 @@ impl Identity {
         Err(self.error(format!("a control is not finite: {ctrl:?}")))
     }
 
-    /// Writes what [`Identity::check`] looks at.
+    /// Writes what [`Identity::check`] compares.
     pub fn save(&self, state: &mut State) {
         state.put("engine", self.engine.as_bytes());
         state.put("robot", self.robot.as_bytes());
         state.put("description", [self.model]);
     }
 
-    /// An error that names what is different, if a state was saved by another engine, of another
-    /// robot, or of one of this name with other numbers.
+    /// An error that names the difference, if the state was saved by a different engine, for a
+    /// different robot, or for a robot of the same name with different numbers.
     pub fn check(&self, state: &State) -> Result<()> {
         for (key, wanted) in [("engine", &self.engine), ("robot", &self.robot)] {
             let got = state.get::<u8>(key)?;
@@ -104,7 +105,7 @@ impl Identity {
                 ));
             }
         }
-        // States from before there was one say nothing.
+        // Older states have no description.
         match state.get_one::<u64>("description") {
             Ok(saved) if saved != self.model => {
                 let wanted = format!("this {}", self.robot);

@@ -1,8 +1,8 @@
 //! Robots, tasks, rewards and the locomotion environment of copq, generic over the physics engine.
 //!
-//! A [`RobotSpec`] is a robot in plain data; a [`Task`] is a robot with rewards and weights; a
-//! [`Physics`] is an engine that moves the robot; [`Locomotion`] puts the three together into a
-//! [`copq::Env`]. No engine lives here: take `copq-envs-rapier` (pure Rust) or bring your own.
+//! A [`RobotSpec`] describes a robot as plain data. A [`Task`] is a robot with rewards and weights.
+//! A [`Physics`] is an engine that moves the robot. [`Locomotion`] puts the three together into a
+//! [`copq::Env`]. This crate has no engine: use `copq-envs-rapier` (pure Rust) or bring your own.
 //!
 //! ```
 //! let task = copq_envs::task("a/hopper")?;
@@ -12,9 +12,9 @@
 //! # Ok::<(), copq::Error>(())
 //! ```
 //!
-//! Five robots, each as [Gymnasium's or as Brax's](robot::Preset), and three sets of tasks:
-//! benchmark A of the COP-Q paper (`a/hopper`: a vector of safety, velocity and control), benchmark
-//! B (`b/hopper`: a reward and a cost with a limit), and Gymnasium's own scalar rewards
+//! There are five robots, each in [Gymnasium's or Brax's version](robot::Preset), and three sets of
+//! tasks: benchmark A of the COP-Q paper (`a/hopper`: a vector of safety, velocity and control),
+//! benchmark B (`b/hopper`: a reward and a cost with a limit), and Gymnasium's own scalar rewards
 //! (`gym/hopper`). [`Options`] holds the choices:
 //!
 //! ```

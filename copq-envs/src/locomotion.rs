@@ -6,15 +6,15 @@ use copq::{Env, EnvSpec, Error, Outcome, Result, Rng, State};
 use crate::task::{Motion, Options, SignalSum, task_with};
 use crate::{Physics, Readings, RobotSpec, Task};
 
-/// The stream of reset noise; [`copq::Stream`] keeps the small numbers for the learner.
+/// The random stream of reset noise; [`copq::Stream`] reserves the small numbers for the learner.
 const NOISE_STREAM: u64 = 0x0065_6e76;
 
 /// A [`Task`] on an engine, as a [`copq::Env`].
 ///
-/// Actions are in [-1, 1] and clamped to it; each is spread over its motor's control range and held
-/// for `frame_skip` physics steps. The reward vector is computed from the state after the step. An
-/// episode that becomes unhealthy is terminated, on step `horizon` too; one that reaches `horizon`
-/// healthy is truncated.
+/// Actions are clamped to [-1, 1]. Each is scaled to its motor's control range and held for
+/// `frame_skip` physics steps. The reward vector is computed from the state after the step. An
+/// episode is terminated when the robot becomes unhealthy, even on step `horizon`. It is truncated
+/// if the robot reaches `horizon` healthy.
 ///
 /// ```
 /// # use copq::{Result, State};
@@ -61,7 +61,7 @@ pub struct Locomotion<P> {
 }
 
 impl<P: Physics> Locomotion<P> {
-    /// Puts a task on an engine that holds the task's robot and tells what the task needs.
+    /// Puts a task on an engine that holds the task's robot and reports the fields the task needs.
     pub fn new(task: Task, mut physics: P) -> Result<Self> {
         task.robot.check()?;
         task.objectives.iter().try_for_each(SignalSum::check)?;
@@ -76,7 +76,7 @@ impl<P: Physics> Locomotion<P> {
         let spec = task.env_spec().versions(physics.name());
         spec.check()?;
         let mut readings = Readings::new(task.fields(), &task.robot);
-        // An engine that does not provide a field says so now rather than in mid-run.
+        // An engine that does not provide a field says so now rather than mid-run.
         readings.read(&mut physics).map_err(|source| Error::other(needs(&task), source))?;
         let qpos = vec![0.0; dims.nq];
         let qvel = vec![0.0; dims.nv];
@@ -95,8 +95,9 @@ impl<P: Physics> Locomotion<P> {
         })
     }
 
-    /// The task of this name (see [`tasks`](crate::tasks)) with these options, on the engine that
-    /// `engine` puts its robot in; an unknown name is answered with the nearest ones.
+    /// The environment of the task with this name (see [`tasks`](crate::tasks)) and these options,
+    /// on the engine that `engine` makes for its robot. The error for an unknown name lists the
+    /// nearest ones.
     pub fn make(
         name: &str,
         options: &Options,
@@ -158,7 +159,7 @@ impl<P: Physics> Locomotion<P> {
         )))
     }
 
-    /// Where the robot is, as its task counts.
+    /// The x and y of the robot's velocity point.
     fn place(&self) -> [f64; 2] {
         self.task.robot.velocity_point.place(&self.task.robot, &self.qpos, &self.readings)
     }

@@ -1,4 +1,4 @@
-//! The seam between robots and engines: what an engine must be able to do.
+//! The interface between robots and engines: what an engine must be able to do.
 
 use copq::{Error, Result, State};
 
@@ -26,8 +26,9 @@ pub struct Dims {
 
 /// A world with one robot in it, in the generalised coordinates of [`RobotSpec`](crate::RobotSpec).
 ///
-/// Same state, same controls, same build of the same machine: same bits. Lengths are the caller's
-/// to get right (an engine may panic); numbers are the engine's to check (it returns an error).
+/// The same state and controls give the same bits with the same build on the same machine. The
+/// caller must get lengths right (an engine may panic if they are wrong). The engine must check
+/// numbers (it returns an error).
 ///
 /// ```
 /// use copq::{Result, State, check_env};
@@ -79,14 +80,14 @@ pub struct Dims {
 /// # Ok::<(), copq::Error>(())
 /// ```
 pub trait Physics: Send {
-    /// The engine's name and version, as reports print it.
+    /// The engine's name and version, as printed in reports.
     fn name(&self) -> &str;
 
     /// The sizes of the model.
     fn dims(&self) -> Dims;
 
-    /// Forgets everything, contact memory included, and takes this position and velocity (SI units,
-    /// radians).
+    /// Forgets everything, including contact memory, and takes on this position and velocity (SI
+    /// units, radians).
     fn reset_to(&mut self, qpos: &[f64], qvel: &[f64]) -> Result<()>;
 
     /// Advances `substeps` physics timesteps with the controls held. A state that stops being
@@ -99,17 +100,17 @@ pub trait Physics: Send {
     /// Writes the generalised velocity.
     fn qvel(&self, out: &mut [f64]);
 
-    /// Writes all that [`Physics::load`] needs to go on bit for bit, in another process too.
+    /// Writes all that [`Physics::load`] needs to continue bit for bit, even in another process.
     fn save(&self, state: &mut State) -> Result<()>;
 
-    /// Goes back to what [`Physics::save`] wrote, which must come from the same model and engine.
+    /// Restores what [`Physics::save`] wrote, which must come from the same model and engine.
     fn load(&mut self, state: &State) -> Result<()>;
 
-    /// Writes a quantity ([`Field::len`] numbers) as the engine's last evaluation of its model left
-    /// it: some engines evaluate after a step, MuJoCo does so before, so that its fields are up to
-    /// one physics step older than qpos.
+    /// Writes a quantity ([`Field::len`] numbers) from the engine's last evaluation of its model.
+    /// Some engines evaluate after a step; MuJoCo does so before it, so its fields are up to one
+    /// physics step older than qpos.
     ///
-    /// What an engine computes only here costs nothing to those who do not ask.
+    /// What an engine computes only here costs nothing to callers who do not ask for it.
     fn read(&mut self, field: Field, out: &mut [f64]) -> Result<()> {
         let _ = out;
         Err(Error::Env {
@@ -118,13 +119,13 @@ pub trait Physics: Send {
         })
     }
 
-    /// The whole robot's centre of mass in world axes (m), if the engine tells.
+    /// The whole robot's centre of mass in world axes (m), if the engine reports it.
     fn centre_of_mass(&self) -> Option<[f64; 3]> {
         None
     }
 
     /// The joint-space mass matrix with armature (nv x nv, row-major) at the current position, if
-    /// the engine tells.
+    /// the engine reports it.
     fn mass_matrix(&self) -> Option<Vec<f64>> {
         None
     }

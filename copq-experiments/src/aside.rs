@@ -1,16 +1,16 @@
-//! Files that stay under another name, so that nothing is overwritten.
+//! Keeping files under another name, so that nothing is overwritten.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use copq::{Result, files};
 
-/// Gives a file a second name beside it, over what has it; that costs nothing, but not every disk
-/// can.
+/// Gives a file a second name, in place of any file that has it. A link costs nothing, but not
+/// every disk supports it.
 pub(crate) fn link(from: &Path, to: &Path) -> Result<()> {
     fs::remove_file(to).unwrap_or_default();
     let copy = |_| {
-        // A network drive may have made the link and say that it has not: to copy a file onto
+        // A network drive may have made the link and say that it has not; copying a file onto
         // itself would empty it.
         fs::remove_file(to).unwrap_or_default();
         fs::copy(from, to).map(drop)
@@ -22,7 +22,7 @@ pub(crate) fn link(from: &Path, to: &Path) -> Result<()> {
 }
 
 /// Gives a file the second name `NAME.safetensors`, or `NAME-2.safetensors` and so on: the first
-/// that no other content has. Returns that.
+/// that no file with other content has. Returns it.
 pub(crate) fn lay_aside(file: &Path, name: &str) -> Result<PathBuf> {
     let mut other = file.with_file_name(format!("{name}.safetensors"));
     let mut number = 1;
@@ -37,7 +37,7 @@ pub(crate) fn lay_aside(file: &Path, name: &str) -> Result<PathBuf> {
     Ok(other)
 }
 
-/// Whether two files have one content.
+/// Whether two files have the same content.
 pub(crate) fn is_same(a: &Path, b: &Path) -> bool {
     let length = |path: &Path| path.metadata().map(|about| about.len()).ok();
     length(a) == length(b) && fs::read(a).is_ok_and(|a| fs::read(b).is_ok_and(|b| a == b))

@@ -11,7 +11,7 @@ pub(crate) struct Best(Option<Rank>);
 /// How good an evaluation is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Rank {
-    /// By how much costs are above their limits, all together.
+    /// How far costs are above their limits, in total.
     excess: f64,
     total: f64,
 }
@@ -47,7 +47,7 @@ impl Best {
         best
     }
 
-    /// Takes in an evaluation's mean returns and total; whether it is better than all before.
+    /// Adds an evaluation's mean returns and total; returns whether it is better than all before.
     pub(crate) fn update(&mut self, returns: &[f64], total: f64, spec: &EnvSpec) -> bool {
         let rank = Rank::of(returns, total, spec);
         let is_best = !total.is_nan() && self.0.is_none_or(|best| rank.is_better_than(best));

@@ -9,24 +9,24 @@ use crate::aside::{is_same, lay_aside, link};
 use crate::ending::go_back_command;
 use crate::settings::{MAX_KEEP, RunSettings, SavedReplay};
 
-/// A run folder's checkpoints: how many stay, and which of them hold the replay.
+/// A run folder's checkpoints: how many are kept, and which of them hold the replay.
 #[derive(Debug)]
 pub(crate) struct Checkpoints {
     folder: PathBuf,
     keep: usize,
     replay: SavedReplay,
-    /// Where a run that goes back will go on.
+    /// Where a run that goes back will resume.
     back: Option<Back>,
 }
 
-/// What a checkpoint is called that does not read back well, when a run has gone back behind it.
+/// The name of a checkpoint that does not read back well, once a run has gone back to an older one.
 const DAMAGED: &str = "checkpoint.damaged";
 
-/// An older checkpoint that shall become the newest.
+/// An older checkpoint that is to become the newest.
 #[derive(Clone, Copy, Debug)]
 struct Back {
     age: usize,
-    /// What the newest is called then: it is damaged, or left on purpose.
+    /// The name that the newest then gets: it is damaged, or left on purpose.
     aside: &'static str,
 }
 
@@ -35,7 +35,7 @@ impl Checkpoints {
         Self { folder: folder.to_owned(), keep: run.keep, replay: run.replay, back: None }
     }
 
-    /// Replaces the checkpoint by one that is read back before it takes its place; those before
+    /// Replaces the checkpoint; the new one is read back before it takes its place. Older ones
     /// become `checkpoint.1.safetensors` and so on.
     pub(crate) fn save(&self, state: &State) -> Result<()> {
         let newest = self.file(0);
@@ -58,7 +58,7 @@ impl Checkpoints {
         Ok(())
     }
 
-    /// Makes what was the newest checkpoint the one before, and all others older.
+    /// Makes the former newest checkpoint the one before the newest, and all others older.
     fn age(&self, aside: &Path) -> Result<()> {
         if self.replay == SavedReplay::Last
             && let Ok(mut older) = State::read_file(aside)
@@ -66,7 +66,7 @@ impl Checkpoints {
             remove_replay(&mut older);
             older.write_file(aside)?;
         }
-        // Up to the first that is missing: what a kill has left half done is not done twice.
+        // Up to the first that is missing: what a kill left half done is not done twice.
         let gap = (1..self.keep - 1).find(|&age| !self.file(age).exists());
         for age in (1..gap.unwrap_or(self.keep - 1)).rev() {
             move_if_there(&self.file(age), &self.file(age + 1))?;
@@ -74,7 +74,7 @@ impl Checkpoints {
         move_if_there(aside, &self.file(1))
     }
 
-    /// The file that a run goes on from.
+    /// The file that a run resumes from.
     pub(crate) fn start(&self) -> PathBuf {
         self.file(self.back.map_or(0, |back| back.age))
     }
@@ -103,9 +103,9 @@ impl Checkpoints {
         })
     }
 
-    /// The run shall go on from the youngest checkpoint before the last one that reads back well;
-    /// whether the last one does. Nothing moves before [`Checkpoints::take_up`], but for what a kill
-    /// has left half done.
+    /// Makes the run resume from the newest sound checkpoint before the last one. Returns whether
+    /// the last one reads back well. Until [`Checkpoints::take_up`], files move only to finish what
+    /// a kill left half done.
     pub(crate) fn go_back(&mut self) -> Result<bool> {
         self.tidy()?;
         let what = format!("run folder '{}'", self.folder.display());
@@ -129,8 +129,9 @@ impl Checkpoints {
         self.folder.join(".checkpoint.before")
     }
 
-    /// Ends what a kill has left half done: the one before is in its place, if it is another and
-    /// whole. (What cannot be read stays until the next one is saved.)
+    /// Finishes what a kill left half done: puts the checkpoint before the newest in its place, if
+    /// it is a different one and whole. (One that cannot be read stays until the next one is
+    /// saved.)
     fn tidy(&self) -> Result<()> {
         let before = self.before();
         if self.keep == 1 || is_same(&before, &self.file(0)) {
@@ -153,7 +154,7 @@ impl Checkpoints {
             lay_aside(&damaged, DAMAGED)?;
             remove_if_there(&damaged);
         }
-        // At every moment there is a newest one.
+        // There is a newest one at every moment.
         move_if_there(&self.file(age), &newest)?;
         for older in age + 1..=MAX_KEEP {
             move_if_there(&self.file(older), &self.file(older - age))?;
@@ -172,7 +173,7 @@ impl Checkpoints {
     }
 }
 
-/// The file of a folder's checkpoint that is so many older than the newest.
+/// The file of a folder's checkpoint that is `age` checkpoints older than the newest.
 fn file(folder: &Path, age: usize) -> PathBuf {
     match age {
         0 => folder.join("checkpoint.safetensors"),
@@ -180,7 +181,7 @@ fn file(folder: &Path, age: usize) -> PathBuf {
     }
 }
 
-/// The last checkpoint of the run in a folder, for programs that only look: the run may go on
+/// The last checkpoint of the run in a folder, for programs that only look: the run may continue
 /// meanwhile.
 pub fn read_checkpoint(folder: &Path) -> Result<State> {
     let newest = file(folder, 0);
@@ -206,7 +207,7 @@ pub(crate) fn remove_replay(checkpoint: &mut State) {
     checkpoint.child_mut("trainer").child_mut("agent").remove_child("replay");
 }
 
-/// Removes a file, if it can: what stays is only in the way.
+/// Removes a file if possible; one that stays is only in the way.
 fn remove_if_there(path: &Path) {
     fs::remove_file(path).unwrap_or_default();
 }

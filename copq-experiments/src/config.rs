@@ -13,7 +13,8 @@ use crate::plan::Plan;
 
 const HEADING: &str = "# What made this run. `copq resume` with this folder goes on with it.\n\n";
 
-/// The content of `config.toml`: the plan, the caller's own settings, and what was at work.
+/// The content of `config.toml`: the plan, the caller's own settings, and the program and machine
+/// that made the run.
 ///
 /// ```
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
@@ -38,7 +39,7 @@ pub struct RunConfig<S> {
     pub made_with: MadeWith,
 }
 
-/// What made a run: enough to make the same again.
+/// What made a run: enough to repeat it.
 ///
 /// ```
 /// let made = copq_experiments::MadeWith::here();
@@ -47,7 +48,7 @@ pub struct RunConfig<S> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MadeWith {
-    /// The command line, the program without its folders.
+    /// The command line; the program without its path.
     pub command: Vec<String>,
     /// copq's version.
     pub copq: String,
@@ -57,7 +58,7 @@ pub struct MadeWith {
     pub system: String,
     /// The processor; it decides how long a run takes, not its bits.
     pub processor: String,
-    /// The program's own checksum: equal ones are the same build.
+    /// The program's own checksum: equal checksums mean the same build.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub build: Option<String>,
 }
@@ -84,7 +85,7 @@ impl MadeWith {
 
 /// CRC-32C of the program's file, read once.
 static BUILD: LazyLock<Option<String>> = LazyLock::new(|| {
-    // Linux knows the file even if another has taken its place.
+    // Linux finds the file even if another has replaced it.
     let file = std::fs::read("/proc/self/exe");
     let file = file.or_else(|_| std::fs::read(std::env::current_exe()?)).ok()?;
     Some(format!("{:08x}", crc32c::crc32c(&file)))
@@ -102,7 +103,7 @@ fn processor() -> Option<String> {
     Some(line.split_once(':')?.1.trim().to_owned())
 }
 
-/// A configuration as its file has it; an error for a number that TOML cannot hold.
+/// A configuration as the text of its file; an error for a number that TOML cannot hold.
 pub(crate) fn encode<S: Serialize>(config: &RunConfig<S>) -> Result<String> {
     let text = toml::to_string(config).map_err(|e| Error::other("encoding config.toml", e))?;
     Ok(format!("{HEADING}{text}"))
@@ -114,8 +115,7 @@ pub(crate) fn write<S: Serialize>(path: &Path, config: &RunConfig<S>) -> Result<
     files::replace(path, encode(config)?.as_bytes())
 }
 
-/// Reads a configuration; the error for a wrong or unknown key shows the line and the keys there
-/// are.
+/// Reads a configuration; the error for a wrong or unknown key shows the line and the known keys.
 pub(crate) fn read<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
     let failed = |e| Error::other(format!("reading '{}'", path.display()), e);
     let text = files::read_text(path)?;
@@ -125,7 +125,8 @@ pub(crate) fn read<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
     }
 }
 
-/// An error that names the first of the caller's settings that is not what the run was made with.
+/// An error that names the first of the caller's settings that differs from what the run was made
+/// with.
 pub(crate) fn check_same<S: Serialize>(path: &Path, what: &str, saved: &S, now: &S) -> Result<()> {
     match difference(what, &table(saved)?.into(), &table(now)?.into()) {
         None => Ok(()),
@@ -136,8 +137,8 @@ pub(crate) fn check_same<S: Serialize>(path: &Path, what: &str, saved: &S, now: 
     }
 }
 
-/// The settings with some changed, each as KEY=VALUE: the key's parts between dots, the value as
-/// TOML or as plain text, or `none`, which takes a setting away that need not be there.
+/// The settings with some changes, each as KEY=VALUE. The key's parts are separated by dots. The
+/// value is TOML or plain text, or `none`, which removes an optional setting.
 pub fn with_changes<S: Serialize + DeserializeOwned>(
     settings: &S,
     changes: &[String],
@@ -173,12 +174,12 @@ pub fn with_changes<S: Serialize + DeserializeOwned>(
             removed.push(key);
         }
     }
-    // TOML's words end in a line of their own.
+    // TOML's message ends with a newline.
     let said = |e: toml::de::Error| Error::other("--set", e.to_string().trim_end().to_owned());
     let settings: S = changed.try_into().map_err(said)?;
     let now = table(&settings)?;
     match removed.into_iter().find_map(|key| Some((key, value_at(&now, key)?))) {
-        // It has a default, so what was taken away came back as that.
+        // It has a default, so the removed setting came back as that.
         Some((key, value)) => {
             let what = format!("--set {key}=none");
             let wanted = format!("one of its values, such as {}", shown(value));
@@ -196,13 +197,13 @@ fn value_at<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
     }
 }
 
-/// A value as TOML has it, or else a text.
+/// A value as TOML, or else as plain text.
 fn parse_value(text: &str) -> toml::Value {
     text.parse().unwrap_or_else(|_| toml::Value::String(text.to_owned()))
 }
 
-/// A value in the place of another: of a table only what it names is another, unless it is of
-/// another kind, and an integer where a number with a fraction was becomes one.
+/// A new value in place of an old one. A table changes only the keys it names, unless it is of a
+/// different kind. An integer in place of a float becomes a float.
 fn merged(old: Option<toml::Value>, new: toml::Value) -> toml::Value {
     use toml::Value::{Float, Integer, Table};
     match (old, new) {
@@ -218,12 +219,13 @@ fn merged(old: Option<toml::Value>, new: toml::Value) -> toml::Value {
     }
 }
 
-/// Whether these are two kinds of one thing, such as `{ lagrangian = { .. } }` and `{ pid = { .. } }`.
+/// Whether these are different kinds of one thing, such as `{ lagrangian = { .. } }` and
+/// `{ pid = { .. } }`.
 fn are_kinds(old: &toml::Table, new: &toml::Table) -> bool {
     kind(old).zip(kind(new)).is_some_and(|(old, new)| old != new)
 }
 
-/// The kind of a thing of which there are several.
+/// The kind that a thing has, if there are several kinds of it.
 fn kind(table: &toml::Table) -> Option<&String> {
     match table.iter().next() {
         Some((name, toml::Value::Table(_))) if table.len() == 1 => Some(name),
@@ -231,7 +233,7 @@ fn kind(table: &toml::Table) -> Option<&String> {
     }
 }
 
-/// An error for a part of a key beside the kind that a thing has.
+/// An error for a part of a key that is not the kind that a thing has.
 fn check_kind(table: &toml::Table, part: &str, key: &str) -> Result<()> {
     let thing = key.split('.').take_while(|known| *known != part).collect::<Vec<_>>().join(".");
     match kind(table) {
@@ -244,7 +246,7 @@ fn check_kind(table: &toml::Table, part: &str, key: &str) -> Result<()> {
     }
 }
 
-/// A learner's settings with the defaults of those that its run did not know yet; other settings as
+/// A learner's settings, with defaults for those that its run did not know yet; other settings as
 /// they are.
 pub(crate) fn complete(settings: &toml::Table) -> toml::Table {
     fn of<S: Serialize + DeserializeOwned>(settings: &toml::Table) -> Option<toml::Table> {
@@ -256,7 +258,8 @@ pub(crate) fn complete(settings: &toml::Table) -> toml::Table {
     completed.unwrap_or_else(|| settings.clone())
 }
 
-/// A value as its file has it: a table of Rust's values has the f64 next to an f32, in more digits.
+/// A value as its file shows it: a table of Rust's values has an f32 as the nearest f64, with more
+/// digits.
 fn shown(value: &toml::Value) -> String {
     match value.as_float() {
         Some(x) if f64::from(x as f32) == x => format!("{:?}", x as f32),

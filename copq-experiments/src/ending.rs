@@ -24,7 +24,7 @@ pub enum Ending {
         /// The run's folder.
         folder: PathBuf,
     },
-    /// A signal came; the checkpoint is of this moment.
+    /// A signal came; the checkpoint is of that moment.
     Interrupted {
         /// Environment steps done.
         step: u64,
@@ -51,8 +51,8 @@ impl fmt::Display for Ending {
     }
 }
 
-/// How to go on with the run in a folder: the command line of copq's own program, or what the
-/// author of another program has for it.
+/// How to resume the run in a folder: the command line of copq's own program, or the call that the
+/// author of another program uses.
 pub(crate) fn resume_command(folder: &Path) -> String {
     if is_copq() {
         format!("copq resume {}", quoted(&folder.to_string_lossy()))
@@ -61,7 +61,7 @@ pub(crate) fn resume_command(folder: &Path) -> String {
     }
 }
 
-/// How to go on from the checkpoint before the newest.
+/// How to resume from the checkpoint before the newest.
 pub(crate) fn go_back_command(folder: &Path) -> String {
     if is_copq() {
         format!("copq resume {} --previous", quoted(&folder.to_string_lossy()))
@@ -72,18 +72,18 @@ pub(crate) fn go_back_command(folder: &Path) -> String {
 
 fn is_copq() -> bool {
     let program = std::env::current_exe().unwrap_or_default();
-    // As Linux calls a file in whose place another has come.
+    // Linux's name for a file that another has replaced.
     let names = ["copq", "copq (deleted)"];
     program.file_stem().is_some_and(|name| names.iter().any(|known| name == *known))
 }
 
-/// A text as one word of a shell, in quotes where it needs them.
+/// A text as one shell word, in quotes if it needs them.
 ///
 /// ```
 /// assert_eq!(copq_experiments::quoted("runs/a b"), "'runs/a b'");
 /// ```
 pub fn quoted(text: &str) -> String {
-    // Of Windows' shells a path is plain, and single quotes are no quotes.
+    // In Windows' shells a path is plain, and single quotes do not quote.
     let is_plain = |c: char| {
         c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c) || cfg!(windows) && c == '\\'
     };

@@ -1,4 +1,4 @@
-//! What a run is, as a short text: the same for the same numbers.
+//! What a run is, as a short text that is the same for the same numbers.
 
 use copq::{Error, Result, State, Value};
 use serde::Serialize;
@@ -6,9 +6,9 @@ use sha2::{Digest, Sha256};
 
 use crate::plan::Plan;
 
-/// Sixteen letters that are the same for two runs if all that can change their numbers is, as long
-/// as nothing interrupts them: plan and settings, but neither threads nor folder nor which
-/// checkpoints and replays stay, nor what happens after an error of the world.
+/// Sixteen letters that are the same for two runs if everything that can change their numbers is
+/// the same, as long as nothing interrupts them: plan and settings, but not threads, the folder,
+/// which checkpoints and replays are kept, or what happens after an error of the environment.
 ///
 /// ```
 /// use copq::Method;
@@ -25,7 +25,7 @@ use crate::plan::Plan;
 /// ```
 pub fn fingerprint<S: Serialize>(plan: &Plan, settings: &S) -> Result<String> {
     let plan = table(&plan.without_keeping())?;
-    // Tables are sorted by their keys, so equal ones are equal texts.
+    // Tables are sorted by their keys, so equal tables give equal texts.
     let text = format!("{plan}\n{}", table(settings)?);
     Ok(letters(Sha256::new_with_prefix(text)))
 }
@@ -41,7 +41,8 @@ pub fn letters_of(text: &str) -> String {
 }
 
 /// Sixteen letters that are the same for two policies if all that
-/// [`read_policy`](crate::read_policy) finds in their files is, whichever format these have.
+/// [`read_policy`](crate::read_policy) finds in their files is the same, whatever the files'
+/// format.
 ///
 /// ```
 /// use copq::State;
@@ -80,7 +81,7 @@ fn letters(digest: Sha256) -> String {
     digest.finalize()[..8].iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Settings as TOML has them.
+/// Settings as a TOML table.
 pub(crate) fn table<S: Serialize>(value: &S) -> Result<toml::Table> {
     toml::Table::try_from(value).map_err(|e| Error::other("encoding the settings", e))
 }

@@ -29,66 +29,66 @@ use copq::files;
 /// | `events.out.tfevents.*` | the means of these numbers for TensorBoard |
 /// | `curve.svg`, `curve.png` | the evaluations as a picture |
 /// | `policy.safetensors` | the policy of the last evaluation or checkpoint ([`copq::Policy`]) |
-/// | `policy-best.safetensors` | that of the best evaluation: costs within their limits first, then the weighted total |
-/// | `policy-best-before.safetensors` | the best one of evaluations whose rows went when the run went back to its checkpoint |
-/// | `checkpoint.safetensors` | everything needed to go on |
-/// | `checkpoint.1.safetensors` | the checkpoint before that; as many as [`RunSettings::keep`](crate::RunSettings) says |
-/// | `checkpoint.later.safetensors` | the last checkpoint, where the run has gone back to the one before ([`RunFolder::go_back`]) |
-/// | `checkpoint.damaged.safetensors` | the same of one that did not read back well |
-/// | `log.txt` | what the run said on the screen |
+/// | `policy-best.safetensors` | the policy of the best evaluation: costs within their limits come first, then the weighted total |
+/// | `policy-best-before.safetensors` | the best policy of evaluations whose rows were dropped when the run went back to its checkpoint |
+/// | `checkpoint.safetensors` | everything needed to resume the run |
+/// | `checkpoint.1.safetensors` | the checkpoint before that; [`RunSettings::keep`](crate::RunSettings) says how many there are |
+/// | `checkpoint.later.safetensors` | the last checkpoint, if the run has gone back to the one before ([`RunFolder::go_back`]) |
+/// | `checkpoint.damaged.safetensors` | the same, if the checkpoint did not read back well |
+/// | `log.txt` | what the run printed on the screen |
 /// | `DONE` | written last, when all steps are done: the run's [`fingerprint`](crate::fingerprint()) |
 ///
-/// Columns of `metrics.csv`, NAME being an objective's; all but the first four are of the updates'
-/// batches:
+/// Columns of `metrics.csv`, where NAME is an objective's. All but the first four come from the
+/// updates' batches:
 ///
 /// | column | meaning |
 /// |---|---|
-/// | `train/length` | steps of the episodes that ended, explored actions included |
+/// | `train/length` | steps of the episodes that ended, with exploration |
 /// | `train/return/NAME` | their undiscounted returns |
-/// | `train/weighted_total` | the sum of these by the task's weights |
-/// | `env_errors` | how often the environment has failed since the run began ([`OnEnvError::Reset`](crate::OnEnvError)); from the first time on |
-/// | `q/NAME` | the critics' mean value of the replayed actions (discounted, as all values) |
+/// | `train/weighted_total` | the sum of these returns, weighted by the task's weights |
+/// | `env_errors` | how often the environment has failed since the run began ([`OnEnvError::Reset`](crate::OnEnvError)); written from the first failure on |
+/// | `q/NAME` | the critics' mean value of the replayed actions (discounted, like all values) |
 /// | `q_std/NAME` | the critics' standard deviation there (the root of its mean square over the batch) |
-/// | `correlation/A/B` | how the critics' disagreements about two objectives go together there, from -1 to 1 (of critics of all objectives) |
+/// | `correlation/A/B` | the correlation of the critics' disagreements about two objectives there, from -1 to 1 (only for critics of all objectives) |
 /// | `bound/NAME` | the lower bound there, by the learner's projection |
-/// | `target/NAME` | what the critics should say: mean TD target |
+/// | `target/NAME` | what the critics are trained towards: mean TD target |
 /// | `critic_loss/NAME` | mean squared distance from it, over critics and batch |
-/// | `pessimism/target` | how far the bound lies below the mean of the critics that make it, at the targets' next actions: weights x (mean - bound), with the actor's weights; over all rows, those that terminate and CAL's own cost targets too |
-/// | `pessimism/actor` | the same at the policy's own actions, where the actor climbs the bound |
-/// | `clip_rate` | share of the targets in which the Cholesky bound's clip fired |
-/// | `q_rounding` | with `networks.precision = "careful"`, every 1,000 updates: how much 16 bits blur critics' values, in their standard deviations; the most blurred objective's |
-/// | `famo/NAME` | FAMO's weight of the loss; all together are 1 |
-/// | `actor/objective` | what the actor climbs, less the entropy bonus: weights x bound (in REDQ x mean) of its own actions |
+/// | `pessimism/target` | how far the bound lies below the mean of its critics, at the targets' next actions: weights x (mean - bound), with the actor's weights; over all rows, including those that terminate and CAL's own cost targets |
+/// | `pessimism/actor` | the same at the policy's own actions, where the actor maximises the bound |
+/// | `clip_rate` | share of the targets in which the Cholesky bound was clipped |
+/// | `q_rounding` | with `networks.precision = "careful"`, every 1,000 updates: how much 16 bits blur the critics' values, in units of the critics' standard deviation; for the most blurred objective |
+/// | `famo/NAME` | FAMO's weight of the objective's loss; the weights sum to 1 |
+/// | `actor/objective` | what the actor maximises, without the entropy bonus: weights x bound (in REDQ: x mean) of its own actions |
 /// | `actor/entropy` | entropy of a stochastic policy, in nats of actions in \[-1, 1\] |
 /// | `actor/temperature` | alpha, the entropy bonus's weight |
-/// | `multiplier/NAME` | lambda of a cost, which projections see |
+/// | `multiplier/NAME` | lambda of a cost, as projections use it |
 /// | `multiplier_effective/NAME` | the cost's weight in `actor/objective`: that of the augmented Lagrangian |
 /// | `cost_estimate/NAME` | the pessimistic cost of the replayed actions, discounted |
 /// | `cost_violation/NAME` | how far that is above the discounted limit |
 ///
-/// Of on-policy methods, once an epoch; SIGNAL is `reward` or a cost's name:
+/// For on-policy methods, once per epoch; SIGNAL is `reward` or a cost's name:
 ///
 /// | column | meaning |
 /// |---|---|
-/// | `policy/kl`, `policy/passes` | KL(old \|\| new) after the last pass (the natural step), summed over action components; passes done |
-/// | `policy/second_kl`, `policy/second_passes` | the same of CUP's second step, from where the first had led |
-/// | `policy/clip_share` | share of the rows whose ratio was cut in the last pass (of clipped steps) |
-/// | `policy/entropy`, `policy/std` | mean over action components of the Gaussian's entropy and deviation |
-/// | `policy/lr` | the policy's step size (of clipped steps) |
+/// | `policy/kl`, `policy/passes` | KL(old \|\| new) after the last pass (or the natural step), summed over action components; number of passes done |
+/// | `policy/second_kl`, `policy/second_passes` | the same for CUP's second step, from where the first step ended |
+/// | `policy/clip_share` | share of the rows whose ratio was clipped in the last pass (clipped steps only) |
+/// | `policy/entropy`, `policy/std` | mean over action components of the Gaussian's entropy and standard deviation |
+/// | `policy/lr` | the policy's step size (clipped steps only) |
 /// | `critic_loss/SIGNAL` | mean squared distance from the targets in the last pass |
-/// | `explained_variance/SIGNAL` | share of the targets' variance that the critic had told beforehand |
-/// | `advantage_std/SIGNAL` | deviation of the advantages, in the signal's unit |
+/// | `explained_variance/SIGNAL` | share of the targets' variance that the critic had predicted before it was trained on them |
+/// | `advantage_std/SIGNAL` | standard deviation of the advantages, in the signal's unit |
 /// | `multiplier/NAME` | lambda of a cost |
 /// | `cost_window/NAME`, `cost_epoch/NAME` | mean undiscounted cost of the episodes that the multiplier sees, and of those that ended in this epoch |
 ///
-/// `evaluations.csv` has `episodes`, then mean, standard deviation, least and largest of the
-/// returns over them (`weighted_total/mean`, `/std`, `/min`, `/max`, `return/NAME/mean` and so on),
+/// `evaluations.csv` has `episodes`, then the mean, standard deviation, smallest and largest of
+/// their returns (`weighted_total/mean`, `/std`, `/min`, `/max`, `return/NAME/mean` and so on),
 /// `length/mean`, `q_start/NAME` (the critics' mean value of an episode's first action: the value
-/// of the policy that they learn, so with its smoothing noise, or its samples and their entropy
-/// bonus) and `discounted/NAME` (what the episode then returned, discounted).
+/// of the policy that they learn, so with smoothing noise, or with samples and their entropy bonus)
+/// and `discounted/NAME` (what the episode then returned, discounted).
 ///
-/// A crash at any moment leaves a folder that can be resumed: the CSV files only grow and lose a
-/// torn last line on resume, the others are replaced by a rename.
+/// A crash at any moment leaves a folder that can be resumed. The CSV files only grow, and lose a
+/// torn last line on resume; the other files are replaced by a rename.
 ///
 /// ```
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
@@ -112,20 +112,20 @@ pub struct RunFolder {
     path: PathBuf,
     checkpoints: Checkpoints,
     fingerprint: String,
-    /// What its steps are made with.
+    /// The plan and settings that make its steps.
     pub(crate) origin: Origin,
-    /// The configuration of a run that goes on, if it is to be another.
+    /// The new configuration of a run that resumes, if it changes.
     changed: Option<String>,
-    /// After so many steps it has had a checkpoint, whoever began it.
+    /// It has had a checkpoint after this many steps, whoever began it.
     pub(crate) first_checkpoint: u64,
-    // Held for as long as the run writes; the system lets go of it when the process ends, however
-    // it ends.
+    // Held for as long as the run writes; the system releases it when the process ends, however it
+    // ends.
     _lock: File,
 }
 
 impl RunFolder {
-    /// Makes the folder with its `config.toml`, or takes an empty one. Errors if there is anything
-    /// in it already.
+    /// Makes the folder with its `config.toml`, or uses an empty one. An error if the folder
+    /// already contains anything.
     pub fn create<S: Serialize>(
         path: impl Into<PathBuf>,
         plan: &Plan,
@@ -148,13 +148,14 @@ impl RunFolder {
         Ok(Self { path, checkpoints, fingerprint, origin, changed: None, first_checkpoint, _lock })
     }
 
-    /// Reopens a folder to go on with its run.
+    /// Reopens a folder to resume its run.
     ///
-    /// Nothing in it changes before [`RunFolder::take_up`], which a [`Run`](crate::Run) calls when
-    /// all has proved to fit.
+    /// Nothing in it changes before [`RunFolder::take_up`], which a [`Run`](crate::Run) calls once
+    /// everything has proved to fit.
     ///
     /// Errors: no run there, another process writes to it, settings or a plan that differ from the
-    /// saved ones; only the number of steps may be larger than it was, and that of threads another.
+    /// saved ones. Only the steps may increase, and what changes no number, such as the threads,
+    /// may differ.
     pub fn resume<S: Serialize + DeserializeOwned>(
         path: impl Into<PathBuf>,
         plan: &Plan,
@@ -181,17 +182,17 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// Takes a run up again that [`RunFolder::resume`] has looked at: its configuration says what
-    /// is wanted now, it is neither done nor failed, and if it goes back, its checkpoint is the one
-    /// before. For those who train without a [`Run`](crate::Run).
+    /// Takes up a run that [`RunFolder::resume`] has checked. Its configuration now says what is
+    /// wanted, it is neither done nor failed, and if it goes back, its checkpoint is the one
+    /// before. Only for programs that train without a [`Run`](crate::Run).
     pub fn take_up(&mut self) -> Result<()> {
         self.checkpoints.take_up()?;
         if let Some(config) = self.changed.take() {
             files::replace(&self.file("config.toml"), config.as_bytes())?;
         }
-        // What was said of an earlier failure is no longer true.
+        // The report of an earlier failure is no longer true.
         fs::remove_file(complaint_file(&self.path)).unwrap_or_default();
-        // Its last rows may be written anew.
+        // Its last rows may be written again.
         match fs::remove_file(self.file(DONE)) {
             Err(error) if error.kind() != ErrorKind::NotFound => {
                 Err(files::failed("removing", &self.file(DONE))(error))
@@ -200,8 +201,8 @@ impl RunFolder {
         }
     }
 
-    /// An error for a run that is done but has lost its checkpoint: it would begin anew, over what
-    /// it has left.
+    /// An error for a run that is done but has lost its checkpoint: it would start again, over its
+    /// own results.
     fn check_not_lost(&self) -> Result<()> {
         if self.file(DONE).exists() && matches!(self.load(), Ok(None)) {
             let what = format!("run folder '{}'", self.path.display());
@@ -222,7 +223,7 @@ impl RunFolder {
         self.path.join(name)
     }
 
-    /// Replaces the checkpoint by one that is read back before it takes its place; those before
+    /// Replaces the checkpoint; the new one is read back before it takes its place. Older ones
     /// become `checkpoint.1.safetensors` and so on. An error if another run has the folder now.
     pub fn save(&self, state: &State) -> Result<()> {
         self.check_held()?;
@@ -236,7 +237,7 @@ impl RunFolder {
         self.checkpoints.load()
     }
 
-    /// Says that nothing is left to do, by the file `DONE` with the run's
+    /// Marks the run as done, by writing the file `DONE` with the run's
     /// [`fingerprint`](crate::fingerprint()).
     pub(crate) fn finish(&self) -> Result<()> {
         self.check_held()?;
@@ -244,16 +245,16 @@ impl RunFolder {
     }
 
     /// An error if this is no longer the folder that was taken: it may have been moved or deleted,
-    /// and another run may have one of its name.
+    /// and another run may have a folder of its name.
     pub(crate) fn check_held(&self) -> Result<()> {
         check_held(&self.path)
     }
 
-    /// Goes back to the checkpoint before the last one, or the next one before that is sound, as
-    /// soon as the run is taken up ([`RunFolder::take_up`]; nothing moves before, but for what a kill
-    /// has left half done); whether the last one reads back well. It stays: as
-    /// `checkpoint.later.safetensors` if it does, or else as `checkpoint.damaged.safetensors`, with a
-    /// number behind it where there is such a file.
+    /// Goes back to the newest sound checkpoint before the last one, as soon as the run is taken up
+    /// ([`RunFolder::take_up`]; until then, files move only to finish what a kill left half done).
+    /// Returns whether the last one reads back well. It is kept: as `checkpoint.later.safetensors`
+    /// if it does, or else as `checkpoint.damaged.safetensors`, with a number added if such a file
+    /// exists.
     pub fn go_back(&mut self) -> Result<bool> {
         self.checkpoints.go_back()
     }
@@ -264,8 +265,7 @@ impl RunFolder {
     }
 }
 
-/// What a run's folder says it has done: the [`fingerprint`](crate::fingerprint()) of the run that
-/// has all its steps, or nothing.
+/// The [`fingerprint`](crate::fingerprint()) of the run in a folder, if it has all its steps.
 pub fn read_done(path: &Path) -> Option<String> {
     Some(fs::read_to_string(path.join(DONE)).ok()?.trim().to_owned())
 }
@@ -289,7 +289,7 @@ pub fn read_config<S: DeserializeOwned>(path: &Path) -> Result<RunConfig<S>> {
 /// Written last by a run that has all its steps.
 const DONE: &str = "DONE";
 
-/// Whether anything but what a killed start or a new disk leaves is at a path.
+/// Whether a path holds anything except what a killed start or a new disk leaves.
 fn is_taken(path: &Path) -> bool {
     let of_nobody = [LOCK, ".config.toml.part", "lost+found"];
     match fs::read_dir(path) {
@@ -300,11 +300,11 @@ fn is_taken(path: &Path) -> bool {
     }
 }
 
-/// Makes an empty folder a run's: its lock and its configuration. One that was made for it goes if
-/// that fails.
+/// Makes an empty folder a run's, with its lock and its configuration. If that fails, a folder that
+/// was made for it is removed.
 fn begin(path: &Path, config: &str, is_new: bool) -> Result<File> {
     let lock = lock(path)?;
-    // Another process may have begun since it was looked at.
+    // Another process may have begun since the first check.
     if is_taken(path) {
         return Err(taken(path));
     }
@@ -313,12 +313,12 @@ fn begin(path: &Path, config: &str, is_new: bool) -> Result<File> {
         fs::remove_file(path.join("config.toml")).unwrap_or_default();
     }
     if written.is_err() && is_new {
-        // Why it failed says more than that an empty folder was left.
+        // The first failure says more than that an empty folder was left.
         fs::remove_file(path.join(LOCK)).unwrap_or_default();
         fs::remove_dir(path).unwrap_or_default();
     }
     written?;
-    // So that the folder itself survives a power failure; its parent may be closed to us.
+    // So that the folder itself survives a power failure; we may have no access to its parent.
     files::sync_folder_of(path).unwrap_or_default();
     Ok(lock)
 }

@@ -1,9 +1,9 @@
 //! What a training run leaves behind: a folder with its configuration, metrics, checkpoint and
 //! figures.
 //!
-//! [`Run`] is the primary type: it drives a [`copq::Trainer`], evaluates, logs, saves, and goes on
-//! after any stop as if there had been none (but in a world that cannot be saved, after an error of
-//! its world, and from a checkpoint without its replay).
+//! [`Run`] is the primary type: it drives a [`copq::Trainer`], evaluates, logs, saves, and resumes
+//! after any stop as if there had been none (except in an environment that cannot be saved, after
+//! an error of its environment, and from a checkpoint without its replay).
 //!
 //! ```no_run
 //! use copq::{Agent, Env, Method, Result, Trainer};
@@ -15,20 +15,20 @@
 //! ) -> Result<()> {
 //!     let method = Method::cop_td3();
 //!     let env = make_env()?;
-//!     // A plan's words are yours to give: nobody compares them with the trainer.
+//!     // A plan's words are yours to choose: nothing compares them with the trainer.
 //!     let plan = Plan { task: env.spec().name.clone(), ..Plan::new(&method) };
 //!     let config = method.config.clone();
 //!     let folder = RunFolder::create("runs/first", &plan, &config)?; // with its config.toml
 //!     let trainer = Trainer::new(env, make_agent(method)?)?;
 //!     let ending = Run::new(trainer, Some(make_env()?), folder, plan.run)?.train()?;
-//!     println!("{ending}"); // where everything is, or how to go on after Ctrl-C
+//!     println!("{ending}"); // where everything is, or how to resume after Ctrl-C
 //!     Ok(())
 //! }
 //! ```
 //!
-//! The files are described at [`RunFolder`]. [`compare`] draws several runs in one picture,
-//! [`Report`] puts thousands on one page, with tables and [`statistics`], beside what a [`paper`]
-//! has and claims; [`Sheet`] reads the CSV files, and [`read_checkpoint`] the checkpoints.
+//! The files are described at [`RunFolder`]. [`compare`] draws several runs in one picture.
+//! [`Report`] puts thousands on one page, with tables and [`statistics`], beside the numbers and
+//! claims of a [`paper`]. [`Sheet`] reads the CSV files, and [`read_checkpoint`] the checkpoints.
 //! [`Standing`] says how far a run has come, and [`fingerprint`](fingerprint()) whether two are the
 //! same.
 

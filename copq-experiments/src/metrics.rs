@@ -1,4 +1,4 @@
-//! Averages of everything that is reported during training, a row of `metrics.csv` an interval.
+//! Averages of everything that is reported during training, one row of `metrics.csv` per interval.
 
 use std::collections::BTreeMap;
 
@@ -33,7 +33,8 @@ impl Observer for Metrics {
     }
 }
 
-/// Whether a column can be called so: the first is `step`, and a checkpoint has a line a name.
+/// Whether a column can have this name: the first is `step`, and a checkpoint has one line per
+/// name.
 fn is_column(name: &str) -> bool {
     !name.is_empty() && name != "step" && !name.contains(char::is_control)
 }
@@ -43,12 +44,12 @@ impl Metrics {
         Self { table, sums: BTreeMap::new(), refused: None, warnings: Vec::new() }
     }
 
-    /// What the learner has warned of since the last call.
+    /// The learner's warnings since the last call.
     pub(crate) fn take_warnings(&mut self) -> Vec<String> {
         std::mem::take(&mut self.warnings)
     }
 
-    /// Takes in a training episode: its returns, their weighted total and its length in steps.
+    /// Adds a training episode: its returns, their weighted total and its length in steps.
     pub(crate) fn episode(&mut self, step: u64, episode: &Episode, spec: &EnvSpec) {
         for (name, &value) in spec.names().into_iter().zip(&episode.returns) {
             self.scalar(step, &format!("train/return/{name}"), value);
@@ -61,9 +62,9 @@ impl Metrics {
         self.scalar(step, "train/length", episode.length as f64);
     }
 
-    /// Writes the averages since the last row, begins new ones and returns what was written; an
-    /// error if a scalar had a name that no column can have: nothing, `step`, or one with control
-    /// characters.
+    /// Writes the averages since the last row, begins new ones and returns what was written. An
+    /// error if a scalar had a name that no column can have: an empty one, `step`, or one with
+    /// control characters.
     pub(crate) fn row(&mut self, step: u64) -> Result<Numbers> {
         if let Some(name) = self.refused.take() {
             let wanted = "a word that is not 'step', without control characters";
@@ -76,7 +77,7 @@ impl Metrics {
         Ok(averages)
     }
 
-    /// Writes the averages under way into a checkpoint.
+    /// Writes the averages in progress into a checkpoint.
     pub(crate) fn save(&self, state: &mut State) {
         let names: Vec<&str> = self.sums.keys().map(String::as_str).collect();
         state.put("names", names.join("\n").into_bytes());
@@ -84,7 +85,7 @@ impl Metrics {
         state.put("counts", self.sums.values().map(|&(_, count)| count).collect::<Vec<u64>>());
     }
 
-    /// Goes on with the averages that [`Metrics::save`] wrote.
+    /// Continues with the averages that [`Metrics::save`] wrote.
     pub(crate) fn load(&mut self, state: &State) -> Result<()> {
         let names = String::from_utf8_lossy(state.get::<u8>("names")?).into_owned();
         let sums = state.get::<f64>("sums")?;

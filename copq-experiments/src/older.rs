@@ -1,12 +1,13 @@
-//! `config.toml` files of runs from before a method was a value, in today's words.
+//! `config.toml` files of runs from before a method was a value, in today's form.
 
 use copq::{Ensemble, Method, projection};
 use toml::{Table, Value};
 
-/// The configuration in today's words; none if it has them already, or is no configuration.
+/// The configuration in today's form; none if it already has that form, or is not a configuration.
 ///
 /// The old ones named a `program`, in which `projection` was the target's bound or, for REDQ, the
-/// exploring one; the discount stood twice, and FAMO balanced separate critics wherever it was on.
+/// one for exploration. The discount was there twice, and FAMO balanced separate critics wherever
+/// it was on.
 pub(crate) fn modernised(text: &str) -> Option<Table> {
     let mut table: Table = text.parse().ok()?;
     let plan = table.get_mut("plan")?.as_table_mut()?;
@@ -43,7 +44,7 @@ pub(crate) fn modernised(text: &str) -> Option<Table> {
     Some(table)
 }
 
-/// Today's name of what an old program did.
+/// Today's name for what an old program did.
 fn method(program: &str, method: Option<&str>, explores: bool) -> String {
     let oac = if explores { "-oac" } else { "" };
     match (program, method) {
@@ -51,7 +52,7 @@ fn method(program: &str, method: Option<&str>, explores: bool) -> String {
             let sac = if method.is_some_and(|method| method.contains("sac")) { "-sac" } else { "" };
             ["redq", sac, oac].concat()
         }
-        // At first these programs had but one method, without a name, and `cop-td3` explored by
+        // At first these programs had only one method, without a name, and `cop-td3` explored by
         // OAC.
         ("td3", None | Some("cop-td3" | "cop-td3-oac" | "cop-td3-gaussian"))
         | ("swap_projection", _) => ["cop-td3", oac].concat(),

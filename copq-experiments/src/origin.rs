@@ -1,4 +1,4 @@
-//! What made a checkpoint's steps, so that a run says so when its settings were edited since.
+//! What made a checkpoint's steps, so that a run can say if its settings have been edited since.
 
 use copq::{Result, State};
 use serde::Serialize;
@@ -7,7 +7,7 @@ use crate::config::{complete, difference};
 use crate::fingerprint::table;
 use crate::plan::Plan;
 
-/// Plan and settings as far as they can change a run's numbers, but for its length.
+/// Plan and settings, as far as they can change a run's numbers, without its length.
 #[derive(Debug)]
 pub(crate) struct Origin {
     plan: Plan,
@@ -16,7 +16,7 @@ pub(crate) struct Origin {
 
 impl Origin {
     pub(crate) fn new<S: Serialize>(plan: &Plan, settings: &S) -> Result<Self> {
-        // What its first policy was, whichever file it came from.
+        // What its first policy was matters, not which file it came from.
         let plan = Plan { init_from: None, ..plan.without_length() };
         Ok(Self { plan, settings: table(settings)? })
     }
@@ -28,8 +28,8 @@ impl Origin {
         Ok(())
     }
 
-    /// The first setting that is another than when a checkpoint was saved, in a sentence; nothing
-    /// if the checkpoint does not say.
+    /// A sentence about the first setting that has changed since a checkpoint was saved; `None` if
+    /// none has, or if the checkpoint does not say.
     pub(crate) fn change(&self, saved: &State) -> Option<String> {
         let then = |name: &str| saved.get_text(name).ok()?.parse::<toml::Table>().ok();
         let plan: Plan = then("plan")?.try_into().ok()?;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::settings::RunSettings;
 
-/// More than any update can use.
+/// More threads than any update can use.
 const MAX_THREADS: usize = 256;
 /// The usual engine and robots.
 const ENGINE: &str = "rapier";
@@ -35,50 +35,52 @@ const PRESET: &str = "gym-v5";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// What it learns by, such as `cop-td3`.
+    /// The method that it learns by, such as `cop-td3`.
     pub method: String,
     /// Robot and task, such as `a/hopper`.
     pub task: String,
-    /// Another priority order of the task's objectives, such as `vsc`, if any.
+    /// A priority order of the objectives in place of the task's own, such as `vsc`, if any.
     pub order: Option<String>,
-    /// Other limits of the task's costs than its own, if any.
+    /// Limits of the task's costs in place of its own, if any.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub limits: BTreeMap<String, f64>,
     /// The physics engine.
     pub engine: String,
-    /// Whose robots: the name of a preset such as `gym-v5`.
+    /// Which version of the robots: the name of a preset such as `gym-v5`.
     pub preset: String,
     /// The bound of the critics' values that targets use, such as `cholesky`; on-policy methods
     /// have none.
     #[serde(default)]
     pub bound: Option<String>,
-    /// The critics that it is of.
+    /// The critics that the bound is of.
     #[serde(default)]
     pub critics: Option<Ensemble>,
-    /// Other weights of the objectives than the task's own, such as `control=0.5` or `1,1,0.5`, if
+    /// Weights of the objectives in place of the task's own, such as `control=0.5` or `1,1,0.5`, if
     /// any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weights: Option<String>,
-    /// What its world is made with, where the task's name does not say it all; the caller's.
+    /// What its environment is made with, if the task's name does not say it all; the caller
+    /// defines it.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub world: toml::Table,
-    /// The interpreter of a world that is another program's; it may be another one when the run
-    /// goes on.
+    /// The interpreter of an environment that is another program's; it may be a different one when
+    /// the run resumes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub python: Option<PathBuf>,
-    /// Longest silence of such a world in seconds, if it is not the usual one.
+    /// Longest silence of such an environment in seconds, if it is not the usual one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub env_timeout: Option<f64>,
-    /// Versions that the world's numbers depend on, as it told them when the run began.
+    /// Versions that the environment's numbers depend on, as it reported them when the run began.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub versions: Option<String>,
-    /// The run's folder or policy's file that its policy begins with, if it does not begin anew.
+    /// The run folder or policy file that its policy starts from, if it does not start from
+    /// scratch.
     #[serde(default)]
     pub init_from: Option<PathBuf>,
     /// What that policy was when the run began: its [`policy_checksum`](crate::policy_checksum).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub init_checksum: Option<String>,
-    /// Worlds that take their steps together.
+    /// Environments that take their steps together.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub envs: usize,
     /// Threads inside the run.
@@ -167,7 +169,8 @@ impl Plan {
         Ok(method)
     }
 
-    /// Where it ends at the latest: several worlds may go beyond the last step that is wanted.
+    /// Where it ends at the latest: several environments may go beyond the last step that is
+    /// wanted.
     pub(crate) fn last_step(&self) -> u64 {
         self.run.steps.saturating_add(self.envs.max(1) as u64 - 1)
     }
@@ -183,8 +186,8 @@ impl Plan {
         self.run.check()
     }
 
-    /// The same with everything as usual that changes no number of a run, or is not known before it
-    /// begins: how it is kept, on how many threads it works, whose interpreter it has.
+    /// The same plan with defaults for everything that changes no number of a run, or is not known
+    /// before it begins: how it is kept, how many threads it uses, which interpreter it has.
     pub(crate) fn without_keeping(&self) -> Self {
         let RunSettings { keep, replay, on_env_error, checkpoint_every, .. } =
             RunSettings::default();
@@ -192,19 +195,19 @@ impl Plan {
         Self { threads: 1, run, python: None, env_timeout: None, versions: None, ..self.clone() }
     }
 
-    /// The same of any length, with everything as usual that changes no number.
+    /// The same plan without its length, with defaults for everything that changes no number.
     pub(crate) fn without_length(&self) -> Self {
         let plan = self.without_keeping();
         Self { run: RunSettings { steps: RunSettings::default().steps, ..plan.run }, ..plan }
     }
 
-    /// Whether two runs differ in nothing but seed, length and cadence.
+    /// Whether two runs differ only in seed, length and cadence.
     pub(crate) fn is_seed_of(&self, other: &Self) -> bool {
         let plain = |plan: &Self| Self { run: RunSettings::default(), ..plan.without_keeping() };
         plain(self) == plain(other)
     }
 
-    /// A folder's name that tells runs apart: `cop-td3-a-hopper-cholesky-s0`, or
+    /// A folder name that tells runs apart: `cop-td3-a-hopper-cholesky-s0`, or
     /// `cop-td3-a-hopper-mujoco-paper-cholesky-s0` if engine and preset are not the usual ones.
     pub fn folder_name(&self) -> String {
         let mut name = format!("{}-{}", self.method, self.task.replace(['/', '\\', ':'], "-"));
@@ -217,7 +220,7 @@ impl Plan {
         if let Some(weights) = &self.weights {
             name += &format!("-weights-{}", weights.replace([',', ' ', '='], "-"));
         }
-        // A task with a colon says itself whose it is.
+        // A task with a colon names its own package.
         let engine = if self.task.contains(':') { ENGINE } else { self.engine.as_str() };
         for (part, usual) in [(engine, ENGINE), (self.preset.as_str(), PRESET)] {
             if part != usual {

@@ -17,8 +17,8 @@ const BAR: &str = "{wide_bar} {human_pos}/{human_len} steps, {rate}, {eta} left 
 /// Longest silence in a log file.
 const SILENCE: Duration = Duration::from_secs(60);
 
-/// Shows how far a run is, and keeps its words in the folder's `log.txt`. That nobody can be told
-/// is no reason to end a run: what cannot be written is lost.
+/// Shows how far a run is, and keeps its messages in the folder's `log.txt`. A message that cannot
+/// be written is lost; that is no reason to end a run.
 #[derive(Debug)]
 pub(crate) struct Progress {
     shown: Shown,
@@ -49,7 +49,7 @@ impl Progress {
         Self { shown: Shown::Bar(bar), log }
     }
 
-    /// Shows nothing any more; the log goes on.
+    /// Shows nothing any more; the log continues.
     pub(crate) fn silence(&mut self) {
         self.shown = Shown::Nothing;
     }
@@ -107,17 +107,17 @@ fn tell(text: &str) {
 }
 
 fn write_rate(state: &ProgressState, text: &mut dyn fmt::Write) {
-    // Nothing can go wrong with a line in memory.
+    // Writing to memory cannot fail.
     write!(text, "{:.0} steps/s", state.per_sec()).unwrap_or_default();
 }
 
-/// Breaks a long silence with how far and how fast it goes.
+/// Breaks a long silence by printing how far the run is and how fast it goes.
 #[derive(Debug)]
 pub(crate) struct Lines {
     steps: u64,
     /// When any line was last printed.
     printed: Instant,
-    /// When, and at which step, the speed was last told.
+    /// When, and at which step, the speed was last reported.
     since: Instant,
     last_step: u64,
     /// The step of the last look at the clock.
@@ -135,7 +135,7 @@ impl Lines {
             return;
         }
         let rate = (step - self.last_step) as f64 / self.since.elapsed().as_secs_f64();
-        // Several worlds may go past the end together.
+        // Several environments may go past the end together.
         let minutes = self.steps.saturating_sub(step) as f64 / rate / 60.0;
         tell(&format!(
             "{:>9} of {} steps, {rate:.0} steps/s, {minutes:.0} min left",

@@ -30,7 +30,7 @@ pub(crate) struct Records {
     pub timings: Timings,
     events: EventFile,
     best: Best,
-    /// Where the best policy has been laid aside, if its row was dropped.
+    /// Where the best policy has been set aside, if its row was dropped.
     pub best_before: Option<PathBuf>,
     settings: RunSettings,
     pub pace: Pace,
@@ -51,8 +51,8 @@ impl Pace {
 }
 
 impl Records {
-    /// Takes the run up if its rows fit: opens or makes the files, and drops the rows that a run
-    /// which goes on from `saved`, where its trainer stands, will write again.
+    /// Takes up the run if its rows fit: opens or makes the files, and drops the rows that the run
+    /// will write again when it continues from `saved`, where its trainer stands.
     pub(crate) fn open(
         folder: &mut RunFolder,
         settings: &RunSettings,
@@ -65,25 +65,26 @@ impl Records {
         let step = trainer.steps();
         let spec = trainer.spec();
         let pace = Pace { worlds: trainer.env_count() as u64 };
-        // Several worlds may go beyond the last step that is wanted.
+        // Several environments may go beyond the last step that is wanted.
         let is_done = read_done(folder.path()).is_some() && step >= settings.steps;
         let table = |name: &str, every: u64| {
-            // Off its interval, a row is the last one of a run that is done, or was that of a
-            // shorter run.
+            // A row off its interval is the last one of a run that is done, or was the last one of
+            // a shorter run.
             let keep =
                 |row: u64| row <= step && (pace.is_due(row, every) || (is_done && row == step));
             Table::read(&folder.file(name), rows_of(saved, name), keep)
         };
-        // All of them before the first is written: a run that cannot go on stays as it was.
+        // All are read before the first is written: a run that cannot resume stays as it was.
         let rows = [
             table(METRICS, settings.log_every)?,
             table(EVALUATIONS, settings.eval_every)?,
             table(TIMINGS, settings.log_every)?,
         ];
-        // Numbers that no row has any longer go from TensorBoard, too.
+        // Numbers that no row has any longer also disappear from TensorBoard.
         let last = rows.iter().filter_map(|rows| rows.steps().last().copied()).max();
         let first = last.map_or(0, |last| last + 1);
-        // Before the rows after its checkpoint go, which one that is left aside wants.
+        // Before the rows after its checkpoint are dropped: a checkpoint that is set aside needs
+        // them.
         folder.take_up()?;
         let (best, best_before) = keep_best(folder, &rows[1], spec)?;
         let start = |name: &str, rows: &Sheet| Table::start(&folder.file(name), rows);
@@ -122,14 +123,14 @@ impl Records {
         self.events.scalars(step, &evaluations::scalars(evaluation, spec))
     }
 
-    /// Whether an evaluation is better than all before, from now on among them.
+    /// Whether an evaluation is better than all before it. From now on it counts among them.
     pub(crate) fn is_best(&mut self, evaluation: &Evaluation, spec: &EnvSpec) -> bool {
         let total = mean(&evaluations::totals(evaluation, spec));
         self.best.update(&evaluation.mean(), total, spec)
     }
 
-    /// Makes the rows durable, and writes how many there are and the averages under way into the
-    /// checkpoint that will not write them again.
+    /// Makes the rows durable, and writes their number and the averages in progress into the
+    /// checkpoint: a run that resumes from it does not write them again.
     pub(crate) fn save(&self, state: &mut State) -> Result<()> {
         self.metrics.save(state.child_mut("metrics"));
         self.sync()?;
@@ -156,17 +157,18 @@ impl Records {
     }
 }
 
-/// How many rows of a table must be there, by the checkpoint; older ones do not say.
+/// How many rows of a table must be there according to the checkpoint; older checkpoints do not
+/// say.
 fn rows_of(saved: Option<&State>, name: &str) -> u64 {
     let rows = saved.and_then(|saved| saved.child("rows").ok());
     rows.and_then(|rows| rows.get_one(name).ok()).unwrap_or(0)
 }
 
-/// The best of the evaluations that stay; if there was a better one, its policy stays under another
-/// name, which is returned: what a run does that goes on otherwise may be worse.
+/// The best of the evaluations that stay. If there was a better one, its policy is kept under
+/// another name, which is returned: a run that continues differently may do worse.
 fn keep_best(folder: &RunFolder, rows: &Sheet, spec: &EnvSpec) -> Result<(Best, Option<PathBuf>)> {
     let policy = folder.file("policy-best.safetensors");
-    // A run from before there were policies' files begins to look for its best now.
+    // A run from before there were policy files starts to look for its best now.
     if !policy.exists() {
         return Ok((Best::default(), None));
     }
@@ -183,7 +185,7 @@ fn all_rows(folder: &RunFolder, name: &str) -> Result<Sheet> {
     if file.exists() { Sheet::read(&file) } else { Ok(Sheet::default()) }
 }
 
-/// An error for a folder that has lost its checkpoint: to begin anew would delete what it has left.
+/// An error for a folder that has lost its checkpoint: starting again would delete its results.
 fn check_not_begun(folder: &RunFolder, worlds: u64) -> Result<()> {
     let mut last = None;
     for name in [EVALUATIONS, METRICS] {

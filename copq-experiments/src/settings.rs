@@ -34,18 +34,18 @@ pub struct RunSettings {
     pub log_every: u64,
     /// Steps between two checkpoints.
     pub checkpoint_every: u64,
-    /// Checkpoints that stay, the newest among them.
+    /// Checkpoints that are kept, including the newest.
     pub keep: usize,
-    /// Which checkpoints hold the replay, most of their size.
+    /// Which checkpoints hold the replay, which is most of their size.
     pub replay: SavedReplay,
     /// What to do when the environment fails.
     pub on_env_error: OnEnvError,
-    /// What becomes of the episode that runs when the run stops.
+    /// What happens to the episode in progress when the run stops.
     #[serde(skip_serializing_if = "is_exact")]
     pub on_resume: OnResume,
 }
 
-/// Where a run goes on.
+/// Where a run resumes.
 ///
 /// ```
 /// use copq_experiments::{OnEnvError, OnResume, RunSettings, SavedReplay};
@@ -66,12 +66,12 @@ pub struct RunSettings {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum OnResume {
-    /// In the middle of the episode: a run that stopped is, bit for bit, one that did not.
+    /// In the middle of the episode: a run that stopped equals, bit for bit, one that did not.
     #[default]
     SameEpisode,
     /// With a new episode, for environments that cannot be saved; networks, replay, random numbers
-    /// and all else go on where they were. A run that stopped is then as good as one that did not,
-    /// but not the same.
+    /// and everything else continue where they were. A run that stopped is then as good as one that
+    /// did not, but not the same.
     NewEpisode,
 }
 
@@ -80,12 +80,12 @@ pub enum OnResume {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum SavedReplay {
-    /// None. A run that goes on is not what it would have been: it gathers as much experience anew
-    /// as before its first update, by the policy that it has, and then learns on.
+    /// None. A resumed run is not what it would have been: it first gathers as much new experience
+    /// as before its first update, with its current policy, and then continues to learn.
     None,
-    /// The newest; the older ones go on as with `None`.
+    /// The newest; from an older one, a run resumes as with `None`.
     Last,
-    /// All: a run goes on from each bit for bit.
+    /// All: a run resumes from each bit for bit.
     #[default]
     All,
 }
@@ -93,8 +93,8 @@ pub enum SavedReplay {
 /// What a run does when its environment fails, as an unstable simulation can; there is an example
 /// at [`OnResume`].
 ///
-/// Either way the episode counts as truncated at its last good step, and the run can go on with a
-/// new one.
+/// Either way the episode counts as truncated at its last good step, and the run can continue with
+/// a new one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -102,7 +102,7 @@ pub enum OnEnvError {
     /// Save, and end with the error.
     #[default]
     Stop,
-    /// Say so, count it in `metrics.csv` (`env_errors`), and begin the next episode.
+    /// Report it, count it in `metrics.csv` (`env_errors`), and begin the next episode.
     Reset,
 }
 
@@ -113,8 +113,8 @@ fn is_exact(on_resume: &OnResume) -> bool {
 }
 
 impl Default for RunSettings {
-    /// 110,000 steps, after which the default's hopper stands on the median of five seeds, and the
-    /// cadence of the literature: 10 episodes every 5,000.
+    /// 110,000 steps, after which the default's hopper stands (the median of five seeds), and the
+    /// cadence of the literature: 10 episodes every 5,000 steps.
     fn default() -> Self {
         Self {
             steps: 110_000,

@@ -7,8 +7,8 @@ use copq::{Error, Result};
 
 use copq::files;
 
-/// Named columns of numbers, one row a logged step. The first column is `step`; an empty cell is a
-/// number not logged.
+/// Named columns of numbers, one row per logged step. The first column is `step`; an empty cell is
+/// a number that was not logged.
 ///
 /// ```
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
@@ -29,7 +29,7 @@ pub struct Sheet {
     columns: Vec<String>,
     // Kept as text, so that what is read and written again is the same byte for byte.
     rows: Vec<Vec<String>>,
-    /// The first line that is no row of numbers, with its number in the file.
+    /// The first line that is not a row of numbers, with its number in the file.
     damaged: Option<(usize, String)>,
 }
 
@@ -39,7 +39,7 @@ impl Sheet {
         Self::parse(path, &files::read_text(path)?)
     }
 
-    /// The same of a text; `path` is what errors call it.
+    /// The same for a text; `path` is what errors call it.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
         let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(whole.as_bytes());
@@ -66,7 +66,7 @@ impl Sheet {
         Ok(Self { columns, rows, damaged })
     }
 
-    /// What a damaged row has cost, if there is one.
+    /// The error for a damaged row, if there is one.
     pub(crate) fn damage(&self, path: &Path) -> Option<Error> {
         let (number, line) = self.damaged.as_ref()?;
         let start: String = line.chars().take(40).collect();
@@ -79,7 +79,7 @@ impl Sheet {
         format!("{count} cells between commas, numbers or nothing, a whole step first")
     }
 
-    /// That fewer rows were left than there must be, by the line that could not be read.
+    /// The error for fewer rows than there must be; it names the line that could not be read.
     pub(crate) fn lost_rows(&self, path: &Path, wanted: u64, got: u64) -> Error {
         let advice = "mend it, or move the file away to go on without its rows";
         match &self.damaged {
@@ -109,7 +109,7 @@ impl Sheet {
         self.rows.iter().filter_map(|row| step_of(row)).collect()
     }
 
-    /// A column's numbers, one per row, NaN where nothing was logged; nothing if there is no such
+    /// A column's numbers, one per row, NaN where nothing was logged; `None` if there is no such
     /// column.
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
         let index = self.columns.iter().position(|column| column == name)?;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::folder::read_done;
 use crate::lock::held_by;
 
-/// As much of a file's end as most last rows are shorter than.
+/// How much of a file's end to read first: most last rows are shorter.
 const TAIL: u64 = 1 << 14;
 
 /// Where a run stands.
@@ -31,9 +31,9 @@ const TAIL: u64 = 1 << 14;
 pub enum Standing {
     /// It has not begun.
     Waiting,
-    /// A process is at it: [`held_by`].
+    /// A process is running it: [`held_by`].
     Running(String),
-    /// It can go on.
+    /// It can be resumed.
     Stopped,
     /// An error ended it.
     Failed(String),
@@ -42,8 +42,8 @@ pub enum Standing {
 }
 
 impl Standing {
-    /// Of the run in a folder, or that shall be there. Only ends of files are read, so that
-    /// thousands can be asked.
+    /// The standing of the run that is, or will be, in a folder. Only the ends of files are read,
+    /// so that thousands of runs can be checked.
     pub fn of(folder: &Path) -> Self {
         if read_done(folder).is_some() {
             return Self::Done;
@@ -58,7 +58,7 @@ impl Standing {
         }
     }
 
-    /// It in a word.
+    /// The standing in a word.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Waiting => "waiting",
@@ -69,7 +69,7 @@ impl Standing {
         }
     }
 
-    /// What there is to say of it: who is at it, or what went wrong.
+    /// What else there is to say: which process runs it, or what went wrong.
     pub fn remark(&self) -> Option<&str> {
         match self {
             Self::Running(remark) | Self::Failed(remark) => Some(remark),
@@ -78,13 +78,14 @@ impl Standing {
     }
 }
 
-/// Where whoever starts runs as processes keeps what one that failed said on standard error: beside
-/// its folder, for there may be none.
+/// Where a program that starts runs as processes keeps what a failed one wrote to standard error:
+/// beside the run's folder, which may not exist.
 pub fn complaint_file(folder: &Path) -> PathBuf {
     folder.with_added_extension("err")
 }
 
-/// Why a run failed the last time: its process's error or last words, or what its log ends with.
+/// Why a run failed the last time: its process's error or last line, or the error that its log ends
+/// with.
 pub fn failure(folder: &Path) -> Option<String> {
     complaint(folder).or_else(|| {
         let log = tail(&folder.join("log.txt"))?;

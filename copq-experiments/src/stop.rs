@@ -1,5 +1,5 @@
-//! Ctrl-C, `kill`, a closed terminal and a cluster's warning as a flag that the training loop looks
-//! at between two steps.
+//! Ctrl-C, `kill`, a closed terminal and a cluster's warning as a flag that the training loop
+//! checks between two steps.
 
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,33 +11,33 @@ use signal_hook::consts::{SIGHUP, SIGUSR1};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
-/// What the process's handlers look at. They are installed once and stay, for a handler cannot be
-/// taken back; while no run trains they do what would have happened without them.
+/// The flags of the process's handlers. The handlers are installed once and stay, because a handler
+/// cannot be removed; while no run trains they do what would have happened without them.
 #[derive(Clone, Default)]
 struct Flags {
-    /// Nobody trains: a signal does what it did before.
+    /// No run trains: a signal does what it did before.
     idle: Arc<AtomicBool>,
     /// A signal came while a run trained.
     asked: Arc<AtomicBool>,
-    /// One of them was SIGINT; the next of its kind ends the process.
+    /// One of them was SIGINT; the next SIGINT ends the process.
     interrupted: Arc<AtomicBool>,
 }
 
 /// The handlers' flags, once there are handlers, and how many runs train.
 static RUNNING: Mutex<(Option<Flags>, usize)> = Mutex::new((None, 0));
 
-/// Catches SIGINT, SIGTERM, SIGHUP and SIGUSR1 (with which Slurm warns before a limit) for as long
-/// as it lives; a second SIGINT ends the process at once. (The others may come twice by themselves:
-/// from a terminal's shell and from the terminal.) A signal that the process was told to ignore, as
-/// by `nohup`, stays ignored.
+/// Catches SIGINT, SIGTERM, SIGHUP and SIGUSR1 (Slurm's warning before a limit) for as long as it
+/// lives; a second SIGINT ends the process at once. (The others may come twice by themselves: from
+/// a terminal's shell and from the terminal.) A signal that the process was told to ignore, as by
+/// `nohup`, stays ignored.
 ///
-/// A [`Run`](crate::Run) catches signals by itself while it trains; a program that holds a `Stop`
-/// of its own loses none before.
+/// A [`Run`](crate::Run) catches signals by itself while it trains; a program that holds its own
+/// `Stop` does not miss one before that.
 ///
 /// ```
 /// use copq_experiments::Stop;
 ///
-/// let stop = Stop::catch()?; // from here on Ctrl-C is a question, not the end
+/// let stop = Stop::catch()?; // from here on Ctrl-C is a request, not the end
 /// assert!(!stop.is_asked());
 /// # Ok::<(), copq::Error>(())
 /// ```
@@ -115,8 +115,8 @@ fn install() -> std::io::Result<Flags> {
         if before == Disposition::Default {
             flag::register_conditional_default(signal, flags.idle.clone())?;
             if signal == SIGINT {
-                // 128 + signal is the shell's custom. Only a second SIGINT: a SIGTERM that comes with
-                // the first, as from a pool of runs, is no second one.
+                // 128 + signal is the shell's convention. Only a second SIGINT counts: a SIGTERM
+                // that comes with the first one, as from a pool of runs, does not.
                 let second = flags.interrupted.clone();
                 flag::register_conditional_shutdown(signal, 128 + signal, second)?;
                 flag::register(signal, flags.interrupted.clone())?;
@@ -133,12 +133,12 @@ enum Disposition {
     /// What the system does: it ends the process.
     Default,
     Ignored,
-    /// A handler of the program that we are part of, which is called with ours.
+    /// The program that we are part of has a handler, which is called along with ours.
     Caught,
 }
 
 impl Disposition {
-    /// As Linux tells it; elsewhere nobody does, and the usual is supposed.
+    /// As Linux reports it; elsewhere it is unknown, and the default is assumed.
     fn of(signal: i32) -> Self {
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
         let has = |field: &str| {

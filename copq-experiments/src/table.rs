@@ -1,4 +1,4 @@
-//! A CSV on disk that grows by a row at a time: `metrics.csv`, `evaluations.csv`, `timings.csv`.
+//! A CSV file that grows one row at a time: `metrics.csv`, `evaluations.csv`, `timings.csv`.
 
 use std::fs::File;
 use std::io::Write;
@@ -20,9 +20,9 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// The file's rows whose step `keep` does not refuse, none if there is no file; an error if it
-    /// is there and fewer than `wanted` of its rows are left, for nobody would write them again.
-    /// Nothing is written yet: [`Table::start`].
+    /// The file's rows whose step `keep` accepts; none if there is no file. An error if there is
+    /// one and fewer than `wanted` of its rows are left, because nothing would write them again.
+    /// Nothing is written yet: see [`Table::start`].
     pub(crate) fn read(path: &Path, wanted: u64, keep: impl Fn(u64) -> bool) -> Result<Sheet> {
         let mut sheet = Sheet::default();
         if path.exists() {
@@ -54,7 +54,8 @@ impl Table {
         Ok(Self { path: path.to_owned(), columns, file, last, rows: steps.len() as u64 })
     }
 
-    /// Rows in the file that a longer run has as well: a last one that is not due is the end's.
+    /// Rows in the file that a longer run has as well: a last one that is not due belongs to the
+    /// end.
     pub(crate) fn rows(&self, is_due: impl Fn(u64) -> bool) -> u64 {
         let is_end = self.last.is_some_and(|last| !is_due(last));
         self.rows - u64::from(is_end)

@@ -9,7 +9,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use copq::{Result, files};
 use prost::Message;
 
-/// `tensorflow.Event`, as far as scalars need it.
+/// `tensorflow.Event`, with the fields that scalars need.
 #[derive(Clone, PartialEq, Message)]
 struct Event {
     #[prost(double, tag = "1")]
@@ -46,7 +46,7 @@ struct Scalar {
 
 #[derive(Clone, PartialEq, Message)]
 struct SessionLog {
-    /// 1: a session starts, and what earlier files say of its step and later ones is void.
+    /// 1: a session starts, and what earlier files say about its step and later ones is void.
     #[prost(int32, tag = "1")]
     status: i32,
 }
@@ -59,8 +59,8 @@ pub(crate) struct EventFile {
 }
 
 impl EventFile {
-    /// Begins a file of the steps from `first` on; TensorBoard forgets what earlier files said of
-    /// them.
+    /// Begins a file for the steps from `first` on; TensorBoard forgets what earlier files said
+    /// about them.
     pub(crate) fn create(folder: &Path, first: u64) -> Result<Self> {
         let path = unused_name(folder);
         let file = File::options().create_new(true).append(true).open(&path);

@@ -1,5 +1,5 @@
-//! `timings.csv`: where the time of each logging interval went. Apart from the metrics, which are
-//! the same in every run.
+//! `timings.csv`: where the time of each logging interval went. It is kept apart from the metrics,
+//! which are the same every time a run is made.
 
 use std::time::{Duration, Instant};
 

@@ -10,10 +10,10 @@ use resvg::usvg::{Options, Tree};
 
 use crate::font::DEJAVU_SANS;
 
-/// Pixels to a unit of the layout.
+/// Pixels per unit of the layout.
 const SCALE: f32 = 2.0;
 
-/// An SVG, which is opaque, as the bytes of a PNG file, two pixels to a unit.
+/// An opaque SVG as the bytes of a PNG file, two pixels per unit.
 pub(crate) fn rasterise(svg: &str) -> Result<Vec<u8>> {
     let (width, height, pixels) = pixels(svg)?;
     encode_png(&pixels, width, height)
@@ -31,8 +31,8 @@ pub(crate) fn write(path: &Path, svg: &str) -> Result<()> {
     }
 }
 
-/// An SVG, which is opaque, as red, green and blue of every pixel, row by row, two pixels to a
-/// unit; width and height first.
+/// An opaque SVG as red, green and blue of every pixel, row by row, two pixels per unit; width and
+/// height first.
 pub(crate) fn pixels(svg: &str) -> Result<(u32, u32, Vec<u8>)> {
     let mut fonts = Database::new();
     fonts.load_font_source(Source::Binary(Arc::new(DEJAVU_SANS)));

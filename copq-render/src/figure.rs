@@ -33,12 +33,12 @@ impl Series {
         Self { label: label.into(), points, thin: Vec::new() }
     }
 
-    /// Whether there is anything to see of it.
+    /// Whether any of it can be seen.
     pub(crate) fn is_drawn(&self) -> bool {
         self.points.iter().any(Point::is_drawable) || self.thin.iter().any(|line| !line.is_empty())
     }
 
-    /// With thin lines of the same colour under it, such as one a seed: steps and values.
+    /// With thin lines of the same colour under it, such as one per seed: steps and values.
     pub fn thin(self, thin: Vec<Vec<[f64; 2]>>) -> Self {
         Self { thin, ..self }
     }
@@ -54,7 +54,7 @@ impl Series {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// Where it stands on the axis of steps.
+    /// Its place on the axis of steps.
     pub step: f64,
     /// Where the line goes.
     pub middle: f64,
@@ -101,17 +101,17 @@ impl Panel {
         Self { title: title.into(), unit, along, limit: None, series: Vec::new() }
     }
 
-    /// What its values are of, beside their axis; returns unless it is said.
+    /// What its values are, written beside their axis; returns by default.
     pub fn unit(self, unit: impl Into<String>) -> Self {
         Self { unit: unit.into(), ..self }
     }
 
-    /// What stands under its axis; environment steps unless it is said.
+    /// What is written under its axis; environment steps by default.
     pub fn along(self, along: &'static str) -> Self {
         Self { along, ..self }
     }
 
-    /// A dashed line that goes across.
+    /// A dashed line across.
     pub fn limit(self, limit: Option<f64>) -> Self {
         Self { limit, ..self }
     }
@@ -149,7 +149,7 @@ impl Figure {
         Self { title: title.into(), note: note.into(), columns: None, panels: Vec::new() }
     }
 
-    /// Panels in so many columns; at most three unless it is said.
+    /// Puts the panels in this many columns; by default, in at most three.
     pub fn columns(self, columns: usize) -> Self {
         Self { columns: Some(columns.max(1)), ..self }
     }
@@ -168,7 +168,7 @@ impl Figure {
         Ok(pen.svg())
     }
 
-    /// The figure as the bytes of a PNG file, two pixels to a unit of the layout.
+    /// The figure as the bytes of a PNG file, two pixels per unit of the layout.
     pub fn png(&self) -> Result<Vec<u8>> {
         canvas::rasterise(&self.svg()?)
     }

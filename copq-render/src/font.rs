@@ -1,14 +1,14 @@
-//! The letters of figures, embedded so that no font need be installed. (`fonts/LICENSE.txt`)
+//! The font of figures, embedded so that none need be installed. (`fonts/LICENSE.txt`)
 
 use ab_glyph::{Font, FontRef};
 
-/// The name that figures use; viewers of SVG put their own sans-serif in its place.
+/// The name that figures use; SVG viewers put their own sans-serif font in its place.
 pub(crate) const FAMILY: &str = "sans-serif";
 
 pub(crate) static DEJAVU_SANS: &[u8] = include_bytes!("../fonts/DejaVuSans-subset.ttf");
 
-/// The letters of a text that PNG and GIF cannot show, each once: the embedded font has those of
-/// European languages. SVG has the text itself, and whoever shows it has more fonts.
+/// The letters of a text that PNG and GIF cannot show, each once. The embedded font has the letters
+/// of European languages. SVG contains the text itself, and its viewers have more fonts.
 ///
 /// ```
 /// assert_eq!(copq_render::missing_letters("Sécurité, 100 %"), "");

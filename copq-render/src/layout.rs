@@ -30,12 +30,12 @@ pub(crate) fn colour(n: usize) -> Colour {
     COLOURS[n % COLOURS.len()]
 }
 
-/// How often all colours have been used before the n-th label's.
+/// How many times all colours have been used up before the n-th label.
 pub(crate) fn round(n: usize) -> usize {
     n / COLOURS.len()
 }
 
-/// The dashes of the n-th label's line: whole for as many as there are colours, then others.
+/// The dashes of the n-th label's line: solid for as many labels as there are colours, then dashed.
 fn dashes(n: usize) -> Option<&'static str> {
     const DASHES: [&str; 6] = ["7 3", "2 2", "9 3 2 3", "14 4", "5 2 1 2", "9 2 2 2 2 2"];
     Some(DASHES[round(n).checked_sub(1)? % DASHES.len()])
@@ -51,7 +51,8 @@ pub fn label_sample(n: usize) -> String {
     )
 }
 
-/// What belongs to the n-th label, for whoever shows and hides it; its lines have its dashes.
+/// Attributes of what belongs to the n-th label, so that it can be shown and hidden; its lines have
+/// its dashes.
 pub(crate) fn series_attributes(n: usize) -> [(&'static str, String); 2] {
     let dashes = dashes(n).unwrap_or("none");
     [("class", format!("series s{n}")), ("stroke-dasharray", dashes.to_owned())]
@@ -97,7 +98,7 @@ fn note_lines(note: &str, width: f64) -> Vec<String> {
     lines
 }
 
-/// The legend's labels with their numbers: of what is drawn somewhere; a single curve needs none.
+/// The legend's labels with their numbers, for what is drawn somewhere; a single curve needs none.
 fn labels(figure: &Figure) -> Vec<(usize, &str)> {
     let series: &[Series] = figure.panels.first().map_or(&[], |panel| &panel.series);
     let is_drawn = |n: usize| {
@@ -107,8 +108,8 @@ fn labels(figure: &Figure) -> Vec<(usize, &str)> {
     if series.len() < 2 { Vec::new() } else { labels.filter(|&(n, _)| is_drawn(n)).collect() }
 }
 
-/// Width of a label with its sample, at most the sheet's. From its number of letters, as no font is
-/// at hand before there is paper.
+/// Width of a label with its sample, at most the sheet's. Estimated from its number of letters,
+/// because there is no font before there is a sheet.
 fn item_width(label: &str, width: f64) -> f64 {
     let letters = 0.58 * LEGEND_SIZE * label.chars().count() as f64;
     (SAMPLE + 32.0 + letters).min(width - 2.0 * MARGIN)

@@ -65,7 +65,7 @@ impl Axes {
         Self { frame: *frame, last_step, low, high }
     }
 
-    /// Where it is and what it spans, for whoever asks what is under a pointer.
+    /// Where it is and what it spans, for a script that shows what is under the pointer.
     fn attributes(&self) -> [(&'static str, String); 3] {
         let Frame { left, right, top, bottom } = self.frame;
         [

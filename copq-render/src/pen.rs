@@ -21,7 +21,7 @@ pub(crate) const GRID: Colour = [226, 226, 226];
 const FARTHEST: f64 = 1e5;
 /// Length of a dash, and of the gap after it.
 const DASH: f64 = 6.0;
-/// How far below a word's middle its baseline lies, in parts of its size, and how far below its
+/// How far below a word's middle its baseline lies, as a share of its size, and how far below its
 /// upper edge.
 const MIDDLE: f64 = 0.36;
 const ASCENT: f64 = 0.9;
@@ -69,13 +69,13 @@ impl Pen {
     pub(crate) fn begin_clipped(&mut self, [left, right, top, bottom]: [f64; 4]) {
         let inside = Rectangle::new().set("x", tidy(left)).set("y", tidy(top));
         let inside = inside.set("width", tidy(right - left)).set("height", tidy(bottom - top));
-        // Frames of one size share a name, so that several pictures may stand on one page.
+        // Frames of one size share a name, so that several pictures can be on one page.
         let name = format!("inside-{left}-{right}-{top}-{bottom}");
         self.put(ClipPath::new().set("id", name.as_str()).add(inside));
         self.begin([("clip-path", format!("url(#{name})"))]);
     }
 
-    /// What is drawn until [`Pen::end`] belongs together, by these attributes.
+    /// What is drawn until [`Pen::end`] becomes a group with these attributes.
     pub(crate) fn begin<const N: usize>(&mut self, attributes: [(&str, String); N]) {
         let group = Group::new();
         let group =
@@ -106,7 +106,7 @@ impl Pen {
     pub(crate) fn dashes(&mut self, from_to: [At; 2], width: f64, colour: Colour) {
         let [(x0, y0), (x1, y1)] = from_to;
         let length = (x1 - x0).hypot(y1 - y0);
-        // What leads nowhere that can be drawn is not drawn.
+        // A line to a place that cannot be drawn is left out.
         if !length.is_finite() || length > FARTHEST {
             return;
         }
@@ -150,7 +150,7 @@ impl Pen {
         });
     }
 
-    /// A word's size that fits into some room, at most this.
+    /// The size at which a word fits into some room, at most `size`.
     pub(crate) fn fitted(&self, text: &str, size: f64, room: f64) -> f64 {
         size * (room / self.width(text, size)).min(1.0)
     }

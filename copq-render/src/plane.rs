@@ -11,7 +11,7 @@ use crate::pen::{Anchor, At, GRID, INK, Pen};
 use crate::ticks::{label, ticks};
 
 const WIDTH: u32 = 480;
-/// So that the axes are as high as they are wide.
+/// Makes the axes as high as they are wide.
 const HEIGHT: u32 = 512;
 /// Room around the axes: left, right, top, bottom.
 const ROOM: [f64; 4] = [72.0, 18.0, 44.0, 78.0];
@@ -59,13 +59,12 @@ impl Plane {
         Self { title: title.into(), axes, marks: Vec::new(), limit: None, ranges: None }
     }
 
-    /// Shows from where to where of each axis, whatever lies outside; all that there is unless it
-    /// is said.
+    /// Shows only this range of each axis, whatever lies outside; by default, everything.
     pub fn ranges(self, ranges: [[f64; 2]; 2]) -> Self {
         Self { ranges: Some(ranges), ..self }
     }
 
-    /// A dashed line upwards at a place of the first axis.
+    /// A vertical dashed line at a place of the first axis.
     pub fn limit(self, limit: f64) -> Self {
         Self { limit: Some(limit), ..self }
     }
@@ -109,8 +108,8 @@ impl Plane {
         canvas::write(path.as_ref(), &self.svg()?)
     }
 
-    /// Writes planes, one after the other for so many hundredths of a second each, as an animated
-    /// GIF. Give them [`Plane::ranges`], and marks of the same names.
+    /// Writes planes as an animated GIF, one after the other, each for this many hundredths of a
+    /// second. Give them [`Plane::ranges`], and marks with the same names.
     pub fn write_gif(planes: &[Self], hundredths: u16, path: impl AsRef<Path>) -> Result<()> {
         let [first, ..] = planes else {
             return Err(Error::invalid("pictures of an animation", "at least one", 0));
@@ -178,7 +177,7 @@ impl Plane {
         }
     }
 
-    /// An axis from the smallest to the largest of what is shown, with a little room.
+    /// An axis's range: from the smallest to the largest of what is shown, with a little room.
     fn range(&self, axis: usize) -> [f64; 2] {
         if let Some(ranges) = self.ranges {
             return ranges[axis];
@@ -212,7 +211,7 @@ impl Plane {
 }
 
 impl Mark {
-    /// Whether there is nothing to see of it.
+    /// Whether none of it can be seen.
     fn is_empty(&self) -> bool {
         matches!(self, Self::Points(points) if !points.iter().any(is_finite))
     }

@@ -1,5 +1,5 @@
-//! Pictures by MuJoCo's own renderer, without a window: of any robot's position, whichever engine
-//! it comes from.
+//! Pictures by MuJoCo's own renderer, without a window. They show a robot at any position,
+//! whichever engine it comes from.
 
 mod scenery;
 
@@ -14,22 +14,22 @@ use mujoco_rs::wrappers::{MjData, MjModel, MjvCamera};
 
 use crate::mujoco_rs::{compile, version};
 
-/// Pixels that a picture has at most each way: every OpenGL draws as many.
+/// Largest width and height of a picture in pixels: every OpenGL can draw as many.
 const LARGEST: u32 = 8_192;
 
-/// What EGL consists of, for those who lack it.
+/// What EGL consists of, for users who lack it.
 const INSTALL: &str = "pictures need EGL and OpenGL; Mesa's draw without a graphics card (Debian: apt-get install libegl1 \
                        libgl1-mesa-dri)";
 /// Degrees from the x axis in which the camera looks (90 is along y), and above the horizon.
 const VIEW: [f64; 2] = [112.0, -16.0];
-/// Distance of the camera, in sizes of the robot: its height or its length, whichever is more.
+/// Distance of the camera, in multiples of the robot's size: its height or its length, whichever is
+/// larger.
 const DISTANCE: f64 = 2.1;
 
-/// Draws a robot above a chequered floor, seen from a camera that goes with it sideways and in
-/// depth.
+/// Draws a robot above a chequered floor, seen by a camera that follows it sideways and in depth.
 ///
-/// It has a model of its own: an engine that runs meanwhile takes no notice. Tied to its thread, as
-/// OpenGL is.
+/// It has its own model, so an engine that runs at the same time is not affected. It is tied to its
+/// thread, as OpenGL is.
 ///
 /// ```no_run
 /// // A robot as its task begins, with grey limbs.
@@ -46,8 +46,8 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer of pictures with so many pixels, which gives the n-th limb of the robot (see
-    /// [`RobotSpec::limbs`]) its colour, red, green and blue.
+    /// A renderer of pictures of this size in pixels. `colour` gives the red, green and blue of the
+    /// robot's n-th limb (see [`RobotSpec::limbs`]).
     ///
     /// An error if there is no EGL that draws without a window: it says what to install.
     pub fn new(
@@ -87,8 +87,8 @@ impl Renderer {
         self.data.forward();
         let [x, y, _] = self.robot.centre_of_mass(&self.robot.body_poses(qpos));
         self.renderer.camera_mut().lookat[..2].copy_from_slice(&[x, y]);
-        // Twice, for MuJoCo centres the endless floor where the camera was the last time: a
-        // position has one picture.
+        // Twice, because MuJoCo centres the endless floor where the camera was the last time. So
+        // each position has one picture.
         let renderer = &mut self.renderer;
         let data = &mut self.data;
         let drawn = renderer
@@ -96,7 +96,7 @@ impl Renderer {
             .and_then(|()| renderer.sync_data(data))
             .and_then(|()| renderer.render());
         drawn.map_err(|error| failure(error.to_string()))?;
-        // Without pixels only if they had been turned off.
+        // There are no pixels only if they had been turned off.
         Ok(self.renderer.rgb_flat().unwrap_or_default())
     }
 }
@@ -111,7 +111,7 @@ fn failure(what: String) -> Error {
     Error::Env { env: "MuJoCo's renderer".into(), what }
 }
 
-/// Colours every body's geoms as its limb; the world's have their own.
+/// Gives every body's geoms the colour of its limb; the world's have their own.
 fn paint(model: &mut MjModel, limbs: &[usize], colour: impl Fn(usize) -> [u8; 3]) {
     let bodies = model.geom_bodyid().to_vec();
     for (rgba, body) in model.geom_rgba_mut().iter_mut().zip(bodies) {
@@ -123,7 +123,7 @@ fn paint(model: &mut MjModel, limbs: &[usize], colour: impl Fn(usize) -> [u8; 3]
     }
 }
 
-/// A camera as far away as the robot is large, at half its height.
+/// A camera at a distance proportional to the robot's size, aimed at half its height.
 fn camera(robot: &RobotSpec, model: &MjModel) -> MjvCamera {
     let segments = robot.segments(&robot.body_poses(&robot.initial_qpos));
     let ends = || segments.iter().flat_map(|segment| segment.ends.map(|end| (end, segment.radius)));

@@ -1,4 +1,4 @@
-//! What a picture needs beside the robot: sky, tiles, light.
+//! What a picture needs besides the robot: sky, tiles, light.
 
 /// Tiles have the size of those in `copq_render::animation`: half a metre.
 const ASSETS: &str = r#"<asset>
@@ -8,11 +8,11 @@ const ASSETS: &str = r#"<asset>
 </asset>
 "#;
 
-/// The lamp goes with the robot, for only so much around it can throw a shadow.
+/// The lamp follows the robot, because only a limited area around it can have shadows.
 const LAMP: &str = r#"<light mode="trackcom" directional="true" pos="-2 -3 8" dir="0.25 0.375 -1" diffuse="0.55 0.55 0.55"/>
 "#;
 
-/// The MJCF of a robot with scenery; nothing of it touches the physics.
+/// The MJCF of a robot with scenery, which does not affect the physics.
 pub(super) fn add(mjcf: &str, [width, height]: [u32; 2]) -> String {
     let visual = format!(
         "<visual>\n<global offwidth=\"{width}\" offheight=\"{height}\"/>\n<quality offsamples=\"4\" shadowsize=\"2048\"/>\n\

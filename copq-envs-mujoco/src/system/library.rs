@@ -1,4 +1,4 @@
-//! Finding and opening the installed library, once a process.
+//! Finding and opening the installed library, once per process.
 
 use std::env;
 use std::ffi::CString;
@@ -11,13 +11,12 @@ use super::shim::{Shim, copq_mujoco};
 use crate::c_text::words;
 use crate::version::{check_version, dotted};
 
-/// Names the library's file, at run time.
+/// The variable that names the library's file at run time.
 const FILE: &str = "COPQ_MUJOCO_LIBRARY";
 const INSTALL: &str =
     "install MuJoCo's library and headers (Debian: apt-get install libmujoco-dev)";
 
-/// The shim with its library open; opened at the first call, and every later one gives the same
-/// answer.
+/// The shim with its library open. The first call opens it; every later call gives the same answer.
 pub(super) fn library() -> Result<&'static Shim> {
     static LIBRARY: OnceLock<std::result::Result<&'static Shim, String>> = OnceLock::new();
     let opened = LIBRARY.get_or_init(open).clone();
@@ -54,8 +53,8 @@ fn open() -> std::result::Result<&'static Shim, String> {
     Err(format!("MuJoCo {version} was not found ({failures}); {INSTALL}, or set {FILE}"))
 }
 
-/// What to open: the file that the environment names, or else where the headers were found and what
-/// the loader knows.
+/// The files to try: the one that the variable names, or else the one found with the headers and
+/// those that the loader knows.
 fn candidates(header: i32) -> Vec<String> {
     if let Ok(file) = env::var(FILE) {
         return vec![file];

@@ -9,7 +9,7 @@ use copq_envs::{Locomotion, Options, RobotSpec};
 
 use crate::Mujoco;
 
-/// The environment of this name (see [`copq_envs::tasks`]); an unknown name is answered with the
+/// The environment of this name (see [`copq_envs::tasks`]). The error for an unknown name lists the
 /// nearest ones.
 pub fn make(name: &str) -> Result<Box<dyn Env>> {
     make_with(name, &Options::default())

@@ -1,4 +1,4 @@
-//! `shim.c`: what a MuJoCo that is opened at run time is called through.
+//! `shim.c`, through which a MuJoCo opened at run time is called.
 
 use std::ffi::{c_char, c_int, c_void};
 
@@ -12,8 +12,8 @@ pub(super) type Data = c_void;
 pub(super) struct Shim {
     /// The version of the headers it was compiled with, as `mj_version` counts.
     pub header: c_int,
-    /// Opens a library, tells its version, and finds what it needs if that is the headers'; null,
-    /// or what went wrong.
+    /// Opens a library, writes its version, and finds what it needs if that is the version of the
+    /// headers. Returns null, or what went wrong.
     pub open: unsafe extern "C" fn(path: *const c_char, version: *mut c_int) -> *const c_char,
     pub load: unsafe extern "C" fn(
         mjcf: *const c_char,
@@ -46,6 +46,6 @@ pub(super) struct Shim {
 }
 
 unsafe extern "C" {
-    /// Null if there were no headers at build time, else valid for ever.
+    /// Null if there were no headers at build time, otherwise valid for ever.
     pub(super) safe fn copq_mujoco() -> *const Shim;
 }

@@ -12,7 +12,7 @@ use super::shim::{Data, Model, Shim};
 use crate::c_text::words;
 use crate::simulation::{Array, Call, Simulation};
 
-/// Compiles a model; one at a time, for old versions keep the last one in a global.
+/// Compiles a model; one at a time, because old versions keep the last one in a global.
 pub(super) fn open(mjcf: &str) -> Result<Box<dyn Simulation>> {
     static COMPILER: Mutex<()> = Mutex::new(());
     let shim = library()?;
@@ -31,13 +31,13 @@ pub(super) fn open(mjcf: &str) -> Result<Box<dyn Simulation>> {
     Ok(Box::new(simulation.map_err(|what| Error::other("making MuJoCo's data", what))?))
 }
 
-/// An mjModel; nobody writes to it.
+/// An mjModel; nothing writes to it.
 struct Compiled {
     shim: &'static Shim,
     model: NonNull<Model>,
 }
 
-// SAFETY: MuJoCo only reads a model while it simulates, from as many threads as one likes.
+// SAFETY: MuJoCo only reads a model while it simulates, from any number of threads.
 unsafe impl Send for Compiled {}
 // SAFETY: as above.
 unsafe impl Sync for Compiled {}
@@ -73,7 +73,7 @@ impl Opened {
     /// Start and length of an array.
     fn find(&self, array: Array) -> (*mut f64, usize) {
         let mut length = 0;
-        // SAFETY: model and data belong together, and `Array` counts as the shim does.
+        // SAFETY: model and data belong together, and `Array` has the shim's numbers.
         let start = unsafe {
             (self.shim.array)(self.model(), self.data.as_ptr(), array as c_int, &mut length)
         };
@@ -92,7 +92,7 @@ impl Simulation for Opened {
     fn array(&self, array: Array) -> &[f64] {
         let (start, length) = self.find(array);
         if length == 0 {
-            return &[]; // of a robot without motors, which may be null
+            return &[]; // a robot without motors, whose array may be null
         }
         // SAFETY: the array lives as long as the data, and has numbers, so it is not null.
         unsafe { from_raw_parts(start, length) }
@@ -110,7 +110,7 @@ impl Simulation for Opened {
     fn call(&mut self, call: Call, times: usize) -> std::result::Result<(), String> {
         let times = c_int::try_from(times)
             .map_err(|_| format!("{times} physics steps are too many at once"))?;
-        // SAFETY: model and data belong together, and `Call` counts as the shim does.
+        // SAFETY: model and data belong together, and `Call` has the shim's numbers.
         let message =
             unsafe { (self.shim.run)(call as c_int, self.model(), self.data.as_ptr(), times) };
         // SAFETY: null, or a string that lasts until this thread's next call.

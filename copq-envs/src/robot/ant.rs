@@ -1,6 +1,6 @@
 //! The ant: a ball with four legs of three segments each, two of them movable.
 //!
-//! Facts of Gymnasium's ant v5 as MuJoCo 3.17.0 compiles them, and of Brax's.
+//! The numbers are those of Gymnasium's ant v5 as MuJoCo 3.17.0 compiles it, and of Brax's ant.
 
 use crate::Field;
 
@@ -28,8 +28,8 @@ const FUSED: Inertial = Inertial {
 /// The ant: 0.91 kg, qpos = (position, quaternion, then hip and ankle of each leg), eight motors of
 /// 150 N m, those of the last leg first.
 ///
-/// Gymnasium's starts with its ankles outside their limits, as its own environment does; Brax's
-/// starts on bent legs.
+/// Gymnasium's starts with its ankles outside their limits, as in Gymnasium itself; Brax's starts
+/// on bent legs.
 pub fn ant(preset: Preset) -> RobotSpec {
     match preset {
         Preset::GymV5 => gym(),
@@ -142,7 +142,7 @@ fn sprung(joint: Joint) -> Joint {
     Joint { damping: 1.0, armature: 1.0, ..joint }
 }
 
-/// The point this far out along x and y in a leg's direction.
+/// The point at this distance along both x and y in a leg's direction.
 fn along([x, y]: [f64; 2], distance: f64) -> [f64; 3] {
     [x * distance, y * distance, 0.0]
 }

@@ -1,4 +1,4 @@
-//! A rigid body: where it hangs and how its mass is distributed.
+//! A rigid body: where it is attached and how its mass is distributed.
 
 /// One rigid body of a robot.
 ///
@@ -12,7 +12,7 @@
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// A name of its own among the bodies, not `world`; or nothing.
+    /// A name that is unique among the bodies and is not `world`; it may be empty.
     pub name: String,
     /// Index of the parent body; `None` is the world.
     pub parent: Option<usize>,

@@ -64,7 +64,7 @@ pub(super) fn solid_ball(density: f64, radius: f64, centre: [f64; 3]) -> Inertia
     Inertial { mass, com: centre, moments: [moment; 3], quat: [1.0, 0.0, 0.0, 0.0] }
 }
 
-/// The vector scaled to length 1; left alone if rounding is all that it lacks.
+/// The vector scaled to length 1, or unchanged if only rounding separates its length from 1.
 pub(super) fn unit(vector: [f64; 3]) -> [f64; 3] {
     let norm = norm(vector);
     if (norm - 1.0).abs() < 1e-15 { vector } else { vector.map(|x| x / norm) }

@@ -98,7 +98,7 @@ impl RobotSpec {
                 ));
             }
             let length = joint.axis.iter().map(|x| x * x).sum::<f64>().sqrt();
-            // MuJoCo refuses the shortest, too.
+            // MuJoCo also refuses the shortest.
             if joint.kind != JointKind::Free && !(length > 1e-9 && length.is_finite()) {
                 let wanted = "an axis that has a length";
                 return Err(self.wrong(&joint.name, wanted, format!("{:?}", joint.axis)));
@@ -142,7 +142,7 @@ impl RobotSpec {
         Ok(())
     }
 
-    /// Health and velocity point look at entries of qpos, which must be there.
+    /// Health and velocity point look at entries of qpos, which must exist.
     fn check_conventions(&self) -> Result<()> {
         let nq = self.nq();
         if self.health != Health::Always && nq < 3 {
@@ -159,7 +159,7 @@ impl RobotSpec {
         Ok(())
     }
 
-    /// So that an observation neither skips more than there is nor is clipped to nothing.
+    /// Observations must not skip more than there is, nor clip to a bound that is negative or NaN.
     fn check_observation(&self) -> Result<()> {
         let nq = self.nq();
         if self.observation.skip >= nq {

@@ -3,9 +3,9 @@
 use super::{Geom, RobotSpec};
 
 impl RobotSpec {
-    /// Whether geoms `a` and `b` (indices) may touch: the bits of one's type and the other's
-    /// affinity meet, and their bodies are neither the same nor parent and child, bodies without
-    /// joints counting as one with their parents. The world counts as nobody's parent here.
+    /// Whether geoms `a` and `b` (indices) may touch. They may if one's type and the other's
+    /// affinity share a bit, and their bodies are neither the same nor parent and child. A body
+    /// without joints counts as one with its parent. The world counts as nobody's parent here.
     pub fn collide(&self, a: usize, b: usize) -> bool {
         let a = &self.geoms[a];
         let b = &self.geoms[b];
@@ -21,7 +21,7 @@ impl RobotSpec {
             && child.is_some_and(|child| self.welded(self.bodies[child].parent) == parent)
     }
 
-    /// The body, or if it has no joints the next one above that has; `None` is the world.
+    /// The body or, if it has no joints, the next one above that has; `None` is the world.
     fn welded(&self, body: Option<usize>) -> Option<usize> {
         let fixed = body.filter(|&body| self.joints_of(body).next().is_none());
         fixed.map_or(body, |fixed| self.welded(self.bodies[fixed].parent))

@@ -33,7 +33,7 @@ pub enum Shape {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geom {
-    /// A name of its own among the geoms, or nothing.
+    /// A name that is unique among the geoms; it may be empty.
     pub name: String,
     /// Index of the body that carries it; `None` is the world.
     pub body: Option<usize>,

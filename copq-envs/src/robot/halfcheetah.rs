@@ -1,7 +1,7 @@
 //! The half-cheetah: a running robot in the x-z plane, with a torso that carries a head, a back leg
 //! and a front leg.
 //!
-//! Facts of Gymnasium's halfcheetah v5 as MuJoCo 3.17.0 compiles them, and of Brax's.
+//! The numbers are those of Gymnasium's halfcheetah v5 as MuJoCo 3.17.0 compiles it, and of Brax's.
 
 use super::{
     Actuator, Body, Capsule, Geom, Health, Inertial, Integrator, Joint, Noise, Observation, Preset,
@@ -11,7 +11,7 @@ use super::{
 const RADIUS: f64 = 0.046;
 const CONTACT: Softness = Softness { solref: [0.02, 1.0], solimp: [0.0, 0.8, 0.01, 0.5, 2.0] };
 const LIMIT: Softness = Softness { solref: [0.02, 1.0], solimp: [0.0, 0.8, 0.03, 0.5, 2.0] };
-/// Brings the total mass of limbs of 1000 kg/m^3 to 14 kg.
+/// Scales limbs of 1000 kg/m^3 so that the total mass is 14 kg.
 const SCALE: f64 = 0.6608849500774736;
 
 /// Torso and head together.

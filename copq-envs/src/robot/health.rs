@@ -1,6 +1,7 @@
-//! When a robot counts as healthy; an episode terminates on the step where it stops to.
+//! When a robot counts as healthy. An episode terminates on the step on which it stops being
+//! healthy.
 
-/// The test, on the state after a step.
+/// The health test, applied to the state after a step.
 ///
 /// ```
 /// use copq_envs::robot::{Preset, hopper};
@@ -14,14 +15,14 @@
 pub enum Health {
     /// Never terminates.
     Always,
-    /// For robots in the x-z plane, qpos = (x, z, pitch, joints): all bounds are open intervals.
+    /// For robots in the x-z plane, with qpos = (x, z, pitch, joints). All intervals are open.
     Planar {
         /// Height of the torso (m).
         height: [f64; 2],
         /// Pitch of the torso qpos\[2\] (rad).
         pitch: [f64; 2],
-        /// Every element of qpos\[2..\] and qvel must be smaller than this in size; infinite for no
-        /// test.
+        /// Every element of qpos\[2..\] and qvel must be smaller than this in absolute value;
+        /// infinite for no test.
         bound: f64,
         /// What is added to qpos\[1\] to get the height (m).
         lift: f64,

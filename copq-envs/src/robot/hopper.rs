@@ -1,6 +1,6 @@
 //! The hopper: a one-legged robot in the x-z plane, with a torso, a thigh, a leg and a foot.
 //!
-//! Facts of Gymnasium's hopper v5 as MuJoCo 3.17.0 compiles them, and of Brax's.
+//! The numbers are those of Gymnasium's hopper v5 as MuJoCo 3.17.0 compiles it, and of Brax's.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -57,7 +57,7 @@ fn gym() -> RobotSpec {
     }
 }
 
-/// Brax counts z from the reference pose and rounds the joints' limits.
+/// Brax measures z from the reference pose and rounds the joints' limits.
 fn paper() -> RobotSpec {
     RobotSpec {
         joints: joints(0.0, -planar::BRAX_150, planar::BRAX_45),

@@ -2,11 +2,11 @@
 
 use super::Softness;
 
-/// The freedom a joint gives.
+/// The degrees of freedom that a joint gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// All six freedoms; qpos holds position and quaternion (7), qvel the linear velocity in world
-    /// axes and the angular velocity in body axes (6).
+    /// All six degrees of freedom; qpos holds position and quaternion (7), qvel the linear velocity
+    /// in world axes and the angular velocity in body axes (6).
     Free,
     /// Translation along the axis (m).
     Slide,
@@ -39,13 +39,13 @@ impl JointKind {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// A name of its own among the joints; one without a motor may be called nothing.
+    /// A name that is unique among the joints; it may be empty if the joint has no motor.
     pub name: String,
     /// Index of the body that it moves.
     pub body: usize,
-    /// The freedom it gives.
+    /// The degrees of freedom that it gives.
     pub kind: JointKind,
-    /// Axis in the body frame, of any length but 0 (of no meaning to a free joint).
+    /// Axis in the body frame, of any length except 0 (it has no meaning for a free joint).
     pub axis: [f64; 3],
     /// Point on the axis in the body frame (m).
     pub anchor: [f64; 3],
@@ -65,7 +65,7 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// All six freedoms.
+    /// All six degrees of freedom.
     pub fn free(name: &str, body: usize) -> Self {
         Self::new(name, body, JointKind::Free, [0.0, 0.0, 1.0])
     }

@@ -1,9 +1,10 @@
-//! Forward kinematics: where a robot's bodies and shapes are, given qpos alone. No engine is asked.
+//! Forward kinematics: where a robot's bodies and shapes are, computed from qpos alone, without an
+//! engine.
 
 use super::{Geom, Joint, JointKind, Pose, RobotSpec, Shape};
 
-/// A capsule in the world: all points within `radius` of the line between its ends, a ball if they
-/// coincide.
+/// A capsule in the world: all points within `radius` of the line between its ends. It is a ball if
+/// they coincide.
 ///
 /// ```
 /// use copq_envs::robot::{Preset, hopper};
@@ -17,8 +18,8 @@ use super::{Geom, Joint, JointKind, Pose, RobotSpec, Shape};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
-    /// Which limb it is part of: bodies from one branching to the next count as one, in the order
-    /// of the bodies.
+    /// Which limb it is part of. The bodies from one branching to the next count as one limb; limbs
+    /// are numbered in the order of the bodies.
     pub limb: usize,
     /// Centres of the two caps, in world axes (m).
     pub ends: [[f64; 3]; 2],
@@ -27,13 +28,13 @@ pub struct Segment {
 }
 
 impl RobotSpec {
-    /// The poses of the bodies, in their order: MuJoCo's xpos and xquat. `qpos` has nq entries;
-    /// fewer panic.
+    /// The poses of the bodies, in their order: MuJoCo's xpos and xquat. Panics if `qpos` has fewer
+    /// than nq entries.
     pub fn body_poses(&self, qpos: &[f64]) -> Vec<Pose> {
         let mut poses = Vec::<Pose>::with_capacity(self.bodies.len());
         let mut rest = qpos;
         for (index, body) in self.bodies.iter().enumerate() {
-            // Bodies come depth first, so that a parent's pose is there already.
+            // Bodies come depth first, so a parent's pose is already known.
             let parent = body.parent.map_or(Pose::WORLD, |parent| poses[parent]);
             let mut pose = parent.at(body.pos, body.quat);
             for (_, joint) in self.joints_of(index) {
@@ -60,7 +61,7 @@ impl RobotSpec {
         moment.map(|sum| sum / self.total_mass())
     }
 
-    /// The robot's capsules and balls, given [`RobotSpec::body_poses`]: all that it takes to draw
+    /// The robot's capsules and balls, given [`RobotSpec::body_poses`]: all that is needed to draw
     /// it.
     pub fn segments(&self, bodies: &[Pose]) -> Vec<Segment> {
         let limbs = self.limbs();
@@ -77,8 +78,8 @@ impl RobotSpec {
         self.geoms.iter().filter_map(segment).collect()
     }
 
-    /// The limb of each body, as [`Segment::limb`] counts them: an only child goes on with its
-    /// parent's.
+    /// The limb of each body, numbered as in [`Segment::limb`]: an only child continues its
+    /// parent's limb.
     pub fn limbs(&self) -> Vec<usize> {
         let children =
             |parent| self.bodies.iter().filter(|body| body.parent == Some(parent)).count();
@@ -93,7 +94,7 @@ impl RobotSpec {
     }
 }
 
-/// A body's pose after one more of its joints.
+/// A body's pose after one more of its joints has been applied.
 fn moved(pose: Pose, joint: &Joint, value: &[f64]) -> Pose {
     match joint.kind {
         JointKind::Free => {

@@ -6,19 +6,20 @@ use std::fmt::Display;
 
 use super::{Actuator, Algorithm, Geom, Integrator, Joint, JointKind, RobotSpec, Shape};
 
-/// First version, as `mj_version` counts, in which a contact begins at the sum of two margins and
-/// not at the larger.
+/// First version, as `mj_version` counts, in which a contact begins at the sum of two margins
+/// rather than at the larger.
 const MARGINS_ADD: i32 = 350;
-/// First version of the 3 series: it has flags for explicit damping and a limit to line searches.
+/// First version of the 3 series: it has a flag for explicit damping and a limit on line searches.
 const THREE: i32 = 300;
 
 impl RobotSpec {
     /// The robot and its world as MJCF for this version of MuJoCo, as `mj_version` counts: 222 is
     /// 2.2.2, 3017000 is 3.17.0.
     ///
-    /// Versions that take the larger of two margins get margins with the same sums for the floor,
-    /// and for the rest where a robot's margins are all equal. Versions without explicit damping
-    /// get none: see [`RobotSpec::applied_damping`].
+    /// For versions that take the larger of two margins, the margins are changed so that the result
+    /// stays the same: always for contacts with the floor, and for other contacts if a robot's
+    /// margins are all equal. For versions without explicit damping it is left out: see
+    /// [`RobotSpec::applied_damping`].
     pub fn mjcf(&self, version: i32) -> String {
         let mut text = format!("<mujoco model=\"{}\">\n", escaped(&self.name));
         text += "<compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n";
@@ -31,8 +32,9 @@ impl RobotSpec {
         text + "</actuator>\n</mujoco>\n"
     }
 
-    /// Damping of each freedom (nv) for which [`RobotSpec::mjcf`] left the force `-damping * qvel`
-    /// to the engine, to be applied before every physics step; `None` if MuJoCo does it all.
+    /// Damping of each degree of freedom (nv), if [`RobotSpec::mjcf`] left it out and the engine
+    /// must apply the force `-damping * qvel` before every physics step; `None` if MuJoCo does it
+    /// all.
     pub fn applied_damping(&self, version: i32) -> Option<Vec<f64>> {
         let damping = self.joints.iter().flat_map(|joint| vec![joint.damping; joint.kind.nv()]);
         self.lacks_explicit_damping(version).then(|| damping.collect())
@@ -129,7 +131,7 @@ impl RobotSpec {
 
     fn geom(&self, geom: &Geom, version: i32) -> String {
         let (shape, size) = match geom.shape {
-            // MuJoCo takes a size of 0 for infinite; the third number is for drawing only.
+            // MuJoCo treats a size of 0 as infinite; the third number is for drawing only.
             Shape::Plane => ("plane", "0 0 1".into()),
             Shape::Capsule { radius, half_length } => ("capsule", list(&[radius, half_length])),
             Shape::Sphere { radius } => ("sphere", radius.to_string()),
@@ -151,7 +153,7 @@ impl RobotSpec {
         )
     }
 
-    /// Where the larger of two margins counts, the floor's is given to the robot's geoms.
+    /// Where the larger of two margins counts, the floor's is added to those of the robot's geoms.
     fn margin(&self, geom: &Geom, version: i32) -> f64 {
         let floor = self.geoms_of(None).map(|floor| floor.margin).fold(0.0, f64::max);
         match geom.body {
@@ -171,7 +173,7 @@ impl RobotSpec {
     }
 }
 
-/// Numbers with spaces between; Rust's shortest form that parses back to the same bits.
+/// Numbers separated by spaces, in Rust's shortest form that parses back to the same bits.
 fn list<T: Display>(values: &[T]) -> String {
     values.iter().map(T::to_string).collect::<Vec<_>>().join(" ")
 }

@@ -1,4 +1,4 @@
-//! A robot in plain data: the one description from which every engine's model is built.
+//! A robot as plain data: the one description from which every engine's model is built.
 
 mod actuator;
 mod body;
@@ -50,11 +50,11 @@ pub use walker2d::walker2d;
 use crate::Dims;
 
 /// A robot, the world it lives in, and the conventions of its environments: where it starts, when
-/// it counts as healthy, what is seen of it and where it is.
+/// it counts as healthy, what the agent sees of it and which point counts as its place.
 ///
 /// Conventions are MuJoCo's: SI units and radians, z up, quaternions as (w, x, y, z), body frames
-/// relative to the parent, the world as parent of everything that has none. Bodies come depth first
-/// (a body, then all below it, then the next), joints in the order of qpos.
+/// relative to the parent, the world as the parent of every body that has none. Bodies are listed
+/// depth first (a body, then all below it, then the next), and joints in the order of qpos.
 ///
 /// ```
 /// use copq_envs::RobotSpec;
@@ -99,7 +99,7 @@ pub struct RobotSpec {
     /// The joints, in the order of qpos and of their bodies; a body with several joints applies
     /// them in order.
     pub joints: Vec<Joint>,
-    /// The shapes that collide, the floor among them.
+    /// The shapes that collide, including the floor.
     pub geoms: Vec<Geom>,
     /// The motors, in the order of the controls.
     pub actuators: Vec<Actuator>,
@@ -117,7 +117,7 @@ pub struct RobotSpec {
     pub initial_qpos: Vec<f64>,
     /// Noise added to every element of qpos and of qvel at a reset.
     pub reset_noise: [Noise; 2],
-    /// When an episode goes on.
+    /// When an episode continues.
     pub health: Health,
     /// The point whose motion is the robot's velocity.
     pub velocity_point: VelocityPoint,
@@ -161,7 +161,7 @@ impl RobotSpec {
         self.joints.iter().enumerate().filter(move |(_, joint)| joint.body == body)
     }
 
-    /// Scales the quaternions in a position to length 1 (zeros stay).
+    /// Scales the quaternions in a position to length 1 (quaternions of zeros stay).
     pub fn normalise(&self, qpos: &mut [f64]) {
         let mut rest = qpos;
         for joint in &self.joints {
@@ -174,8 +174,8 @@ impl RobotSpec {
         }
     }
 
-    /// The position in which this robot's bodies stand as the other's do at its start; the two have
-    /// the same joints, but may count from other references.
+    /// The position that puts this robot's bodies where the other's are at its start. The two
+    /// robots have the same joints, but the joints' references may differ.
     pub fn pose_of(&self, other: &Self) -> Vec<f64> {
         let shift =
             |(own, other): (&Joint, &Joint)| vec![own.reference - other.reference; own.kind.nq()];

@@ -5,14 +5,13 @@ use crate::{Field, Readings};
 use super::RobotSpec;
 use super::part::Part;
 
-/// Part of qpos, all of qvel, then what else the robot's observation has; neither scaled nor
-/// normalised.
+/// Part of qpos, all of qvel, then the observation's other parts; nothing is scaled or normalised.
 ///
 /// ```
 /// use copq_envs::Readings;
 /// use copq_envs::robot::{Observation, Preset, hopper};
 ///
-/// // Everything but x: 5 positions and 6 velocities, these clipped to 10.
+/// // Everything but x: 5 positions, and 6 velocities clipped to 10.
 /// let hopper = hopper(Preset::GymV5);
 /// let observation = Observation { clip: 10.0, ..Observation::planar() };
 /// let mut obs = [0.0; 11];
@@ -45,11 +44,11 @@ pub struct Observation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Senses {
-    /// What benchmarks A and B use: positions and velocities (ant: 27), and for the humanoid
+    /// What benchmarks A and B use: positions and velocities (ant: 27), and, for the humanoid, the
     /// inertia, velocities and forces of its bodies (348 in `GymV5`, 244 in `Paper`).
     #[default]
     Standard,
-    /// Positions and velocities only (humanoid: 45, as CAL's); every engine tells these.
+    /// Positions and velocities only (humanoid: 45, as in CAL); every engine reports these.
     Joints,
     /// All that Gymnasium v5 shows (ant: 105, with contact forces).
     Gymnasium,
@@ -66,7 +65,7 @@ impl Observation {
         Self { skip: 2, ..Self::planar() }
     }
 
-    /// The observation with these senses and no others left to choose.
+    /// The observation with these senses, with nothing optional left.
     pub fn with(mut self, senses: Senses) -> Self {
         let optional = std::mem::take(&mut self.optional);
         match senses {
@@ -77,7 +76,7 @@ impl Observation {
         self
     }
 
-    /// The fields that it is made of, beside qpos and qvel.
+    /// The fields that it is made of, in addition to qpos and qvel.
     pub fn fields(&self) -> impl Iterator<Item = Field> {
         self.parts.iter().flat_map(|part| part.fields()).copied()
     }

@@ -10,7 +10,7 @@ use super::velocity_point::centre_of_mass;
 /// One part of an [`Observation`](super::Observation).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part {
-    /// A field as the engine tells it.
+    /// A field as the engine reports it.
     Field {
         /// The field.
         field: Field,

@@ -1,5 +1,5 @@
 //! What robots in the x-z plane share: a root that slides along x and z and pitches about y, and
-//! limbs of one capsule.
+//! limbs of one capsule each.
 
 use super::{Body, Capsule, Geom, Joint, Softness};
 
@@ -23,9 +23,8 @@ pub(super) fn root(height: f64, softness: Softness) -> Vec<Joint> {
     ]
 }
 
-/// One limb: a body with one capsule. Points are (x, z) of the world at the reference pose (m);
-/// bodies' frames follow by subtraction, as they did for Gymnasium's, so that they have the same
-/// bits.
+/// One limb: a body with one capsule. Points are (x, z) of the world at the reference pose (m); the
+/// bodies' frames follow by subtraction, as they did for Gymnasium's, so they have the same bits.
 pub(super) struct Limb {
     pub name: &'static str,
     pub parent: Option<usize>,
@@ -43,7 +42,7 @@ impl Limb {
         Capsule::between(at(self.ends[0]), at(self.ends[1]), self.radius)
     }
 
-    /// The limb's body, filled with matter.
+    /// The limb's body, as a solid.
     fn body(&self, limbs: &[Self]) -> Body {
         let parent = self.parent.map_or([0.0; 2], |parent| limbs[parent].origin);
         let mut inertial = self.capsule().solid(DENSITY);

@@ -31,7 +31,7 @@ impl Pose {
         (self.isometry() * Point3::from(local)).into()
     }
 
-    /// The frame that lies at `pos`, rotated by `quat`, in this one. A quaternion of length 0 is no
+    /// The frame at `pos` in this one, rotated by `quat`. A quaternion of length 0 means no
     /// rotation, as in MuJoCo.
     pub fn at(&self, pos: [f64; 3], quat: [f64; 4]) -> Self {
         (self.isometry() * Self { pos, quat }.isometry()).into()
@@ -43,7 +43,7 @@ impl Pose {
         Self { pos: self.point(step.into()), ..*self }
     }
 
-    /// This frame rotated about one of its own axes (rad); the point `anchor` of it stays.
+    /// This frame rotated about one of its own axes (rad); its point `anchor` stays fixed.
     pub(super) fn rotated(&self, axis: [f64; 3], by: f64, anchor: [f64; 3]) -> Self {
         let rotation = UnitQuaternion::from_scaled_axis(Vector3::from(axis).normalize() * by);
         let about = Isometry3::rotation_wrt_point(rotation, anchor.into());

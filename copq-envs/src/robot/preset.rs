@@ -2,7 +2,7 @@
 
 use super::{Integrator, RobotSpec, Solver};
 
-/// Whose robot it is.
+/// Which version of a robot it is.
 ///
 /// ```
 /// use copq_envs::robot::{Preset, hopper};
@@ -16,15 +16,15 @@ pub enum Preset {
     /// Gymnasium's v5 robots: their MuJoCo models, observations and resets.
     #[default]
     GymV5,
-    /// Brax's robots, which the COP-Q paper trained: only some geoms touch the floor and none each
-    /// other, joint damping is explicit, reset noise has the paper's scale of 0.005. Contacts are
-    /// the engine's, not Brax's.
+    /// Brax's robots, which the COP-Q paper trained. Only some geoms touch the floor and none touch
+    /// each other, joint damping is explicit, and reset noise has the paper's scale of 0.005.
+    /// Contacts are computed the engine's way, not Brax's.
     Paper,
 }
 
 impl RobotSpec {
-    /// Brax's contacts and integrator: the geoms of these names touch the floor, always with
-    /// friction and without margin; nothing else touches.
+    /// Brax's contacts and integrator: the geoms with these names touch the floor, always with
+    /// friction and without margin; nothing else makes contact.
     pub(super) fn braxed(mut self, touching: &[&str]) -> Self {
         for geom in &mut self.geoms {
             let touches = touching.contains(&geom.name.as_str());

@@ -1,7 +1,7 @@
 //! How soft a constraint is.
 
-/// MuJoCo's softness of contacts and limits: a spring and damper seen as acceleration towards the
-/// constraint.
+/// MuJoCo's softness of contacts and limits: a spring and a damper, expressed as an acceleration
+/// towards the constraint.
 ///
 /// Source: MuJoCo documentation, "Solver parameters".
 ///
@@ -13,7 +13,7 @@
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Softness {
-    /// solref: time constant (s) and damping ratio, both above 0 (MuJoCo's other form, of
+    /// solref: time constant (s) and damping ratio, both above 0 (MuJoCo's other form, with
     /// negative numbers, is refused).
     pub solref: [f64; 2],
     /// solimp: impedance at zero depth and at full depth, 0 to 1; the depth (m or rad) where it is
@@ -38,16 +38,16 @@ impl Softness {
         clipped(shallow + y * (deep - shallow))
     }
 
-    /// Damping b (1/s) and stiffness k (1/s^2) of the acceleration that the constraint strives for,
-    /// -b v - k d r (MuJoCo's aref), with v the velocity out of the violation, r the negative
-    /// depth, and d the impedance there.
+    /// Damping b (1/s) and stiffness k (1/s^2) of the acceleration -b v - k d r that the constraint
+    /// aims at (MuJoCo's aref), with v the velocity out of the violation, r the negative depth, and
+    /// d the impedance there.
     pub fn reference(&self) -> [f64; 2] {
         let [time_constant, damping_ratio] = self.solref;
         let full = clipped(self.solimp[1]);
         [2.0 / (full * time_constant), (full * time_constant * damping_ratio).powi(-2)]
     }
 
-    /// What is wanted of solref or solimp where engines would not agree on what they mean.
+    /// What solref or solimp should be, if engines would not agree on what its value means.
     pub(super) fn flaw(&self) -> Option<&'static str> {
         let positive = |number: &f64| *number > 0.0 && number.is_finite();
         if !self.solref.iter().all(positive) {
@@ -73,7 +73,7 @@ impl Softness {
     }
 }
 
-/// MuJoCo takes no impedance nearer to 0 or 1.
+/// MuJoCo allows no impedance closer to 0 or 1.
 fn clipped(impedance: f64) -> f64 {
     impedance.clamp(1e-4, 0.9999)
 }

@@ -20,14 +20,14 @@ pub enum Algorithm {
     Pgs,
 }
 
-/// The constraint solver, in MuJoCo's terms; engines with a solver of their own ignore it.
+/// The constraint solver, in MuJoCo's terms; engines with their own solver ignore it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Solver {
     /// The algorithm.
     pub algorithm: Algorithm,
-    /// Most iterations in a step.
+    /// Maximum number of iterations in a step.
     pub iterations: u32,
-    /// Most iterations of a line search (MuJoCo 3 and later; Newton only).
+    /// Maximum number of iterations of a line search (MuJoCo 3 and later; Newton only).
     pub ls_iterations: u32,
 }
 

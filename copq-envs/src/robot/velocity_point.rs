@@ -1,4 +1,5 @@
-//! What a robot's place is, whose change over a step is its velocity.
+//! Which point counts as a robot's place. The place's change over a step gives the robot's
+//! velocity.
 
 use crate::{Field, Readings};
 
@@ -10,7 +11,7 @@ use super::RobotSpec;
 /// use copq_envs::Field;
 /// use copq_envs::robot::VelocityPoint;
 ///
-/// // What an engine must tell for it, beside qpos.
+/// // What an engine must report for it, in addition to qpos.
 /// assert_eq!(VelocityPoint::X.field(), None);
 /// assert_eq!(VelocityPoint::Centre.field(), Some(Field::BodyCentre));
 /// ```
@@ -20,9 +21,9 @@ pub enum VelocityPoint {
     X,
     /// A free root: x and y are qpos\[0\] and qpos\[1\].
     Xy,
-    /// The origin of this body, as the engine's last evaluation left it (Gymnasium's ant).
+    /// The origin of this body, from the engine's last evaluation (Gymnasium's ant).
     Body(usize),
-    /// The whole robot's centre of mass, as the engine's last evaluation left it.
+    /// The whole robot's centre of mass, from the engine's last evaluation.
     Centre,
 }
 

@@ -1,7 +1,7 @@
-//! The walker: a two-legged robot in the x-z plane, with a torso and twice a thigh, a leg and a
-//! foot.
+//! The walker: a two-legged robot in the x-z plane, with a torso, two thighs, two legs and two
+//! feet.
 //!
-//! Facts of Gymnasium's walker2d v5 as MuJoCo 3.17.0 compiles them, and of Brax's.
+//! The numbers are those of Gymnasium's walker2d v5 as MuJoCo 3.17.0 compiles it, and of Brax's.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -60,8 +60,8 @@ fn gym() -> RobotSpec {
     }
 }
 
-/// Brax counts z from the reference pose, rounds the joints' limits, and its right foot is
-/// smoother.
+/// Brax measures z from the reference pose, rounds the joints' limits, and has a smoother right
+/// foot.
 fn paper() -> RobotSpec {
     let mut robot = gym().braxed(&["torso_geom", "foot_geom", "foot_left_geom"]);
     robot

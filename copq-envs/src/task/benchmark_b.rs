@@ -9,7 +9,7 @@ pub(super) struct Row {
     /// What being healthy, a forward velocity of 1 m/s and a sum of squared controls of 1
     /// contribute to the reward.
     pub weights: [f64; 3],
-    /// What an episode's cost shall not exceed.
+    /// The limit that an episode's cost must not exceed.
     pub limit: f64,
 }
 
@@ -23,7 +23,7 @@ impl Row {
     }
 }
 
-/// A reward of being healthy, velocity and minus control, with these factors.
+/// A reward for health and velocity, minus control, with these factors.
 pub(super) fn scalar([healthy, velocity, control]: [f64; 3], options: &Options) -> SignalSum {
     let bonus = options.bonus.unwrap_or(Signal::Healthy);
     let squares = options.control.unwrap_or(Signal::MotorControl);

@@ -1,4 +1,4 @@
-//! The tasks as a table, for people.
+//! The tasks as a table for people to read.
 
 use std::fmt::Write;
 
@@ -7,8 +7,8 @@ use copq::Result;
 use super::{Options, SignalSum, task_with, tasks};
 
 /// A line for every task with these options: name, lengths of observation and action, and the
-/// objectives in order of priority, each with its weight, or for a cost with the limit of an
-/// episode's sum.
+/// objectives in order of priority, each with its weight or, for a cost, with the limit of its sum
+/// over an episode.
 pub fn list_tasks(options: &Options) -> Result<String> {
     let mut text =
         format!("{:<16}{:>6}{:>8}  objectives, highest priority first\n", "task", "sees", "motors");

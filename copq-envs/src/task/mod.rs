@@ -17,7 +17,7 @@ use copq::EnvSpec;
 
 use crate::{Field, RobotSpec};
 
-/// Everything about an environment but the engine.
+/// Everything about an environment except the engine.
 ///
 /// ```
 /// use copq_envs::robot::VelocityPoint;
@@ -45,7 +45,8 @@ pub struct Task {
 }
 
 impl Task {
-    /// The fields that an engine must tell beside qpos and qvel, some perhaps twice.
+    /// The fields that an engine must report in addition to qpos and qvel; some may be listed
+    /// twice.
     pub fn fields(&self) -> Vec<Field> {
         let signals = self
             .objectives

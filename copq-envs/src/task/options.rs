@@ -1,4 +1,4 @@
-//! What a task leaves to choose.
+//! The choices that a task leaves open.
 
 use std::str::FromStr;
 
@@ -7,11 +7,11 @@ use copq::{Error, Result};
 use super::Signal;
 use crate::robot::{Preset, Senses};
 
-/// Choices where the benchmarks leave room or Gymnasium and Brax differ. The default is what this
-/// crate recommends.
+/// Choices that the benchmarks leave open, or in which Gymnasium and Brax differ. The default is
+/// what this crate recommends.
 ///
-/// A [`Task`](super::Task) is plain data, so what is not here can be changed there:
-/// `robot.velocity_point` (the humanoid's velocity is its centre of mass's;
+/// A [`Task`](super::Task) is plain data, so anything that is not here can be changed there:
+/// `robot.velocity_point` (the humanoid's velocity is that of its centre of mass;
 /// `VelocityPoint::Body(0)` makes it the torso's), `robot.reset_noise`, `robot.health`, `horizon`.
 ///
 /// ```
@@ -34,29 +34,29 @@ use crate::robot::{Preset, Senses};
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Whose robots.
+    /// Which version of the robots.
     pub preset: Preset,
     /// How much the agent sees.
     pub senses: Senses,
-    /// Whose pose an episode starts from, before noise, instead of the preset's own: Gymnasium
-    /// starts the ant with its ankles outside their limits, [`Preset::Paper`] does not.
+    /// The preset whose pose an episode starts from, before noise, instead of the pose of `preset`.
+    /// Gymnasium starts the ant with its ankles outside their limits; [`Preset::Paper`] does not.
     pub start: Option<Preset>,
-    /// What earns the safety bonus, instead of [`Signal::Healthy`] (the paper, Gymnasium v5):
-    /// [`Signal::Alive`] does on the step that ends unhealthy too (Brax, Gymnasium v4,
+    /// What earns the safety bonus, instead of [`Signal::Healthy`] (the paper, Gymnasium v5).
+    /// [`Signal::Alive`] also earns it on the step that ends unhealthy (Brax, Gymnasium v4,
     /// Safety-Gymnasium).
     pub bonus: Option<Signal>,
     /// What the control cost sums, instead of the actions ([`Signal::Control`]) in benchmark A
     /// (paper equation C.1) and the controls ([`Signal::MotorControl`]) in benchmark B and in
-    /// Gymnasium's own reward. They differ for the humanoid only, whose controls are 0.4 times its
-    /// actions.
+    /// Gymnasium's own reward. The two differ only for the humanoid, whose controls are 0.4 times
+    /// its actions.
     pub control: Option<Signal>,
     /// Benchmark B's cost of a step, instead of [`Signal::Speed`] (CAL). [`Signal::Velocity`]
-    /// (Safety-Gymnasium's code for planar robots) is negative, and so no cost that
-    /// [`check_env`](copq::check_env) lets pass, while a robot walks backwards.
+    /// (Safety-Gymnasium's code for planar robots) is negative while a robot walks backwards, so
+    /// [`check_env`](copq::check_env) rejects it as a cost.
     pub cost: Option<Signal>,
-    /// Instead of benchmark B's own limit of the episode's cost. The paper prints 1411.9 for the
-    /// humanoid, probably for 1414.9, a thousand times Safety-Gymnasium's threshold as for the
-    /// other robots.
+    /// The limit of the episode's cost, instead of benchmark B's own. The paper prints 1411.9 for
+    /// the humanoid, probably a misprint of 1414.9: a thousand times Safety-Gymnasium's threshold,
+    /// as for the other robots.
     pub limit: Option<f64>,
 }
 

@@ -58,13 +58,13 @@ pub fn tasks() -> Vec<&'static str> {
     ENTRIES.iter().map(|entry| entry.name).collect()
 }
 
-/// The task of this name with the default [`Options`]; an unknown one is answered with the nearest
-/// names.
+/// The task of this name with the default [`Options`]. The error for an unknown name lists the
+/// nearest ones.
 pub fn task(name: &str) -> Result<Task> {
     task_with(name, &Options::default())
 }
 
-/// The task of this name with these options; an unknown one is answered with the nearest names.
+/// The task of this name with these options. The error for an unknown name lists the nearest ones.
 pub fn task_with(name: &str, options: &Options) -> Result<Task> {
     let entry = ENTRIES.iter().find(|entry| entry.name == name);
     entry.map(|entry| entry.build(options)).ok_or_else(|| Error::unknown("task", name, &tasks()))

@@ -22,20 +22,21 @@ use crate::{Field, Readings};
 pub enum Signal {
     /// 1 if the robot is healthy after the step, else 0.
     Healthy,
-    /// 1 on every step, also on the one that ends unhealthy.
+    /// 1 on every step, including the one that ends unhealthy.
     Alive,
-    /// Signed forward velocity (m/s): the change of x over the step divided by its length.
+    /// Signed forward velocity (m/s): the change of x over the step, divided by the step's length.
     Velocity,
-    /// Size of the forward velocity (m/s).
+    /// Absolute value of the forward velocity (m/s).
     ForwardSpeed,
-    /// Speed in the x-y plane (m/s); of a planar robot, the size of its forward velocity.
+    /// Speed in the x-y plane (m/s); for a planar robot, the absolute value of its forward
+    /// velocity.
     Speed,
     /// Sum of the squared actions, each clamped to [-1, 1].
     Control,
     /// Sum of the squared controls: the clamped actions in the motors' own units.
     MotorControl,
-    /// Sum of the squared contact forces and torques (N^2, N^2 m^2) of all bodies, each number
-    /// clipped to [-clip, clip], the sum to `cap`; either may be infinite.
+    /// Sum of the squared contact forces and torques (N^2, N^2 m^2) of all bodies. Each number is
+    /// clipped to [-clip, clip] and the sum to `cap`; either may be infinite.
     Contact {
         /// Bound of every number.
         clip: f64,
@@ -56,7 +57,7 @@ impl Signal {
 /// ```
 /// use copq_envs::task::{Signal, SignalSum};
 ///
-/// // A cost of a task of your own, which comes first.
+/// // A cost for your own task. It comes first.
 /// let mut task = copq_envs::task("gym/hopper")?;
 /// let cost = SignalSum::new("energy", 0.0).plus(1.0, Signal::Control).limit(200.0);
 /// task.objectives.insert(0, cost);
@@ -69,15 +70,15 @@ pub struct SignalSum {
     /// Its name, such as `safety`.
     pub name: String,
     /// Its weight in the task's total return, not normalised; 0 for a cost, whose weight is a
-    /// multiplier's to find.
+    /// multiplier that the learner finds.
     pub weight: f32,
     /// Factors and signals.
     pub terms: Vec<(f64, Signal)>,
-    /// For a cost: what its undiscounted sum over an episode shall not exceed.
+    /// For a cost: the limit that its undiscounted sum over an episode must not exceed.
     pub limit: Option<f64>,
 }
 
-/// What one step was like.
+/// What happened in one step.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion<'a> {
     /// Whether the robot is healthy after the step.
@@ -88,28 +89,28 @@ pub struct Motion<'a> {
     pub control: f64,
     /// Sum of the squared controls.
     pub motor_control: f64,
-    /// What the engine told after the step.
+    /// What the engine reported after the step.
     pub readings: &'a Readings,
 }
 
 impl SignalSum {
-    /// A sum of nothing yet, without a limit.
+    /// An empty sum, without a limit.
     pub fn new(name: &str, weight: f32) -> Self {
         Self { name: name.into(), weight, terms: Vec::new(), limit: None }
     }
 
-    /// One term more.
+    /// Adds a term.
     pub fn plus(mut self, factor: f64, signal: Signal) -> Self {
         self.terms.push((factor, signal));
         self
     }
 
-    /// Makes it a cost, whose undiscounted sum over an episode shall not exceed `limit`.
+    /// Makes it a cost, whose undiscounted sum over an episode must not exceed `limit`.
     pub fn limit(self, limit: f64) -> Self {
         Self { limit: Some(limit), ..self }
     }
 
-    /// An error for a factor that is no number, or a bound that leaves nothing.
+    /// An error for a factor that is not finite, or a bound that is negative or NaN.
     pub(crate) fn check(&self) -> Result<()> {
         for (factor, signal) in &self.terms {
             let wrong = |wanted: &str| {

@@ -1,4 +1,4 @@
-// Hidden in this crate's examples: a world whose episodes of three steps return 1.5.
+// Hidden in this crate's examples: an environment whose episodes of three steps return 1.5.
 
 use copq::*;
 

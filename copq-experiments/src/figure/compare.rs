@@ -1,4 +1,4 @@
-//! Several runs side by side: one picture and one table, for what a swapped part is worth.
+//! Several runs side by side: one picture and one table, to show what a swapped part is worth.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -22,10 +22,10 @@ const EXCEEDED: &str = "`*`: the mean cost of the last five evaluations exceeds 
 
 /// Draws the runs' evaluation curves to `out`, whose ending decides the format: `.svg` or `.png`.
 ///
-/// One colour a label: the line is the median of its seeds, the band goes from the lowest to the
-/// highest seed; with one seed they are the mean and the range of the evaluation episodes. A step
-/// that not all seeds reached is left out. A dashed line goes across at the `limits`, and at those
-/// of the runs' costs that are the same for all.
+/// Each label has a colour. Its line is the median of its seeds, and its band goes from the lowest
+/// to the highest seed; with one seed they are the mean and the range of the evaluation episodes. A
+/// step that not all seeds reached is left out. A dashed line goes across at each of the `limits`,
+/// and at each limit of the runs' costs that is the same for all.
 ///
 /// ```
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
@@ -66,16 +66,16 @@ pub fn compare(
     figure.write(out)
 }
 
-/// A markdown table of the same runs: the mean of the last three evaluations up to the last step
-/// that all of a label's seeds reached, as the median over the seeds and, for several seeds, their
-/// range; then the mean weighted total of all evaluations until then (the area under its curve), as
-/// the mean over the seeds and, from three on, its bootstrap interval at 95 %; and how likely a
-/// seed has more of it than one of the first label's, up to the last step that all of both reached,
-/// where both have three and are of one task, engine and preset.
+/// A Markdown table of the same runs. First comes the mean of the last three evaluations up to the
+/// last step that all of a label's seeds reached: the median over the seeds and, for several seeds,
+/// their range. Then comes the mean weighted total of all evaluations until then (the area under
+/// its curve): the mean over the seeds and, from three seeds on, its bootstrap interval at 95 %.
+/// Last is how likely a seed has more of it than one of the first label's, up to the last step that
+/// all of both reached, if both have three seeds and the same task, engine and preset.
 ///
-/// With a threshold a column says at which step the mean of five evaluations' weighted totals first
-/// passes it, seed by seed. Beneath stands what `*` at a label means, and which seeds of a label
-/// are evaluated at other steps, or by other episodes, than its first.
+/// With a threshold, a column says at which step the mean of five evaluations' weighted totals
+/// first passes it, seed by seed. Notes below the table say what `*` at a label means, and which
+/// seeds of a label are not evaluated at the same steps, or over as many episodes, as its first.
 ///
 /// ```
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
@@ -123,14 +123,14 @@ pub fn comparison_table(runs: &[ReportRun], passes: Option<f64>) -> Result<Strin
     Ok(text + &remarks(&groups))
 }
 
-/// The limit of an objective in all runs that have one.
+/// The limit of an objective, if it is the same in all runs that have one.
 fn shared_limit(groups: &[Group], objective: &str) -> Option<f64> {
     let mut limits = groups.iter().filter_map(|group| group.limits.get(objective));
     let first = *limits.next()?;
     limits.all(|limit| *limit == first).then_some(first)
 }
 
-/// What stands beneath the table.
+/// The notes below the table.
 fn remarks(groups: &[Group]) -> String {
     let is_marked = groups.iter().any(Group::exceeds_a_limit);
     let mark = is_marked.then(|| EXCEEDED.to_owned());
@@ -138,8 +138,8 @@ fn remarks(groups: &[Group]) -> String {
     all.map(|remark| format!("\n{remark}\n")).collect()
 }
 
-/// A mean over seeds, with its interval if there are enough of them. One seed that is not a number
-/// leaves nothing to say.
+/// A mean over seeds, with its interval if there are enough of them. Nothing if one seed is not a
+/// number.
 fn with_interval(values: &[f64]) -> String {
     let middle = mean(values);
     match Bootstrap::default().interval(&[values], mean) {
@@ -170,7 +170,7 @@ impl Group {
     }
 
     /// How likely a seed's area is larger than one of the other's, if there are enough of both; and
-    /// up to which step, where not all of both go to it.
+    /// up to which step, if that is not the end of both.
     fn chance_to_beat(&self, other: &Self) -> String {
         let world = |group: &Self| {
             let plan = group.config.as_ref().map(|config| &config.plan);

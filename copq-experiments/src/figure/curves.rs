@@ -27,7 +27,7 @@ pub(crate) struct Evaluated {
     damage: Option<String>,
 }
 
-/// What a curve is of.
+/// What a curve shows.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Quantity {
     WeightedTotal,
@@ -66,7 +66,7 @@ impl Evaluated {
         }
     }
 
-    /// What there is up to a damaged row; nothing if there is no evaluation yet.
+    /// The evaluations up to a damaged row; `None` if there is no evaluation yet.
     pub(crate) fn read_if_any(folder: &Path) -> Result<Option<Self>> {
         let path = folder.join("evaluations.csv");
         if !path.exists() {
@@ -115,8 +115,8 @@ impl Evaluated {
         steps.map(point).collect()
     }
 
-    /// By objective, at each evaluation: by how much the critics expect more at an episode's start
-    /// than comes.
+    /// For each objective, at each evaluation: how much more the critics expect at an episode's
+    /// start than it then returns.
     pub(crate) fn value_errors(&self) -> Vec<(String, Line)> {
         let error = |(name, expected): &(String, Vec<f64>)| {
             let objective = name.strip_prefix("q_start/")?;
@@ -146,22 +146,22 @@ impl Evaluated {
         self.means_until(quantity, u64::MAX)
     }
 
-    /// Those up to a step.
+    /// The same up to a step.
     pub(crate) fn means_until(&self, quantity: &Quantity, end: u64) -> Line {
         let means = self.steps.iter().zip(self.statistic(quantity, "mean"));
         let until = means.filter(|(step, _)| **step <= end);
         until.map(|(&step, value)| [step as f64, value]).collect()
     }
 
-    /// Steps and means of the evaluations up to a step, without that of step 0: its policy has not
-    /// trained.
+    /// Steps and means of the evaluations up to a step, without that of step 0, whose policy has
+    /// not trained.
     pub(crate) fn trained(&self, quantity: &Quantity, end: u64) -> (Vec<f64>, Vec<f64>) {
         let means = self.means_until(quantity, end).into_iter();
         means.filter(|[step, _]| *step > 0.0).map(|[step, value]| (step, value)).unzip()
     }
 
-    /// How this run is evaluated otherwise than another, before the end of either: how often, and
-    /// by how many episodes.
+    /// How this run's evaluations differ from another's, before the end of either: how often, and
+    /// over how many episodes.
     pub(crate) fn unlike(&self, other: &Self) -> Option<String> {
         let end = self.last_step().min(other.last_step());
         let [ours, theirs] = [self, other].map(|run| run.evaluations_before(end));
@@ -198,7 +198,7 @@ impl Evaluated {
         area_under(&steps, &values)
     }
 
-    /// One number an evaluation, NaN where there is none.
+    /// One number per evaluation, NaN where there is none.
     fn statistic(&self, quantity: &Quantity, statistic: &str) -> Vec<f64> {
         let name = format!("{}/{statistic}", quantity.column());
         let column = self.columns.iter().find(|(column, _)| *column == name);
@@ -206,7 +206,7 @@ impl Evaluated {
     }
 }
 
-/// Every quantity that some run has: the weighted total, then objectives in the runs' order.
+/// Every quantity that any run has: the weighted total, then objectives in the runs' order.
 pub(crate) fn quantities<'a>(runs: impl Iterator<Item = &'a Evaluated>) -> Vec<Quantity> {
     let mut all = vec![Quantity::WeightedTotal];
     for quantity in runs.flat_map(Evaluated::quantities) {
@@ -228,8 +228,9 @@ pub(crate) fn at_shared_steps(lines: &[Line]) -> Vec<(f64, Vec<f64>)> {
     by_step.into_iter().map(|(step, values)| (f64::from_bits(step), values)).collect()
 }
 
-/// The step to which runs are compared, each by its evaluations until then: of the last ones up to
-/// a step that all have reached, the one that leaves the other runs' least behind.
+/// The step up to which runs are compared, each by its evaluations until then. Of the runs' last
+/// evaluations up to the step that all have reached, it is the one that the other runs' evaluations
+/// lag behind least.
 pub(crate) fn common_end<'a>(runs: impl Iterator<Item = &'a Evaluated> + Clone) -> u64 {
     let reached = runs.clone().map(Evaluated::last_step).min().unwrap_or(0);
     let last = |end| runs.clone().map(move |run| run.last_until(end));

@@ -1,4 +1,4 @@
-//! Runs of one label: the seeds of one method.
+//! Runs with one label: the seeds of one method.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,19 +15,19 @@ use crate::statistics::mean;
 /// A run's plan, and its settings whatever they are.
 type Config = RunConfig<toml::Table>;
 
-/// The runs of one label.
+/// The runs with one label.
 pub(super) struct Group {
     pub label: String,
     /// What made the first of them, if its folder says so.
     pub config: Option<Config>,
     pub seeds: Vec<Evaluated>,
     pub limits: BTreeMap<String, f64>,
-    /// The seeds' numbers, of runs whose folders say so.
+    /// The seeds' numbers, for runs whose folders record them.
     numbers: Vec<u64>,
     folders: Vec<PathBuf>,
 }
 
-/// The runs, label by label; one without a label is called like its folder.
+/// The runs, label by label; one without a label is named after its folder.
 pub(super) fn group(runs: &[ReportRun]) -> Result<Vec<Group>> {
     let mut groups: Vec<Group> = Vec::new();
     for ReportRun { label, folder, limits, .. } in runs {
@@ -64,7 +64,7 @@ pub(super) fn group(runs: &[ReportRun]) -> Result<Vec<Group>> {
 }
 
 impl Group {
-    /// The step to which all seeds are looked at.
+    /// The step up to which all seeds are compared.
     pub fn end(&self) -> u64 {
         common_end(self.seeds.iter())
     }
@@ -81,7 +81,7 @@ impl Group {
         })
     }
 
-    /// Seeds whose evaluations are others than the first one's, in words.
+    /// Seeds that are evaluated differently from the first one, in words.
     pub fn unlike(&self) -> Vec<String> {
         let seeds = self.seeds.iter().zip(&self.folders).skip(1);
         let words = |(seed, folder): (&Evaluated, &PathBuf)| {
@@ -93,12 +93,12 @@ impl Group {
     }
 }
 
-/// What a folder is called.
+/// A folder's own name.
 fn name(folder: &Path) -> String {
     folder.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// An error for a seed that is there already: it would count twice.
+/// An error for a seed that is already there: it would count twice.
 fn check_new_seed(group: &Group, place: &Path, number: Option<u64>) -> Result<()> {
     let got = match number {
         Some(number) if group.numbers.contains(&number) => format!("seed {number} twice"),
@@ -110,7 +110,7 @@ fn check_new_seed(group: &Group, place: &Path, number: Option<u64>) -> Result<()
     Err(Error::invalid(format!("runs called '{}'", group.label), "each seed once", got))
 }
 
-/// An error unless two runs differ in nothing but seed, length and cadence.
+/// An error unless two runs differ only in seed, length and cadence.
 fn check_same_method(label: &str, first: Option<&Config>, other: Option<&Config>) -> Result<()> {
     let (Some(first), Some(other)) = (first, other) else { return Ok(()) };
     let name = |plan: &Plan| {

@@ -25,7 +25,7 @@ pub(crate) fn draw_run(folder: &Path, spec: &EnvSpec) -> Result<()> {
         format!("{}, {} on {}{bound}, seed {}", plan.method, plan.task, plan.engine, plan.run.seed);
     let limit = |objective: &Objective| Some((objective.name.clone(), f64::from(objective.limit?)));
     let limits = spec.objectives.iter().filter_map(limit).collect();
-    // One that is alone needs no name.
+    // A single run needs no name.
     let run = [ReportRun::new(folder).called("")];
     compare(&title, &run, &limits, &folder.join("curve.svg"))?;
     compare(&title, &run, &limits, &folder.join("curve.png"))

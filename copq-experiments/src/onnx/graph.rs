@@ -30,13 +30,13 @@ impl Graph {
         });
     }
 
-    /// Adds an array of f32, with its dimensions; none make it a single number.
+    /// Adds an array of f32, with its dimensions; without any it is a single number.
     pub fn floats(&mut self, name: &str, dims: &[usize], values: &[f32]) {
         let bytes = values.iter().flat_map(|value| value.to_le_bytes());
         self.tensor(name, dims, FLOAT, bytes.collect());
     }
 
-    /// Adds an array of f64, with its dimensions; none make it a single number.
+    /// Adds an array of f64, with its dimensions; without any it is a single number.
     pub fn doubles(&mut self, name: &str, dims: &[usize], values: &[f64]) {
         let bytes = values.iter().flat_map(|value| value.to_le_bytes());
         self.tensor(name, dims, DOUBLE, bytes.collect());
@@ -63,13 +63,13 @@ impl Graph {
         self.input.push(ValueInfo::rows(name, width, doc));
     }
 
-    /// Makes something that a node gives an output, `[batch, width]`.
+    /// Makes a node's result an output of the graph, `[batch, width]`.
     pub fn output(&mut self, name: &str, width: usize, doc: &str) {
         self.output.push(ValueInfo::rows(name, width, doc));
     }
 }
 
-/// The array of a tensor and its dimensions. An error says what of it is not ours.
+/// The array of a tensor and its dimensions. An error says what in it is not ours.
 pub fn read_array(tensor: &Tensor) -> Result<(Vec<usize>, Value)> {
     let bytes = &tensor.raw_data;
     let value = match tensor.data_type {

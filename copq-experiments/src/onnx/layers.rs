@@ -5,7 +5,7 @@ use copq::{Error, Result, State};
 /// What a policy's network is made of: linear layers with one activation between them.
 #[derive(Debug)]
 pub struct Layers {
-    /// Numbers that come in, those between the layers, those that go out.
+    /// The number of inputs, the widths between the layers, the number of outputs.
     pub widths: Vec<usize>,
     /// Components of an action.
     pub action_len: usize,
@@ -16,8 +16,8 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// The layers of a policy, from its file's content. An error for modules of someone's own,
-    /// whose arrays do not say what they compute.
+    /// The layers of a policy, from its file's content. An error for a user's own modules, whose
+    /// arrays do not say what they compute.
     pub fn of(policy: &State) -> Result<Self> {
         let about = policy.child("policy")?;
         let kind = known(about, "kind", &["deterministic", "gaussian", "normal"])?;
@@ -77,7 +77,7 @@ impl Layers {
     }
 }
 
-/// A name that a policy says of itself, and that ONNX has operators for.
+/// A name that a policy's file gives, and for which ONNX has operators.
 fn known(about: &State, what: &'static str, names: &[&str]) -> Result<String> {
     let name = about.get_text(what)?;
     if names.contains(&name) {

@@ -2,7 +2,7 @@
 
 use prost::Message;
 
-/// Types of numbers, as `TensorProto.DataType` has them.
+/// Types of numbers, from `TensorProto.DataType`.
 pub const FLOAT: i32 = 1;
 pub const INT64: i32 = 7;
 pub const DOUBLE: i32 = 11;
@@ -146,7 +146,7 @@ pub struct Dimension {
 pub enum Size {
     #[prost(int64, tag = "1")]
     Value(i64),
-    /// Free, by a name.
+    /// Free, with a name.
     #[prost(string, tag = "2")]
     Param(String),
 }

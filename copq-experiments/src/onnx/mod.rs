@@ -1,4 +1,4 @@
-//! Policies as ONNX files: messages, the graph, and the way back.
+//! Policies as ONNX files: messages, the graph, and reading them back.
 
 mod graph;
 mod layers;
@@ -19,25 +19,25 @@ const PRODUCER: &str = "copq";
 /// The last entry of the metadata: a CRC-32C of all bytes before it.
 const CHECKSUM: &str = "checksum";
 
-/// ONNX 1.12's format and operators: onnxruntime on a CPU is held to Rust's numbers.
+/// ONNX 1.12's format and operators: onnxruntime on a CPU must give Rust's numbers.
 const IR_VERSION: i64 = 8;
 const OPSET: i64 = 17;
 
-/// Writes a policy as an ONNX file that needs nothing of copq: raw observations in, the
-/// environment's own actions out.
+/// Writes a policy as an ONNX file that does not need copq: raw observations in, the environment's
+/// own actions out.
 ///
 /// The input is `obs`, f32, `[batch, obs_len]`, with a free batch. The output `action`, f32,
 /// `[batch, action_len]`, is the best guess in the environment's units, never beyond its bounds and
-/// exactly there at the ends: normaliser, squashing and scaling are inside. A stochastic policy has
-/// the outputs `mean` and `std` of its Gaussian besides, `[batch, action_len]`: before the tanh
+/// exactly there at the ends: normaliser, squashing and scaling are inside. A stochastic policy
+/// also has the outputs `mean` and `std` of its Gaussian, `[batch, action_len]`: before the tanh
 /// (`gaussian`), or before the clamp to [-1, 1] (`normal`); both before the scaling.
 ///
 /// The initializers are the arrays of [`Policy`]'s own file, under the same names; the metadata
-/// says its `task`, `method`, `objectives` (a name a line), `kind` and `activation`, and last a
-/// `checksum` of the file.
+/// gives its `task`, `method`, `objectives` (one name per line), `kind` and `activation`, and last
+/// a `checksum` of the file.
 ///
-/// Errors: a network that is not copq's own, and a file that cannot be written; the file that was
-/// there stays then.
+/// Errors: a network that is not copq's own, and a file that cannot be written; an existing file
+/// then stays as it is.
 ///
 /// ```
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
@@ -53,7 +53,7 @@ const OPSET: i64 = 17;
 /// let policy = Policy::read(&saved, &Candle::default())?;
 /// write_onnx(&policy, &path)?;
 ///
-/// // The file holds all that the policy is.
+/// // The file holds the whole policy.
 /// assert_eq!(read_policy(&path)?, policy.to_state()?);
 /// # Ok::<(), copq::Error>(())
 /// ```
@@ -62,7 +62,7 @@ pub fn write_onnx(policy: &Policy, path: impl AsRef<Path>) -> Result<()> {
 }
 
 /// Reads the content of a policy's file: safetensors, as [`State::read_file`] does, or what
-/// [`write_onnx`] wrote. [`Policy::from_state`] makes a policy of it.
+/// [`write_onnx`] wrote. [`Policy::from_state`] makes a policy from it.
 ///
 /// Errors: a file that cannot be read, one that is damaged, and an ONNX file that is not copq's.
 ///
@@ -112,8 +112,8 @@ fn encode(policy: &State) -> Result<Vec<u8>> {
     Ok(with_checksum(model.encode_to_vec()))
 }
 
-/// The same with its checksum at the end: messages one after another are one message, so readers
-/// take it for the last entry of the metadata.
+/// The same bytes with their checksum at the end. Messages one after another are one message, so
+/// readers take the checksum as the last entry of the metadata.
 fn with_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
     let value = format!("{:08x}", crc32c::crc32c(&bytes));
     let entry = Entry { key: CHECKSUM.to_owned(), value };

@@ -5,7 +5,7 @@ use copq::{Normaliser, Result, State};
 use super::layers::Layers;
 use super::messages::{DOUBLE, FLOAT, Graph};
 
-/// Bounds of a squashed Gaussian's log std, as SAC's networks have them.
+/// Bounds of a squashed Gaussian's log std, as in SAC's networks.
 const LOG_STD: [f32; 2] = [-20.0, 2.0];
 
 /// The graph of a policy, from its file's content. An error for a network that is not copq's own.
@@ -39,8 +39,8 @@ fn observations(policy: &State, obs_len: usize) -> String {
     words + "."
 }
 
-/// From `obs` to what the network sees, whose name it returns: in f64, as copq does it, with all
-/// that the normaliser holds.
+/// From `obs` to what the network sees, whose name it returns. It works in f64, as copq does, and
+/// stores all that the normaliser holds.
 fn normalised(graph: &mut Graph, policy: &State, obs_len: usize) -> Result<&'static str> {
     let Ok(normaliser) = policy.child("normaliser") else { return Ok("obs") };
     let count: u64 = normaliser.get_one("count")?;
@@ -85,7 +85,7 @@ fn in_deviations(graph: &mut Graph, x: &str, output: &str) {
     graph.node_with("Cast", &["clipped"], &[output], &[("to", i64::from(FLOAT))]);
 }
 
-/// From what it sees to `network`.
+/// From what the network sees to `network`.
 fn network(graph: &mut Graph, actor: &State, layers: &Layers, seen: &str) -> Result<()> {
     let mut input = seen.to_owned();
     for layer in 0..layers.count() {
@@ -131,8 +131,8 @@ fn gaussian(graph: &mut Graph, action_len: usize) {
     squash(graph, "mean");
 }
 
-/// `unit`, the tanh of something: in f64, for runtimes' f32 is rough near its ends, where actions
-/// come to their bounds (onnxruntime's exceeds 1).
+/// `unit`, the tanh of an input. It is in f64, because runtimes' f32 is inaccurate near its ends,
+/// where actions reach their bounds (onnxruntime's exceeds 1).
 fn squash(graph: &mut Graph, input: &str) {
     graph.node_with("Cast", &[input], &["exact_input"], &[("to", i64::from(DOUBLE))]);
     graph.node("Tanh", &["exact_input"], "exact_unit");

@@ -10,7 +10,7 @@ use super::layers::Layers;
 use super::messages::{Graph, Model};
 use super::{CHECKSUM, IR_VERSION, PRODUCER, with_checksum};
 
-/// Whether bytes begin as an ONNX file of copq's does, with its version.
+/// Whether bytes begin like an ONNX file of copq's, with its version.
 pub fn looks_like_onnx(bytes: &[u8]) -> bool {
     let start = Model { ir_version: IR_VERSION, ..Model::default() }.encode_to_vec();
     bytes.starts_with(&start) && bytes.get(8) != Some(&b'{')
@@ -34,7 +34,7 @@ fn content(model: &Model) -> Result<State> {
     for entry in model.metadata_props.iter().filter(|entry| entry.key != CHECKSUM) {
         about.put_text(&entry.key, &entry.value);
     }
-    // Whoever wrote it: all arrays fit together.
+    // Whoever wrote it, all arrays must fit together.
     Layers::of(&state)?;
     Ok(state)
 }
@@ -76,7 +76,7 @@ fn arrays(graph: &Graph) -> Result<State> {
     Ok(state)
 }
 
-/// What a policy's file says of its layers' widths and its normaliser's length.
+/// Adds what a policy's file says about its layers' widths and its normaliser's length.
 fn put_widths(state: &mut State) -> Result<()> {
     let actor = state.child("actor")?;
     let mut obs_len = 0;
@@ -92,7 +92,7 @@ fn put_widths(state: &mut State) -> Result<()> {
         }
         outputs.push(output as u64);
     }
-    outputs.pop(); // The last layer's are no hidden ones.
+    outputs.pop(); // The last layer's are not hidden.
     if let Ok(normaliser) = state.child("normaliser") {
         let raw = obs_len.saturating_sub(normaliser.get::<f64>("mean")?.len());
         if raw > 0 {

@@ -1,4 +1,4 @@
-//! What of a paper's claims the runs show.
+//! Which of a paper's claims the runs bear out.
 
 use super::Report;
 use super::groups::World;
@@ -14,28 +14,28 @@ pub(super) struct Judged<'a> {
     pub task: String,
     pub method: &'a str,
     pub than: &'a str,
-    /// As the runs have it.
+    /// The comparison in the runs' numbers.
     pub runs: Option<Comparison>,
-    /// How many seeds there shall be of both; more than there are where some wait, or failed early.
+    /// How many seeds of both are planned; more than there are if some wait, or failed early.
     pub planned: [usize; 2],
-    /// The step to which both methods are compared, and the one to which they go.
+    /// The step up to which both methods are compared, and the one that they should reach.
     pub steps: [u64; 2],
-    /// Whether both have come as far as they go.
+    /// Whether both have come as far as they should.
     pub has_ended: bool,
-    /// Whether a seed has fewer evaluations than the number takes.
+    /// Whether a seed has fewer evaluations than the number needs.
     is_early: bool,
-    /// As the paper has it.
+    /// The comparison in the paper's numbers.
     pub paper: Option<Comparison>,
 }
 
-/// Two methods' numbers, or one and a limit.
+/// Two methods' numbers, or one method's and a limit.
 #[derive(Clone, Copy)]
 pub(super) struct Comparison {
     pub ours: Sample,
     pub theirs: Sample,
 }
 
-/// What an interval says of a claim.
+/// What an interval says about a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
     Seen,
@@ -62,7 +62,7 @@ impl Verdict {
 }
 
 impl Comparison {
-    /// What must lie above what for the claim to hold.
+    /// Pairs of which the first must lie above the second for the claim to hold.
     fn conditions(&self, claim: &Claim) -> Vec<[Sample; 2]> {
         let Self { ours, theirs } = *self;
         // Shares are of the size of the other's mean, whatever its sign.
@@ -84,7 +84,7 @@ impl Comparison {
         if self.ours.seeds.min(self.theirs.seeds) < FEWEST {
             return Verdict::TooFewSeeds;
         }
-        // Seeds that are all alike, as at a return's maximum, say nothing of others.
+        // Seeds that are all alike, as at a return's maximum, say nothing about others.
         if self.ours.std == 0.0 && self.theirs.std == 0.0 {
             return Verdict::NoScatter;
         }
@@ -98,8 +98,9 @@ impl Comparison {
         }
     }
 
-    /// How many seeds of each would decide four times in five, if means and scatter are these: that
-    /// all conditions hold, or that one does not. None for more than 10,000.
+    /// How many seeds of each would decide, four times in five, that all conditions hold or that
+    /// one does not, if these are the true means and standard deviations. None for more than
+    /// 10,000.
     pub fn seeds_to_decide(&self, claim: &Claim) -> Option<usize> {
         const MISSED: f64 = 0.2;
         let conditions = self.conditions(claim);
@@ -137,8 +138,8 @@ impl Judged<'_> {
         Some(self.paper?.verdict(self.claim))
     }
 
-    /// Whose numbers say how many seeds would decide: the runs' where they are undecided, the
-    /// paper's where they are too few.
+    /// The numbers that say how many seeds would decide: the runs' if they are undecided, the
+    /// paper's if there are too few seeds.
     pub fn to_decide_by(&self) -> Option<Comparison> {
         match self.verdict() {
             Verdict::Undecided => self.runs,
@@ -213,7 +214,7 @@ impl Report {
         }
     }
 
-    /// The same as the paper has it; its deviations are taken as divided by n.
+    /// The same in the paper's numbers; its standard deviations are taken as divided by n.
     fn by_paper(
         &self,
         claim: &Claim,

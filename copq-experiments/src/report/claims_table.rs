@@ -10,7 +10,7 @@ use super::table::{markdown_row, number};
 use crate::numbers::grouped;
 use crate::statistics::Sample;
 
-/// How the table is read.
+/// How to read the table.
 const NOTE: &str = "\
      A claim is seen, or contradicted, where the interval of the difference over seeds says so \
      (Welch's at 95 %, from three seeds of each on; Student's, where the other is a limit). Both \
@@ -73,8 +73,8 @@ impl Judged<'_> {
     }
 }
 
-/// Mean and standard deviation (divided by n, as elsewhere in the report), and how many seeds of
-/// those that there shall be.
+/// Mean and standard deviation (divided by n, as elsewhere in the report), and how many of the
+/// planned seeds there are.
 fn shown(sample: &Sample, planned: usize) -> String {
     let mean = number(sample.mean, sample.mean.abs());
     let n = sample.seeds;
@@ -108,7 +108,7 @@ pub(super) fn markdown(judged: &[Judged<'_>]) -> String {
     format!("{NOTE}\n\n{head}{}|\n{rows}", "|---".repeat(HEAD.len()))
 }
 
-/// For the page; a claim is said once.
+/// For the page; a repeated claim is shown once.
 pub(super) fn page(judged: &[Judged<'_>]) -> Markup {
     let rows: Vec<Words> = judged.iter().map(Judged::words).collect();
     let is_new = |i: usize| i == 0 || rows[i].claim != rows[i - 1].claim;
@@ -133,7 +133,7 @@ pub(super) fn page(judged: &[Judged<'_>]) -> Markup {
     }
 }
 
-/// A line of the CSV: every number in a column of its own, standard deviations divided by n - 1.
+/// A line of the CSV: every number in its own column, standard deviations divided by n - 1.
 #[derive(Serialize)]
 struct Line<'a> {
     claim: &'a str,

@@ -1,4 +1,4 @@
-//! Curves of all methods on a task, for figures and for the page's own reading.
+//! Curves of all methods on a task, for figures and for the page's script.
 
 use copq_render::{Figure, Panel, Point, Series};
 use serde::{Serialize, Serializer};
@@ -13,7 +13,7 @@ use crate::statistics::{mean, std};
 const NOTE: &str = "Line: mean of the seeds. Band: standard deviation (of one seed: lowest to \
      highest episode).";
 
-/// The same of training's own numbers.
+/// The same for training's own numbers.
 const TRAINING: &str = "Line: mean of the seeds. Band: standard deviation. value_error: what critics \
      expect at an episode's start, a stochastic policy's entropy bonus with it, less what came.";
 
@@ -33,7 +33,7 @@ pub(crate) struct CurvePanel {
     #[serde(skip)]
     pub unit: Option<&'static str>,
     pub limit: Option<f64>,
-    /// One a label, in the labels' order.
+    /// One per label, in the labels' order.
     pub curves: Vec<Curve>,
 }
 
@@ -41,16 +41,17 @@ pub(crate) struct CurvePanel {
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Curve {
     pub label: String,
-    /// How many seeds it is of.
+    /// How many seeds it is made from.
     pub seeds: usize,
     #[serde(serialize_with = "short")]
     pub points: Vec<Point>,
-    /// Each seed's, where they are asked for.
+    /// Each seed's own curve, if wanted.
     #[serde(skip)]
     pub thin: Vec<Line>,
 }
 
-/// Points with as many digits as an f32 has, but for the steps: more nobody reads under a pointer.
+/// Points with as many digits as an f32 has, except for the steps: nobody reads more under a
+/// pointer.
 fn short<S: Serializer>(points: &[Point], serializer: S) -> Result<S::Ok, S::Error> {
     let short = |p: &Point| (p.step, p.middle as f32, p.low as f32, p.high as f32);
     serializer.collect_seq(points.iter().map(short))
@@ -80,7 +81,7 @@ impl CurvePanel {
 }
 
 impl Curve {
-    /// Without what is no number, which neither a picture nor a script can show.
+    /// Without points that are not finite, which neither a picture nor a script can show.
     fn new(label: &str, seeds: usize, mut points: Vec<Point>, thin: Vec<Line>) -> Self {
         // As f32, which the page has.
         let is_shown = |x: f64| (x as f32).is_finite();
@@ -94,7 +95,8 @@ impl Curve {
 }
 
 impl Report {
-    /// The evaluations of a task, by its methods and quantities; with a thin line a seed if wanted.
+    /// The evaluations of a task, by its methods and quantities; with a thin line per seed if
+    /// wanted.
     pub(super) fn curves(&self, world: &World, with_seeds: bool) -> Curves {
         let panel = |quantity: &Quantity| CurvePanel {
             title: quantity.title(),
@@ -110,7 +112,7 @@ impl Report {
         }
     }
 
-    /// One panel a task, and one for its most important objective.
+    /// One panel per task, and one for its most important objective.
     pub(super) fn overview(&self) -> Figure {
         let all = self.groups.worlds.iter();
         let worlds: Vec<_> = all.filter(|world| !self.curves(world, false).is_empty()).collect();
@@ -124,7 +126,7 @@ impl Report {
                         let title = format!("{}: {}", world.short, panel.title);
                         CurvePanel { title, ..panel.clone() }.panel()
                     }
-                    // Those of other tasks stay in their columns.
+                    // The panels of other tasks stay in their columns.
                     None => Panel::new(&world.short),
                 };
                 figure = figure.panel(panel);
@@ -133,7 +135,7 @@ impl Report {
         figure
     }
 
-    /// The quantities that some run of a task has.
+    /// The quantities that any run of a task has.
     pub(super) fn quantities(&self, world: &World) -> Vec<Quantity> {
         quantities(world.runs.iter().flatten().filter_map(|&n| self.runs[n].evaluated.as_ref()))
     }
@@ -149,7 +151,7 @@ impl Report {
         let runs = numbers.iter().map(|&number| &self.runs[number]);
         let end = |run: &Stored| run.evaluated.as_ref().map(Evaluated::last_step);
         let longest = runs.clone().filter_map(end).max().unwrap_or(0);
-        // Of runs that are not evaluated, such as those of eval-every = 0, all.
+        // If no run is evaluated, as with eval-every = 0, all count.
         runs.filter(|run| end(run).map_or(longest == 0, |end| 2 * end >= longest)).collect()
     }
 
@@ -220,7 +222,7 @@ impl Report {
     }
 }
 
-/// What a trace is in.
+/// The unit of a trace.
 fn unit(name: &str) -> &'static str {
     match name.split('/').next() {
         Some("clip_rate") => "share of the targets",

@@ -25,7 +25,7 @@ impl Report {
             for (label, numbers) in self.groups.labels.iter().zip(&world.runs) {
                 if let Some(pair) = numbers.iter().find_map(|&n| self.runs[n].pair(world)) {
                     let name = format!("{}-{}-ellipses", file_name(&world.name), file_name(label));
-                    // Numbers that no picture can be made of are in metrics.csv all the same.
+                    // Numbers that cannot be drawn are still in metrics.csv.
                     all.extend(
                         pair.plane(&format!("{label}: {}", world.short)).ok().map(|p| (name, p)),
                     );
@@ -67,7 +67,7 @@ impl Stored {
             .find(|(name, _)| *name == format!("correlation/{first}/{second}"))?;
         let mut names = name.strip_prefix("correlation/")?.split('/');
         let names = [names.next()?, names.next()?];
-        // What a multiplier makes of a cost counts, where one is reported.
+        // A cost's weight is minus its multiplier, if one is reported.
         let weight = |name: &str| match trace(&format!("multiplier/{name}")) {
             Some(multiplier) => -at(multiplier, f64::INFINITY) as f32,
             None => own.get(name).or(world.weights.get(name)).map_or(1.0, |&weight| weight as f32),
@@ -86,7 +86,8 @@ impl Stored {
 }
 
 impl Stored {
-    /// The weights that its plan gives to objectives of these names; none if it cannot be told which.
+    /// The weights that its plan gives to objectives of these names; none if it is not clear which
+    /// is whose.
     fn own_weights(&self, titles: &[String]) -> Option<BTreeMap<String, f64>> {
         let plan = self.plan();
         let Some(weights) = plan.and_then(|plan| plan.weights.as_ref()) else {
@@ -116,7 +117,7 @@ impl Pair<'_> {
         Ok(plane)
     }
 
-    /// The critics' disagreement when a share of the training is over.
+    /// The critics' disagreement after a share of the training.
     fn at(&self, share: f64) -> Result<Disagreement> {
         // Never empty, by `Stored::pair`.
         let step = share * self.correlation.last().map_or(0.0, |point| point[0]);
@@ -129,7 +130,7 @@ impl Pair<'_> {
     }
 }
 
-/// A trace's value nearest to a step; the last for one beyond all.
+/// A trace's value nearest to a step; the last value for a step beyond all.
 fn at(points: &[[f64; 2]], step: f64) -> f64 {
     let step = step.min(points.last().map_or(0.0, |point| point[0]));
     let nearest = points.iter().min_by(|a, b| (a[0] - step).abs().total_cmp(&(b[0] - step).abs()));

@@ -9,12 +9,12 @@ use crate::plan::Plan;
 /// More settings than this do not make a name.
 const NAMED: usize = 3;
 
-/// All runs by what they are of.
+/// All runs, sorted by method and task.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Groups {
     /// The methods' names, in the runs' order; a method's number is its colour.
     pub labels: Vec<String>,
-    /// What each is called without what sets it apart from others.
+    /// Each method's name without what sets it apart from others.
     bases: Vec<String>,
     /// The tasks, in the runs' order.
     pub worlds: Vec<World>,
@@ -23,9 +23,9 @@ pub(crate) struct Groups {
 /// A task on its engine, with the runs of each method.
 #[derive(Clone, Debug)]
 pub(crate) struct World {
-    /// Task, engine and preset, and the limits where these alone tell two apart.
+    /// Task, engine and preset, and the limits if only these tell two apart.
     pub name: String,
-    /// The task, or the whole name where another is of the same task.
+    /// The task, or the whole name if another has the same task.
     pub short: String,
     /// The task alone.
     pub task: String,
@@ -38,7 +38,7 @@ pub(crate) struct World {
 }
 
 impl Groups {
-    /// Sorts the runs. Of several runs of one seed the longest counts, and the others say so.
+    /// Sorts the runs. Among several runs of one seed, the longest counts, and the others say so.
     pub(crate) fn of(runs: &mut [Stored]) -> Self {
         let mut groups = Self::default();
         for (number, label) in labels(runs).into_iter().enumerate() {
@@ -76,8 +76,8 @@ impl Groups {
         groups
     }
 
-    /// The method that is called so on a task: by its whole name, or by its first part where no
-    /// other there begins so.
+    /// The method with this name on a task: by its whole name, or by its first part if no other
+    /// name there begins with it.
     pub(crate) fn method(&self, world: &World, name: &str) -> Option<usize> {
         let is_there = |label: &usize| !world.runs[*label].is_empty();
         let whole = self.labels.iter().position(|label| label == name);
@@ -85,7 +85,7 @@ impl Groups {
         whole.filter(is_there).or_else(|| parts.next().filter(|_| parts.next().is_none()))
     }
 
-    /// What methods are called on a task.
+    /// The names of the methods on a task.
     pub(crate) fn methods<'a>(&'a self, world: &World) -> Vec<&'a str> {
         let names = self.bases.iter().chain(&self.labels).map(String::as_str);
         let known: BTreeSet<&str> =
@@ -93,7 +93,7 @@ impl Groups {
         known.into_iter().collect()
     }
 
-    /// Names that tell all tasks apart.
+    /// Gives tasks names that tell them all apart.
     fn name_worlds(&mut self) {
         let count = |names: &[String], name: &String| names.iter().filter(|n| *n == name).count();
         let names: Vec<String> = self.worlds.iter().map(|world| world.name.clone()).collect();
@@ -110,7 +110,7 @@ impl Groups {
     }
 }
 
-/// Leaves the longest run of each seed, for a seed is one replicate.
+/// Keeps the longest run of each seed, because a seed is one replicate.
 fn keep_one_a_seed(numbers: &mut Vec<usize>, runs: &mut [Stored]) {
     let mut longest: BTreeMap<u64, usize> = BTreeMap::new();
     for &number in numbers.iter() {
@@ -131,7 +131,7 @@ fn keep_one_a_seed(numbers: &mut Vec<usize>, runs: &mut [Stored]) {
     });
 }
 
-/// Seeds whose evaluations are others than the first one's count, and say so.
+/// Seeds that are evaluated differently from the first one count, but say so.
 fn tell_apart(numbers: &[usize], runs: &mut [Stored]) {
     let evaluated = |number: &usize| runs[*number].evaluated.as_ref();
     let Some(first) = numbers.iter().copied().find(|number| evaluated(number).is_some()) else {
@@ -159,12 +159,12 @@ fn position_or_push<T>(
 }
 
 fn world_name(plan: &Plan) -> String {
-    // A task with a colon says itself whose it is.
+    // A task with a colon names its own package.
     let mut name = match plan.task.contains(':') {
         true => plan.task.clone(),
         false => format!("{}, {}, {}", plan.task, plan.engine, plan.preset),
     };
-    // What is of another world is no seed of the same.
+    // Runs in different environments are not seeds of one method.
     for (key, value) in &plan.world {
         name += &format!(", {key} {value}");
     }
@@ -174,15 +174,15 @@ fn world_name(plan: &Plan) -> String {
     name
 }
 
-/// What each run's method is called: its own label or method, and what sets it apart from others of
-/// that name. The plan comes first, for bounds bring critics and settings with them.
+/// The name of each run's method: its own label or method, and what sets it apart from others of
+/// that name. The plan comes first, because bounds bring critics and settings with them.
 fn labels(runs: &[Stored]) -> Vec<String> {
     let mut names: Vec<String> = runs.iter().map(base).collect();
     for traits in [method, of_plan, critics] {
         names = refined(names, runs, traits, |_| String::new());
     }
-    // Settings that follow the task, as the steps over which a step size falls, make no other
-    // method.
+    // Settings that follow the task, such as the steps over which a step size falls, do not make
+    // another method.
     refined(names, runs, settings, |run| run.plan().map_or_else(String::new, world_name))
 }
 
@@ -193,8 +193,8 @@ fn stem(run: &Stored) -> String {
     name.rsplit_once("-s").filter(seed).map_or(name.clone(), |(stem, _)| stem.to_owned())
 }
 
-/// Names with the traits in which runs of the same name differ within a scope; where these are too
-/// many, the first such run's folder names it.
+/// Names with the traits in which runs of the same name differ within a scope; if these are too
+/// many, the first such run's folder gives the name.
 fn refined(
     names: Vec<String>,
     runs: &[Stored],
@@ -229,8 +229,8 @@ fn refined(
     refined
 }
 
-/// The traits of each name in which two runs of it differ within a scope; not to have one is to
-/// differ, too.
+/// The traits of each name in which two of its runs differ within a scope; to lack one is also to
+/// differ.
 fn apart<'a>(
     names: &'a [String],
     scopes: &'a [String],
@@ -301,7 +301,7 @@ fn settings(run: &Stored) -> Traits {
     traits
 }
 
-/// A table's values by their names between dots.
+/// A table's values by their names, whose parts are joined by dots.
 pub(crate) fn flatten(key: &str, value: &toml::Value, all: &mut BTreeMap<String, String>) {
     match value {
         toml::Value::Table(table) => {

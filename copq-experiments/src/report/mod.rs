@@ -1,4 +1,4 @@
-//! What many runs came to: one page, figures and tables.
+//! The results of many runs: one page, figures and tables.
 
 mod claims;
 mod claims_table;
@@ -31,8 +31,8 @@ pub use table::{Cell, Table};
 
 /// Many runs, read once: their tables, figures, and a page with all of it.
 ///
-/// Runs of one task are drawn together; a method is called by what sets it apart from the others.
-/// Seeds are replicates. Whatever is there is told, what cannot be read among it.
+/// Runs of one task are drawn together; a method is named by what sets it apart from the others.
+/// Seeds are replicates. Everything that is there is reported, including what cannot be read.
 ///
 /// ```
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
@@ -61,15 +61,15 @@ pub struct Report {
 }
 
 impl Report {
-    /// Reads the runs; those that are not there yet are told as such.
+    /// Reads the runs; those that are not there yet are reported as such.
     pub fn read(title: impl Into<String>, runs: &[ReportRun]) -> Self {
         let mut runs: Vec<Stored> = runs.iter().map(Stored::read).collect();
         let groups = Groups::of(&mut runs);
         Self { title: title.into(), runs, groups, paper: Paper::default() }
     }
 
-    /// What a paper says of these tasks and methods, beside which the runs are put; an error where
-    /// it is of others.
+    /// Adds what a paper reports for these tasks and methods, beside which the runs are put; an
+    /// error if the paper names others.
     pub fn paper(self, paper: Paper) -> Result<Self> {
         let mut known = KnownTasks::new();
         for world in &self.groups.worlds {
@@ -82,8 +82,8 @@ impl Report {
         Ok(Self { paper, ..self })
     }
 
-    /// Whether a run is at work, or waits to be begun. A folder without a `config.toml` does not,
-    /// but where one is planned.
+    /// Whether a run is in progress or waits to start. A folder without a `config.toml` does not
+    /// count, unless a run is planned there.
     pub fn is_going_on(&self) -> bool {
         use crate::standing::Standing::{Running, Waiting};
         self.runs.iter().any(|run| match run.standing {
@@ -93,7 +93,7 @@ impl Report {
         })
     }
 
-    /// What there is, in a line.
+    /// A summary in one line.
     pub fn summary(&self) -> String {
         let count = |word: &str| self.runs.iter().filter(|run| run.standing.word() == word).count();
         let states: Vec<String> = ["done", "running", "stopped", "failed", "waiting"]
@@ -112,7 +112,7 @@ impl Report {
         format!("{runs} runs: {states}; {steps} steps in {time} of training{troubles}")
     }
 
-    /// The curves of each task, as they are on the page: a name for its file, and the figure.
+    /// The curves of each task, as on the page: a name for its file, and the figure.
     pub fn figures(&self) -> Vec<(String, Figure)> {
         let worlds = self.groups.worlds.iter();
         let mut all: Vec<_> = worlds
@@ -131,14 +131,15 @@ impl Report {
         tables::all(self)
     }
 
-    /// The page as HTML, by itself: no script, picture or font is anywhere else. With `every`, it
-    /// loads itself again after that time.
+    /// The page as self-contained HTML: no script, picture or font is anywhere else. With `every`,
+    /// it reloads itself after that time.
     pub fn page(&self, every: Option<Duration>) -> Result<String> {
         page::render(self, every)
     }
 
     /// Writes the tables as Markdown, LaTeX and CSV, and the figures as SVG and PNG, into a folder;
-    /// for a paper's column, panels also stand one above the other (`NAME-column.svg`).
+    /// for a paper's column, there are also figures with one panel above the other
+    /// (`NAME-column.svg`).
     pub fn write_parts(&self, folder: &Path) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
         for table in self.tables() {
@@ -173,7 +174,7 @@ impl Report {
     }
 }
 
-/// A name that none has yet, on disks too to which `A` is `a`: the second is `name-2`.
+/// A name that is not taken yet, even on disks that take `A` for `a`: the second is `name-2`.
 fn distinct(name: String, known: &mut BTreeSet<String>) -> String {
     let names = (2..).map(|number| format!("{name}-{number}"));
     let mut names = std::iter::once(name.clone()).chain(names);

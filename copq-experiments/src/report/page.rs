@@ -24,10 +24,10 @@ const ELLIPSES: &str = "One standard deviation of the critics' values of replaye
      in training (from q_std and correlation in metrics.csv, around 0), and where each projection would \
      put the lower bound of these two at the end, by the task's weights or a cost's multiplier. Other objectives, \
      which can change the clip, eigen's bound and extremum's, are left out. One seed a method.";
-/// Most runs whose seeds are drawn one by one, and whose figures are drawn for a phone, too: a page
-/// of more is too large for one.
+/// The most runs for which seeds are drawn one by one, and figures also for a phone: a page with
+/// more is too large for one.
 const SEEDS: usize = 1_000;
-/// Bytes of the files of all films on a page, for the same reason.
+/// The most bytes of all films on a page, for the same reason.
 const FILMS: u64 = 20_000_000;
 
 pub(super) fn render(report: &Report, every: Option<Duration>) -> Result<String> {
@@ -141,7 +141,7 @@ fn training(report: &Report, with_seeds: bool) -> Result<Markup> {
     })
 }
 
-/// Style that shows and hides each method by its box, without a script.
+/// CSS that shows and hides each method with its checkbox, without a script.
 fn hiding(labels: usize) -> String {
     let rule = |i| format!("body:has(#m{i}:not(:checked)) .by-method .s{i} {{ display: none; }}\n");
     (0..labels).map(rule).collect()
@@ -202,7 +202,7 @@ fn table_of(table: &Table) -> Markup {
     }
 }
 
-/// The films that lie in the runs' folders, one a method and task, as many as there is room for.
+/// The films in the runs' folders, one per method and task, as many as there is room for.
 pub(super) fn films(report: &Report, mut room: u64) -> Markup {
     let (mut shown, mut left_out) = (Vec::new(), 0);
     for world in &report.groups.worlds {

@@ -7,7 +7,7 @@ use super::{Report, file_name};
 use crate::figure::Quantity;
 
 impl Report {
-    /// What each seed earns against what it costs, a picture for each limit: a name for its file,
+    /// What each seed earns against what it costs, one picture for each limit: a name for its file,
     /// and the picture.
     pub fn planes(&self) -> Vec<(String, Plane)> {
         let limited = self.groups.worlds.iter().flat_map(|world| {
@@ -22,7 +22,7 @@ impl Report {
             .collect()
     }
 
-    /// Whether a method has come so far that there is a dot.
+    /// Whether a method has come far enough for a dot.
     fn has_ends(&self, world: &World) -> bool {
         let labels = 0..self.groups.labels.len();
         labels.into_iter().any(|i| !self.ends(world, i, &Quantity::WeightedTotal).is_empty())

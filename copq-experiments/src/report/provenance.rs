@@ -1,4 +1,4 @@
-//! What made the runs, and what became of them: failures, settings, programs, the list of all.
+//! What made the runs, and what became of them: failures, settings, programs, the list of all runs.
 
 use std::collections::BTreeMap;
 
@@ -172,7 +172,7 @@ fn command(run: &Stored) -> String {
 }
 
 impl Stored {
-    /// Its failure and what of it could not be read.
+    /// Its failure, and what could not be read of it.
     fn troubles(&self) -> Vec<&str> {
         let failure = match &self.standing {
             crate::standing::Standing::Failed(error) => Some(error.as_str()),

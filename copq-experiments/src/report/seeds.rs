@@ -1,4 +1,4 @@
-//! The seeds of a method on a task, and how far they are looked at.
+//! The seeds of a method on a task, and up to which step they are compared.
 
 use super::Report;
 use super::groups::World;
@@ -11,25 +11,25 @@ use crate::statistics::mean;
 /// The seeds of a method on a task.
 pub(super) struct Seeds<'a> {
     seeds: Vec<&'a Evaluated>,
-    /// The step to which they are looked at: one that all have reached.
+    /// The step up to which they are compared: one that all have reached.
     pub(super) end: u64,
     /// Runs that have begun.
     pub(super) begun: usize,
 }
 
 impl Seeds<'_> {
-    /// The values of a quantity up to a step, a list a seed.
+    /// The values of a quantity up to a step, one list per seed.
     pub(super) fn values(&self, quantity: &Quantity, end: u64) -> Vec<Line> {
         self.seeds.iter().map(|seed| seed.means_until(quantity, end)).collect()
     }
 
-    /// Of each seed's number.
+    /// The cell of each seed's number.
     pub(super) fn cell(&self, values: &[f64]) -> Cell {
         Cell::of(values, self.begun)
     }
 
-    /// A number a seed, of a quantity up to a step; none where a seed has fewer evaluations than it
-    /// takes.
+    /// One number per seed, of a quantity up to a step; none if a seed has fewer evaluations than
+    /// the measure needs.
     pub(super) fn measured(&self, measure: Measure, quantity: &Quantity, end: u64) -> Vec<f64> {
         let curves = self.values(quantity, end);
         if measure.is_early(&curves) {
@@ -38,7 +38,7 @@ impl Seeds<'_> {
         curves.iter().map(|curve| measure.of(curve, None)).collect()
     }
 
-    /// The same of the weighted totals up to the end.
+    /// The same for the weighted totals up to the end.
     pub(super) fn totals(&self, measure: Measure) -> Vec<f64> {
         self.measured(measure, &Quantity::WeightedTotal, self.end)
     }
@@ -51,7 +51,7 @@ impl Seeds<'_> {
         self.seeds.is_empty()
     }
 
-    /// How many steps each seed's last few evaluations are of, where it has as many.
+    /// How many steps each seed's last few evaluations span, if it has that many.
     pub(super) fn spans(&self) -> Vec<u64> {
         let curves = self.values(&Quantity::WeightedTotal, self.end);
         let span = |curve: &Line| Some((curve.last()?[0] - curve.iter().nth_back(LAST)?[0]) as u64);
@@ -63,7 +63,7 @@ impl Seeds<'_> {
         self.seeds.iter().map(|seed| seed.last_step()).min().unwrap_or(0)
     }
 
-    /// The step to which they are compared with another method's.
+    /// The step up to which they are compared with another method's.
     pub(super) fn common_end(&self, other: &Self) -> u64 {
         common_end(self.seeds.iter().chain(&other.seeds).copied())
     }
@@ -86,7 +86,7 @@ impl Report {
         ends
     }
 
-    /// Each seed's mean of the last few evaluations; none where one has fewer.
+    /// Each seed's mean of the last few evaluations; none if a seed has fewer.
     pub(super) fn ends(&self, world: &World, label: usize, quantity: &Quantity) -> Vec<f64> {
         let seeds = self.seeds(world, label);
         seeds.measured(Measure::LastFive, quantity, seeds.end)

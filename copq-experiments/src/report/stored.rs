@@ -15,7 +15,7 @@ use crate::statistics::median;
 
 /// Most points of a curve of training's own numbers; more cannot be told apart.
 const POINTS: u64 = 200;
-/// The beginnings of the columns of `metrics.csv` that the page draws.
+/// Prefixes of the columns of `metrics.csv` that the page draws.
 const TRACES: [&str; 7] = [
     "clip_rate",
     "critic_loss/",
@@ -26,7 +26,7 @@ const TRACES: [&str; 7] = [
     "q_std/",
 ];
 
-/// The beginning of the traces that are of evaluations.
+/// Prefix of the traces that come from evaluations.
 const VALUE_ERROR: &str = "value_error/";
 
 /// A run for a [`Report`](super::Report) or [`compare`](crate::compare): its folder, and what the
@@ -43,20 +43,21 @@ const VALUE_ERROR: &str = "value_error/";
 pub struct ReportRun {
     /// The run's folder; it need not be there yet.
     pub folder: PathBuf,
-    /// What the method is called, if not by what sets it apart.
+    /// The method's name, if it is not named by what sets it apart.
     pub label: Option<String>,
     /// The limits of its task's costs.
     pub limits: BTreeMap<String, f64>,
     /// The weights of its task's objectives.
     pub weights: BTreeMap<String, f64>,
-    /// What it shall be: its plan and settings. Of a longer run curves and tables have no more.
+    /// What it should be: its plan and settings. If the run is longer, curves and tables show no
+    /// more.
     pub planned: Option<(Plan, toml::Table)>,
     /// The [`fingerprint`](crate::fingerprint()) that it must have, if it is known.
     pub fingerprint: Option<String>,
 }
 
 impl ReportRun {
-    /// Of a folder.
+    /// The run in a folder.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
         Self {
             folder: folder.into(),
@@ -68,19 +69,19 @@ impl ReportRun {
         }
     }
 
-    /// The same with a name for its method, in the legend and in tables; runs of one name are seeds
-    /// of one method.
+    /// The same with a name for its method, in the legend and in tables; runs with one name are
+    /// seeds of one method.
     pub fn called(self, label: impl Into<String>) -> Self {
         Self { label: Some(label.into()), ..self }
     }
 }
 
-/// What is known of a run.
+/// What is known about a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Stored {
     pub run: ReportRun,
     pub standing: Standing,
-    /// Its plan and settings: what made it, or what shall.
+    /// Its plan and settings: what made it, or what will.
     pub what: Option<(Plan, toml::Table)>,
     /// What made it.
     pub config: Option<RunConfig<toml::Table>>,
@@ -91,7 +92,7 @@ pub(crate) struct Stored {
     pub steps: u64,
     pub seconds: f64,
     pub rate: f64,
-    /// How many steps a point of a trace is of.
+    /// How many steps a point of a trace covers.
     pub bin: u64,
     /// Columns of `metrics.csv`, and the critics' errors at each evaluation: step and value.
     pub traces: Traces,
@@ -114,11 +115,11 @@ impl Stored {
         let times = read_if_there(folder, "timings.csv", read_times, &mut problems);
         let [steps, seconds, rate] = times.unwrap_or([0.0, 0.0, f64::NAN]);
         let planned = run.planned.as_ref().map(|(plan, _)| plan.run.steps);
-        // A longer run in its place is looked at as far as it is wanted.
+        // If a longer run is in its place, only what is wanted of it counts.
         let end = run.planned.as_ref().map_or(u64::MAX, |(plan, _)| plan.last_step());
         let evaluated = evaluated.map(|evaluated| evaluated.until(end));
         let wanted = config.as_ref().map(|config| config.plan.run.steps);
-        // Of one width for all seeds of one length, however far each has come.
+        // The same width for all seeds of one length, however far each has come.
         let bin = (planned.or(wanted).unwrap_or(steps as u64) / POINTS).max(1);
         let traces = read_if_there(folder, "metrics.csv", |it| read_traces(it, bin), &mut problems);
         let (mut traces, damage) = traces.unwrap_or_default();
@@ -171,7 +172,7 @@ impl Stored {
         self.evaluated.as_ref().map(Evaluated::last_step)
     }
 
-    /// The steps that it shall have: what is wanted now, however it began.
+    /// The steps that it should have: what is wanted now, however it began.
     pub(crate) fn steps_wanted(&self) -> Option<u64> {
         let planned = self.run.planned.as_ref().map(|(plan, _)| plan);
         planned.or(self.plan()).map(|plan| plan.run.steps)
@@ -183,17 +184,17 @@ impl Stored {
     }
 }
 
-/// How a run stands that has all its steps and evaluations, or fewer than are wanted now.
+/// The standing of a run that may have all its steps and evaluations, or fewer than are wanted now.
 fn standing(folder: &Path, has_all: bool, is_short: bool) -> Standing {
     match Standing::of(folder) {
-        // A run from before there was a file that says so.
+        // A run from before there was a file `DONE`.
         Standing::Stopped if has_all => Standing::Done,
         Standing::Done if is_short => Standing::Stopped,
         standing => standing,
     }
 }
 
-/// The files that a run must have left, of those that are not there.
+/// The files that a run must have left but that are not there.
 fn missing(
     folder: &Path,
     config: Option<&RunConfig<toml::Table>>,
@@ -206,7 +207,7 @@ fn missing(
     lost.into_iter().filter(move |_| is_done)
 }
 
-/// What is read of a file, if it is there; what cannot be read is a problem.
+/// The content of a file, if it is there; one that cannot be read is a problem.
 fn read_if_there<T>(
     folder: &Path,
     file: &str,
@@ -237,14 +238,14 @@ fn read_traces(folder: &Path, bin: u64) -> Result<(Traces, Option<String>)> {
     let names = sheet.columns().iter();
     let names = names.filter(|name| TRACES.iter().any(|trace| name.starts_with(trace)));
     let trace = |name: &String| {
-        // A row is of the steps before it.
+        // A row covers the steps before it.
         let rows = steps.iter().map(|step| step.saturating_sub(1)).zip(sheet.column(name)?);
         Some((name.clone(), binned(rows, bin)))
     };
     Ok((names.filter_map(trace).collect(), damage))
 }
 
-/// Means over bins of so many steps, each at its bin's middle.
+/// Means over bins of `bin` steps, each at its bin's middle.
 fn binned(points: impl Iterator<Item = (u64, f64)>, bin: u64) -> Line {
     let mut bins: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
     for (step, value) in points.filter(|(_, value)| value.is_finite()) {

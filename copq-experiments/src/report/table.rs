@@ -7,7 +7,7 @@ use crate::numbers::grouped;
 use crate::sheet::encode;
 use crate::statistics::{Bootstrap, mean, std};
 
-/// What stands in a cell.
+/// What a cell contains.
 pub(super) const READING: &str = "\
      Mean ± standard deviation over seeds [bootstrap interval at 95 %, from three seeds on] \
      (seeds), up to the last step that all of a method's seeds have reached; (5, to 10,000) names \
@@ -41,15 +41,15 @@ pub(super) const READING: &str = "\
 /// ```
 #[derive(Clone, Debug)]
 pub struct Table {
-    /// For a file.
+    /// A name for its file.
     pub name: &'static str,
-    /// What it is.
+    /// What it shows.
     pub title: String,
     /// How its numbers are made.
     pub note: String,
     /// Whether its cells are means over seeds.
     pub is_of_seeds: bool,
-    /// The tasks, or what else is across.
+    /// The tasks, or whatever else the columns are.
     pub columns: Vec<String>,
     /// The methods, and their cells.
     pub rows: Vec<(String, Vec<Cell>)>,
@@ -60,7 +60,7 @@ pub struct Table {
 pub struct Cell {
     /// The mean; nothing if there is no seed.
     pub mean: Option<f64>,
-    /// The standard deviation (divided by n, as papers have it), for two seeds and more.
+    /// The standard deviation (divided by n, as in papers), for two seeds and more.
     pub std: Option<f64>,
     /// The bootstrap interval at 95 %, for three seeds and more.
     pub interval: Option<[f64; 2]>,
@@ -68,16 +68,16 @@ pub struct Cell {
     pub seeds: usize,
     /// Runs that have begun; more than the seeds if some have not come far enough to be counted.
     pub begun: usize,
-    /// The step to which it is, where others of its column are to another.
+    /// The step up to which it is taken, if others in its column have a different one.
     pub to: Option<u64>,
     /// Whether a limit is exceeded.
     pub is_violated: bool,
-    /// Whether it is a paper's own, and stands as it is printed there.
+    /// Whether it is a paper's own number, shown as it is printed there.
     pub is_published: bool,
 }
 
 impl Cell {
-    /// Of each seed's number.
+    /// From each seed's number.
     pub(super) fn of(values: &[f64], begun: usize) -> Self {
         Self {
             mean: Some(mean(values)).filter(|mean| mean.is_finite()),
@@ -96,12 +96,12 @@ impl Cell {
         Self { mean, std, seeds, is_violated, is_published: true, ..Self::default() }
     }
 
-    /// In plain letters.
+    /// As plain text.
     pub(super) fn plain(&self) -> String {
         self.text(" ± ", ["", ""])
     }
 
-    /// With signs of a form: between mean and deviation, around an interval.
+    /// With a format's signs: between mean and deviation, and around numbers.
     fn text(&self, plus_minus: &str, [open, close]: [&str; 2]) -> String {
         let begun = self.begun > self.seeds;
         let of = if begun { format!(" of {}", self.begun) } else { String::new() };
@@ -128,13 +128,13 @@ impl Cell {
     }
 }
 
-/// A line of a table.
+/// A row of a table.
 pub(crate) fn markdown_row(cells: &[String]) -> String {
     let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
     format!("| {} |\n", cells.join(" | "))
 }
 
-/// As many digits as the size of the numbers beside it is worth.
+/// With as many digits as the size of the numbers beside it deserves.
 pub(super) fn number(value: f64, size: f64) -> String {
     let digits = match size {
         size if size >= 100.0 => 0,
@@ -147,7 +147,7 @@ pub(super) fn number(value: f64, size: f64) -> String {
 }
 
 impl Table {
-    /// The note, with what stands in its cells.
+    /// The note, with what its cells contain.
     fn remark(&self) -> String {
         if self.is_of_seeds { format!("{} {READING}", self.note) } else { self.note.clone() }
     }
@@ -181,8 +181,8 @@ impl Table {
         text + "\\bottomrule\n\\end{tabular}\n"
     }
 
-    /// As CSV, every number in a column of its own and with all its digits; the last ones say 1
-    /// where a limit is exceeded, and the step where methods differ in it.
+    /// As CSV, every number in its own column and with all its digits. The last ones say 1 where a
+    /// limit is exceeded, and give the step where methods differ in it.
     pub fn csv(&self) -> Result<String> {
         let parts = ["", " std", " low", " high", " seeds", " exceeded", " to"];
         let columns = self.columns.iter();
@@ -204,7 +204,7 @@ impl Table {
     }
 }
 
-/// A text without what LaTeX takes for its own.
+/// A text with LaTeX's own characters escaped.
 fn escaped(text: &str) -> String {
     let mut escaped = String::new();
     for c in text.chars() {
@@ -216,7 +216,7 @@ fn escaped(text: &str) -> String {
             '<' => escaped += "\\textless{}",
             '>' => escaped += "\\textgreater{}",
             '|' => escaped += "\\textbar{}",
-            // First in a row they would be an argument of the row's end before it.
+            // First in a row, they would be an argument of the end of the row before it.
             '[' | '*' => escaped.extend(['{', c, '}']),
             c => escaped.push(c),
         }

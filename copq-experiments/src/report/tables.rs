@@ -10,7 +10,7 @@ use crate::numbers::grouped;
 use crate::statistics::{Bootstrap, FEWEST, iqm, max, mean, probability_of_improvement};
 
 impl Report {
-    /// A column a task, each headed by its name and how far the seeds have come.
+    /// One column per task, headed by its name and how far the seeds have come.
     fn by_task(
         &self,
         name: &'static str,
@@ -36,7 +36,7 @@ impl Report {
         }
     }
 
-    /// The same of weighted totals, with the paper's numbers.
+    /// The same for weighted totals, with the paper's numbers.
     fn of_totals(
         &self,
         measure: Measure,
@@ -49,8 +49,8 @@ impl Report {
         Some(self.with_published(table, measure, &of))
     }
 
-    /// Puts the paper's numbers behind each column that has some, the columns being of these tasks
-    /// and quantities.
+    /// Puts the paper's numbers after each column that has some; `of` gives the columns' tasks and
+    /// quantities.
     fn with_published(
         &self,
         mut table: Table,
@@ -76,7 +76,7 @@ impl Report {
         table
     }
 
-    /// What `*` means at a total, where a cost has a limit.
+    /// What `*` means at a total, if a cost has a limit.
     pub(super) fn mark(&self) -> String {
         if self.groups.worlds.iter().all(|world| world.limits.is_empty()) {
             return String::new();
@@ -84,12 +84,12 @@ impl Report {
         format!(" * means that the mean cost of the last {LAST} evaluations exceeds its limit.")
     }
 
-    /// A step to which a number on a task is, if not all methods are looked at up to it.
+    /// The step up to which a number on a task is taken, if it is not the same for all methods.
     fn apart(&self, world: &World, end: u64) -> Option<u64> {
         self.all_ends(world).iter().any(|&other| other != end).then_some(end)
     }
 
-    /// How many steps the last few evaluations are of, where they are not of equally many.
+    /// How many steps the last few evaluations span, if they do not all span the same number.
     fn spans(&self, worlds: &[&World]) -> String {
         let labels = 0..self.groups.labels.len();
         let all = worlds.iter().flat_map(|world| labels.clone().map(|i| self.seeds(world, i)));
@@ -151,7 +151,7 @@ pub(super) fn all(report: &Report) -> Vec<Table> {
     tables
 }
 
-/// The maximum of the mean curve, which is no seed's own number.
+/// The maximum of the mean curve, which is not any seed's own number.
 fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
     let mut lines = seeds.values(&Quantity::WeightedTotal, seeds.end);
     if Measure::BestOfMean.is_early(&lines) {
@@ -159,13 +159,13 @@ fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
     }
     lines.iter_mut().for_each(|line| line.retain(|[step, _]| *step > 0.0));
     let shared = at_shared_steps(&lines);
-    // Of seeds by their numbers, as the bootstrap draws them.
+    // Seeds are given by their indices, as the bootstrap draws them.
     let best = |drawn: &[f64]| {
         let mean = |(_, values): &(f64, Vec<f64>)| {
             drawn.iter().map(|&s| values[s as usize]).sum::<f64>() / drawn.len() as f64
         };
         let means: Vec<f64> = shared.iter().map(mean).collect();
-        // One seed that is no number makes it none, as in the other tables.
+        // One seed that is NaN makes it NaN, as in the other tables.
         if means.iter().any(|mean| mean.is_nan()) { f64::NAN } else { max(&means) }
     };
     let numbers: Vec<f64> = (0..lines.len()).map(|i| i as f64).collect();
@@ -179,7 +179,7 @@ fn best_of_mean(seeds: &Seeds<'_>) -> Cell {
     }
 }
 
-/// The interquartile means of the final totals, where a method has seeds enough for a middle half.
+/// The interquartile means of the final totals, if a method has enough seeds for a middle half.
 fn interquartile(report: &Report) -> Option<Table> {
     let cell = |seeds: &Seeds<'_>| {
         let values = seeds.totals(Measure::Final);

@@ -1,4 +1,4 @@
-//! All tasks together: scores over the tasks' references.
+//! All tasks together: scores divided by the tasks' references.
 
 use copq_render::{Figure, Panel, Point, Series};
 
@@ -8,11 +8,11 @@ use super::paper::Measure;
 use super::table::{Cell, Table};
 use crate::statistics::{Bootstrap, iqm, max, mean, profile};
 
-/// Into how many steps a profile's thresholds go.
+/// The number of steps of a profile's thresholds.
 const THRESHOLDS: usize = 100;
 
 impl Report {
-    /// The tasks that have a reference score, from two on.
+    /// The tasks that have a reference score, if there are at least two.
     fn referenced(&self) -> Option<Vec<(&World, f64)>> {
         let reference = |world: &World| self.paper.reference.get(&world.task).copied();
         let worlds = self.groups.worlds.iter();
@@ -20,8 +20,8 @@ impl Report {
         (worlds.len() > 1).then_some(worlds)
     }
 
-    /// A method's final totals over the references, task by task; none without one of the tasks,
-    /// for it is not comparable.
+    /// A method's final totals divided by the references, task by task; none if it lacks one of the
+    /// tasks, because it is not comparable.
     fn scores(&self, label: usize, worlds: &[(&World, f64)]) -> Option<Vec<Vec<f64>>> {
         let scores = worlds.iter().map(|&(world, reference)| {
             let finals = self.seeds(world, label).totals(Measure::Final);
@@ -63,7 +63,7 @@ impl Report {
         })
     }
 
-    /// The performance profiles: which share of a method's runs scores more than a threshold.
+    /// The performance profiles: what share of a method's runs scores more than a threshold.
     pub(super) fn profiles(&self) -> Option<Figure> {
         let worlds = self.referenced()?;
         let labels = self.groups.labels.iter().enumerate();

@@ -1,4 +1,4 @@
-//! A run's evaluations: when, how, and what becomes of one that fails.
+//! A run's evaluations: when, how, and what happens when one fails.
 
 use std::time::Instant;
 
@@ -19,7 +19,7 @@ impl Run {
             && self.records.evaluations.last() != Some(step)
     }
 
-    /// Evaluates, unless a signal comes meanwhile; then the run that goes on does it.
+    /// Evaluates, unless a signal comes meanwhile; then the resumed run does it.
     pub(super) fn evaluate(&mut self, stop: &Stop) -> Result<()> {
         let began = Instant::now();
         let episodes = self.settings.eval_episodes;
@@ -38,21 +38,21 @@ impl Run {
         if is_best {
             self.save_policy("policy-best.safetensors")?;
         }
-        // The row comes last: it says that the evaluation is done, and is not done again.
+        // The row comes last: it says that the evaluation is done, so that it is not repeated.
         let step = self.trainer.steps();
         let spec = self.trainer.spec();
         self.records.evaluated(step, &evaluation, spec)?;
         self.progress.line(&evaluations::describe(step, &evaluation, spec));
         self.evaluation_time += began.elapsed();
         self.records.timings.evaluated(began.elapsed());
-        // A run is worth more than its picture.
+        // A failed picture is no reason to end a run.
         if let Err(error) = figure::draw_run(self.folder.path(), self.trainer.spec()) {
             self.progress.line(&format!("the curves could not be drawn: {error}"));
         }
         Ok(())
     }
 
-    /// A run is worth more than one of its evaluations, if it was told so.
+    /// Continues the run, if the settings say so; otherwise saves it and returns the error.
     fn evaluation_failed(&mut self, error: Error) -> Result<()> {
         let what = format!("the evaluation after step {}", grouped(self.trainer.steps()));
         if self.settings.on_env_error == OnEnvError::Reset {

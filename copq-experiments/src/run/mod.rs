@@ -1,4 +1,4 @@
-//! The driver: trains, evaluates, logs and saves, and can stop and go on between any two steps.
+//! The driver: trains, evaluates, logs and saves, and can stop and resume between any two steps.
 
 mod evaluating;
 
@@ -17,14 +17,14 @@ use crate::settings::{OnEnvError, OnResume, RunSettings, SavedReplay};
 use crate::stop::Stop;
 use crate::timings;
 
-/// Failures of an environment without a good step between them, after which it is given up.
+/// After this many failures of an environment, without a good step between them, a run gives up.
 const PATIENCE: u64 = 100;
 
 /// A training run in its folder.
 ///
 /// Rows are written at multiples of their interval, and once more at the end. A checkpoint holds
-/// everything after the rows of its step; going on from it drops later rows, so that a resumed
-/// run's files equal an uninterrupted one's.
+/// everything as it is after the rows of its step. Resuming from it drops later rows, so that a
+/// resumed run's files equal those of an uninterrupted run.
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
@@ -37,7 +37,7 @@ const PATIENCE: u64 = 100;
 /// use copq_candle::Candle;
 /// use copq_experiments::{Plan, Run, RunFolder, RunSettings, Sheet};
 ///
-/// // In a world whose episodes return 1.5.
+/// // In an environment whose episodes return 1.5.
 /// let method = Method::cop_td3();
 /// let mut plan = Plan::new(&method);
 /// plan.run = RunSettings { steps: 30, eval_every: 10, ..RunSettings::default() };
@@ -60,7 +60,7 @@ pub struct Run {
     records: Records,
     progress: Progress,
     first_step: u64,
-    /// What to say of settings that are others than those of the checkpoint it goes on from.
+    /// What to say about settings that differ from those of the checkpoint it resumes from.
     changed: Option<String>,
     /// The step of the newest checkpoint.
     saved_step: Option<u64>,
@@ -81,8 +81,8 @@ impl fmt::Debug for Run {
 }
 
 impl Run {
-    /// Takes a fresh trainer, an environment of its own for evaluation (a second instance of the
-    /// same task; without one, evaluation borrows the trainer's) and a folder; goes back to the
+    /// Takes a fresh trainer, a separate environment for evaluation (a second instance of the same
+    /// task; without one, evaluation borrows the trainer's) and a folder. Continues from the
     /// folder's checkpoint if it has one.
     pub fn new(
         mut trainer: Trainer,
@@ -95,7 +95,8 @@ impl Run {
             trainer.spec().check_same("environment for evaluation", eval_env.spec())?;
         }
         if settings.on_resume == OnResume::SameEpisode {
-            // A checkpoint holds the world in mid-episode: better now than after the first steps.
+            // A checkpoint holds the environment in mid-episode. Better fail now than after the
+            // first steps.
             trainer.env().save(&mut State::default()).map_err(cannot_go_on)?;
         }
         check_same_seed(&trainer, &settings)?;
@@ -167,7 +168,7 @@ impl Run {
         let is_due = self.is_evaluation_due();
         if is_due {
             self.evaluate(&stop)?;
-            // The checkpoint that was there knows nothing of its row.
+            // The existing checkpoint does not know about its row.
             self.saved_step = None;
         }
         while self.trainer.steps() < self.settings.steps && !stop.is_asked() {
@@ -210,7 +211,7 @@ impl Run {
             self.records.metrics.episode(step, &episode, spec);
             self.progress.episode(&episode, &spec.weights());
         }
-        // Several worlds take several steps at once.
+        // Several environments take several steps at once.
         let has_passed = |every: u64| step / every > before / every;
         self.env_errors += u64::from(failure.is_some());
         if has_passed(self.settings.log_every) {
@@ -218,7 +219,7 @@ impl Run {
         }
         match failure {
             None => self.env_errors_in_a_row = 0,
-            // A signal to all processes ends a world in another one, too.
+            // A signal to all processes also ends an environment in another process.
             Some(_) if stop.is_asked() => return Ok(()),
             Some(error) => self.env_failed(error)?,
         }
@@ -231,7 +232,8 @@ impl Run {
         Ok(())
     }
 
-    /// The episode is over where it was; the run ends here, saved, or goes on with the next one.
+    /// The episode ends where it was. The run is saved and ends here, or continues with the next
+    /// one.
     fn env_failed(&mut self, error: Error) -> Result<()> {
         self.env_errors_in_a_row += 1;
         let step = grouped(self.trainer.steps());
@@ -263,7 +265,7 @@ impl Run {
         self.records.log(step, self.trainer.timing())
     }
 
-    /// Writes the policy by itself, if the agent has one to write.
+    /// Writes the policy to a file of its own, if the agent has one to write.
     fn save_policy(&self, name: &str) -> Result<()> {
         self.folder.check_held()?;
         match self.trainer.agent().save_policy(&self.folder.file(name)) {
@@ -290,7 +292,7 @@ impl Run {
         self.save_policy("policy.safetensors")
     }
 
-    /// Writes the last rows, which a longer run would not have; the checkpoint knows nothing of
+    /// Writes the last rows, which a longer run would not have; the checkpoint does not know about
     /// them.
     fn close(&mut self, stop: &Stop) -> Result<Ending> {
         let step = self.trainer.steps();
@@ -327,7 +329,7 @@ fn go_on(trainer: &mut Trainer, folder: &RunFolder, saved: &State) -> Result<()>
     loaded.map_err(|e| Error::other(format!("going on from '{}'", folder.start().display()), e))
 }
 
-/// What to do about a world that cannot be saved.
+/// The error for an environment that cannot be saved, with advice.
 fn cannot_go_on(error: Error) -> Error {
     let Error::Unsupported { what } = error else { return error };
     let advice = "RunSettings::on_resume = OnResume::NewEpisode lets a run begin a new episode when it \

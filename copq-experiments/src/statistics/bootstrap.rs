@@ -2,16 +2,16 @@
 
 use copq::{Rng, Stream};
 
-/// Fewest seeds of a task that an interval is made of.
+/// The fewest seeds of a task for which there is an interval.
 pub const FEWEST: usize = 3;
 
-/// The percentile bootstrap, stratified: seeds are drawn anew within each task. Seeded, so that a
-/// table has the same intervals every time.
+/// The stratified percentile bootstrap: seeds are resampled within each task. It is seeded, so that
+/// a table has the same intervals every time.
 ///
-/// Of few seeds an interval is shorter than it says: for the mean of normal values at 95 %, that of
-/// three seeds (from the lowest to the highest) holds the truth three times in four, of five four
-/// times in five, of ten nine times in ten. A statistic of several tasks' seeds together weighs a
-/// task by its seeds, so each should have as many.
+/// With few seeds an interval is too short for its level. For the mean of normal values at 95 %,
+/// the interval of three seeds (from the lowest to the highest) contains the true mean three times
+/// in four, that of five seeds four times in five, and that of ten nine times in ten. A statistic
+/// of several tasks' seeds together weights a task by its seeds, so each should have equally many.
 ///
 /// ```
 /// use copq_experiments::statistics::{Bootstrap, mean};
@@ -22,9 +22,9 @@ pub const FEWEST: usize = 3;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bootstrap {
-    /// How often all seeds are drawn.
+    /// How many times all seeds are drawn.
     pub draws: usize,
-    /// The interval's share of what is drawn, from 0 to 1.
+    /// The share of the draws that the interval covers, from 0 to 1.
     pub level: f64,
     /// The seed of the draws.
     pub seed: u64,
@@ -39,8 +39,8 @@ impl Default for Bootstrap {
 
 impl Bootstrap {
     /// The interval of a statistic of all tasks' seeds together, each task being a slice of
-    /// `tasks`; none if a task has fewer than [`FEWEST`], or if one of the draws comes to no finite
-    /// number.
+    /// `tasks`; none if a task has fewer than [`FEWEST`], or if the statistic of one of the draws
+    /// is not finite.
     pub fn interval<S: AsRef<[f64]>>(
         &self,
         tasks: &[S],
@@ -69,7 +69,7 @@ impl Bootstrap {
     }
 }
 
-/// Between the two sorted values next to it, as NumPy's `quantile` does.
+/// Interpolates between the two neighbouring sorted values, as NumPy's `quantile` does.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let at = share * (sorted.len() - 1) as f64;
     let below = at.floor() as usize;

@@ -1,8 +1,8 @@
-//! What one number says of a learning curve.
+//! Single numbers that summarise a learning curve.
 
 use super::mean;
 
-/// The mean height of a curve: the area under it, by trapezoids, over its length.
+/// The mean height of a curve: the area under it, by trapezoids, divided by its length.
 ///
 /// ```
 /// use copq_experiments::statistics::area_under;
@@ -19,7 +19,7 @@ pub fn area_under(steps: &[f64], values: &[f64]) -> f64 {
 }
 
 /// The step at which the mean of `window` neighbouring evaluations first passes a threshold, if it
-/// does: the last of them.
+/// does: the step of the last of them.
 ///
 /// ```
 /// use copq_experiments::statistics::steps_to;

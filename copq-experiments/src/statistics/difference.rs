@@ -1,4 +1,4 @@
-//! What sets two methods apart: the difference of their means, and the seeds that would tell it.
+//! What sets two methods apart: the difference of their means, and how many seeds would show it.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -6,10 +6,10 @@ use super::mean;
 
 /// The level of intervals.
 const LEVEL: f64 = 0.95;
-/// More seeds than this nobody runs.
+/// Nobody runs more seeds than this.
 const MOST: usize = 10_000;
 
-/// A method's seeds in three numbers, such as a paper has them.
+/// A method's seeds in three numbers, as a paper reports them.
 ///
 /// ```
 /// use copq_experiments::statistics::Sample;
@@ -32,7 +32,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Of each seed's number.
+    /// From each seed's number.
     pub fn of(values: &[f64]) -> Self {
         let centre = mean(values);
         let squares: f64 = values.iter().map(|value| (value - centre).powi(2)).sum();
@@ -43,7 +43,8 @@ impl Sample {
         Self { mean: centre, std, seeds: values.len() }
     }
 
-    /// Of a paper's mean and standard deviation, if that is the sum of squares divided by n.
+    /// From a paper's mean and standard deviation, if the latter is the sum of squares divided by
+    /// n.
     pub fn published(mean: f64, std: f64, seeds: usize) -> Self {
         let n = seeds as f64;
         Self { mean, std: std * (n / (n - 1.0)).sqrt(), seeds }
@@ -54,7 +55,7 @@ impl Sample {
         Self { mean: number, std: 0.0, seeds: usize::MAX }
     }
 
-    /// Whether it is such a number.
+    /// Whether it is such an exact number.
     pub fn is_exact(&self) -> bool {
         self.seeds == usize::MAX
     }
@@ -65,13 +66,13 @@ impl Sample {
         Self { mean: factor * self.mean, std: factor.abs() * self.std, ..*self }
     }
 
-    /// Welch's interval at 95 % for how far this mean lies above another (of an exact number
-    /// Student's); none for fewer than two seeds of either, for seeds that are all alike, or
-    /// numbers that are none.
+    /// Welch's interval at 95 % for how far this mean lies above another (Student's, if one is
+    /// exact); none for fewer than two seeds of either, for seeds that are all alike, or for
+    /// numbers that are not finite.
     ///
-    /// It takes seeds for normal; of such it is right for three as well, where the
-    /// [`Bootstrap`](super::Bootstrap) is too short. Where some seeds are stuck and others are not,
-    /// it holds the truth less often than it says.
+    /// It assumes that seeds are normally distributed. If they are, it is right even for three,
+    /// where the [`Bootstrap`](super::Bootstrap) is too short. If some seeds are stuck and others
+    /// are not, it contains the true difference less often than it says.
     pub fn difference(&self, other: &Self) -> Option<[f64; 2]> {
         if self.seeds.min(other.seeds) < 2 {
             return None;
@@ -82,10 +83,10 @@ impl Sample {
         Some([middle - half, middle + half]).filter(|ends| ends.iter().all(|end| end.is_finite()))
     }
 
-    /// How many seeds of each it takes to tell this difference of means from none by
-    /// [`Sample::difference`], with a chance of `power`, if means and scatter are truly these; none
-    /// for more than 10,000, if there is no difference, or for a chance that is not between 0 and
-    /// 1.
+    /// How many seeds of each it takes to tell this difference of means from none with
+    /// [`Sample::difference`], with probability `power`, if these are the true means and standard
+    /// deviations; none for more than 10,000, if there is no difference, or if `power` is not
+    /// between 0 and 1.
     pub fn seeds_to_tell(&self, other: &Self, power: f64) -> Option<usize> {
         if !(power > 0.0 && power < 1.0) {
             return None;
@@ -96,7 +97,7 @@ impl Sample {
             let half = half_width(both, &[0.5 * (1.0 + LEVEL), power]);
             half.is_some_and(|half| half < difference)
         };
-        // More seeds tell what fewer do.
+        // More seeds can also tell what fewer can.
         let (mut too_few, mut enough) = (1, MOST);
         if !is_told(enough) {
             return None;
@@ -109,9 +110,9 @@ impl Sample {
     }
 }
 
-/// Some quantiles of Student's t, added up, in standard errors of the difference of two means, each
-/// of a variance and a number of seeds. A test at such a quantile has the power of another where
-/// the difference is as large as both.
+/// The sum of some quantiles of Student's t, times the standard error of the difference of two
+/// means, each given by a variance and a number of seeds. A test at one quantile has the power of
+/// another where the difference is as large as both together.
 fn half_width(both: [(f64, f64); 2], shares: &[f64]) -> Option<f64> {
     let errors = both.map(|(variance, seeds)| variance / seeds);
     let error: f64 = errors.iter().sum();

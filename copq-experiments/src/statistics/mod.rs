@@ -1,6 +1,6 @@
 //! Statistics over seeds: means and intervals, comparisons, curves. A replicate is a seed, never an
-//! episode. All numbers are NaN for no numbers, and where one of them is NaN: a seed that diverged
-//! is not left out in silence. ([`min`] and [`max`] alone pass over NaNs.)
+//! episode. All statistics are NaN if there are no values or if one of them is NaN: a seed that
+//! diverged is not left out silently. (Only [`min`] and [`max`] ignore NaNs.)
 //!
 //! ```
 //! use copq_experiments::statistics::{Bootstrap, iqm, probability_of_improvement};
@@ -35,7 +35,7 @@ pub fn std(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - centre).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Whether one of the values is no number.
+/// Whether one of the values is NaN.
 fn has_nan(values: &[f64]) -> bool {
     values.iter().any(|value| value.is_nan())
 }
@@ -51,18 +51,18 @@ pub fn median(values: &[f64]) -> f64 {
     if sorted.len() % 2 == 1 { sorted[half] } else { 0.5 * (sorted[half - 1] + sorted[half]) }
 }
 
-/// The smallest value; NaNs are passed over.
+/// The smallest value; NaNs are ignored.
 pub fn min(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NAN, f64::min)
 }
 
-/// The largest value; NaNs are passed over.
+/// The largest value; NaNs are ignored.
 pub fn max(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NAN, f64::max)
 }
 
-/// The interquartile mean: that of the middle half, a quarter being left out at either end (rounded
-/// down, as SciPy's `trim_mean(values, 0.25)` does).
+/// The interquartile mean: the mean of the middle half, with a quarter left out at either end
+/// (rounded down, as SciPy's `trim_mean(values, 0.25)` does).
 pub fn iqm(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -74,7 +74,7 @@ pub fn iqm(values: &[f64]) -> f64 {
 }
 
 /// How likely a value of the first method is larger than one of the second; equal ones count half
-/// (Mann and Whitney's U over the number of pairs).
+/// (Mann and Whitney's U divided by the number of pairs).
 pub fn probability_of_improvement(first: &[f64], second: &[f64]) -> f64 {
     if has_nan(first) || has_nan(second) {
         return f64::NAN;

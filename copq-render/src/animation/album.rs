@@ -1,4 +1,4 @@
-//! Pictures that somebody else has drawn.
+//! Pictures that were drawn elsewhere.
 
 use std::io::Cursor;
 
@@ -12,8 +12,8 @@ use crate::encode_png;
 /// Room for the readings above a picture, in pixels.
 const TOP: f32 = 64.0;
 
-/// Pictures of any size as an [`Animation`](super::Animation) shows them: each is a scene's
-/// position, and fills what the readings leave.
+/// Pictures of any size as an [`Animation`](super::Animation) shows them. Each is a scene's
+/// position, and fills the space that the readings leave.
 ///
 /// ```
 /// use copq_render::animation::{Album, HEIGHT, WIDTH};
@@ -25,13 +25,13 @@ const TOP: f32 = 64.0;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Album {
-    /// PNGs: frames of an episode are much alike, and many.
+    /// PNGs, because the frames of an episode are many and much alike.
     pages: Vec<Vec<u8>>,
 }
 
 impl Album {
-    /// Adds a picture of so many pixels from left to right and from top to bottom: red, green and
-    /// blue of each, row by row from the top. Returns the position of a scene that shows it.
+    /// Adds a picture with this width and height in pixels: red, green and blue of each, row by row
+    /// from the top. Returns the position of a scene that shows it.
     pub fn add(&mut self, [width, height]: [u32; 2], picture: &[u8]) -> Result<Vec<f64>> {
         check_len("picture", picture.len(), 3 * width as usize * height as usize)?;
         let page = fitted([width, height], picture)?;
@@ -39,7 +39,7 @@ impl Album {
         Ok(vec![(self.pages.len() - 1) as f64])
     }
 
-    /// The picture of a position that [`Album::add`] returned, as [`Draw`](super::Draw) has it.
+    /// The picture of a position that [`Album::add`] returned, as [`Draw`](super::Draw) returns it.
     pub fn draw(&self, position: &[f64]) -> Result<Vec<u8>> {
         let page = position.first().and_then(|&index| self.pages.get(index as usize));
         let wanted = format!("one of {} pictures", self.pages.len());
@@ -54,7 +54,7 @@ impl Album {
     }
 }
 
-/// A picture in the middle of a white sheet, as large as there is room.
+/// A picture in the middle of a white sheet, as large as fits.
 fn fitted([width, height]: [u32; 2], picture: &[u8]) -> Result<Vec<u8>> {
     let nothing = || Error::invalid("picture", "a width and height", "none");
     let size = IntSize::from_wh(width, height).ok_or_else(nothing)?;

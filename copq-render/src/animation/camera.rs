@@ -4,7 +4,7 @@ use tiny_skia::Transform;
 
 use super::Capsule;
 
-/// Where the floor below the robot is, in parts of the picture's height.
+/// Where the floor below the robot is, as a share of the picture's height.
 const FLOOR: f64 = 0.8;
 /// How many times the robot's own height or length fits between the floor and the picture's upper
 /// edge.
@@ -14,11 +14,11 @@ const DEPTH: [f64; 2] = [0.3, 0.2];
 /// The floor's far edge, from the point that the camera follows (m).
 const FAR: f64 = 1.5;
 
-/// A parallel projection: x and z as they are, depth aslant. A robot in the x-z plane is seen
+/// A parallel projection: x and z as they are, depth at an angle. A robot in the x-z plane is seen
 /// exactly from the side.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Camera {
-    /// Pixels to a metre.
+    /// Pixels per metre.
     pub scale: f64,
     middle: f64,
     floor: f64,
@@ -57,7 +57,7 @@ impl Camera {
         (right as f32, (self.floor - self.scale * (z + DEPTH[1] * y)) as f32)
     }
 
-    /// The stretches of x and of y that the floor fills the picture with, from the point that the
+    /// The ranges of x and y over which the floor fills the picture, relative to the point that the
     /// camera follows (m).
     pub fn floor(&self) -> [[f64; 2]; 2] {
         let near = (self.floor - self.bottom) / (self.scale * DEPTH[1]);

@@ -4,12 +4,12 @@ use color_quant::NeuQuant;
 use copq::{Error, Result};
 use gif::{Encoder, EncodingError, Frame, Repeat};
 
-/// One of so many pixels teaches the palette.
+/// The palette is learnt from one in this many pixels.
 const SAMPLE: i32 = 7;
 const COLOURS: usize = 256;
 
-/// The bytes of a GIF file: pictures of one size, each shown for so many hundredths of a second.
-/// `picture` draws one of them: red, green and blue of every pixel, row by row.
+/// The bytes of a GIF file: pictures of one size, each shown for its delay in hundredths of a
+/// second. `picture` draws one of them: red, green and blue of every pixel, row by row.
 pub(crate) fn encode(
     [width, height]: [u32; 2],
     delays: &[u64],

@@ -1,9 +1,9 @@
 //! A robot in motion, as an animated GIF or as PNG frames, with a row of numbers above it.
 //!
-//! An animation knows no robots and no engines: it keeps positions, and is handed a [`Draw`] that
-//! turns one into a picture. [`SideView`] draws the capsules that a robot is made of, and needs
-//! nothing for it. Pictures are drawn while a file is written: a long episode costs little memory,
-//! and what no viewer would show is never drawn.
+//! An animation knows nothing about robots and engines: it keeps positions, and is given a [`Draw`]
+//! that turns one into a picture. [`SideView`] draws the capsules that a robot is made of, and
+//! needs nothing else. Pictures are drawn while a file is written, so a long episode costs little
+//! memory, and what no viewer would show is never drawn.
 
 mod album;
 mod camera;
@@ -56,7 +56,7 @@ pub struct Scene {
     pub readings: Vec<(String, String)>,
 }
 
-/// Moments in order, each with the time at which it is seen.
+/// Moments in order, each with the time at which it is shown.
 ///
 /// ```
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
@@ -99,8 +99,8 @@ pub fn limb_colour(n: usize) -> [u8; 3] {
 }
 
 impl Animation {
-    /// Shows a scene for so long (s) after all others. GIFs show at most 50 scenes a second: one
-    /// that is over sooner gives way to the next, so that time stays true.
+    /// Shows a scene for this long (s) after all others. GIFs show at most 50 scenes a second: one
+    /// that ends sooner is replaced by the next, so that the timing stays true.
     pub fn push(&mut self, scene: Scene, seconds: f64) {
         let start = hundredths(self.seconds);
         self.seconds += seconds;
@@ -110,12 +110,12 @@ impl Animation {
         }
     }
 
-    /// Frames that there are to see.
+    /// How many frames are shown.
     pub fn frames(&self) -> usize {
         self.frames.len()
     }
 
-    /// Writes a GIF that runs in real time, again and again.
+    /// Writes a GIF that runs in real time, over and over.
     pub fn write_gif(&self, path: &Path, draw: &mut Draw<'_>) -> Result<()> {
         if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gif")) {
             return Err(Error::invalid(
@@ -130,7 +130,7 @@ impl Animation {
         files::replace(path, &gif::encode([WIDTH, HEIGHT], &delays, &mut picture)?)
     }
 
-    /// Writes every frame as a picture of its own, `frame-00000.png` and so on; makes the folder.
+    /// Writes every frame as its own picture, `frame-00000.png` and so on; makes the folder.
     pub fn write_png(&self, folder: &Path, draw: &mut Draw<'_>) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(files::failed("making", folder))?;
         let mut picture = self.pictures(draw)?;
@@ -138,7 +138,7 @@ impl Animation {
             let bytes = encode_png(&picture(&frame.scene)?, WIDTH, HEIGHT)?;
             files::replace(&folder.join(frame_name(index)), &bytes)?;
         }
-        // A longer film that was here before would go on behind this one.
+        // The rest of a longer film that was here before would continue this one.
         for index in self.frames.len().. {
             let stale = folder.join(frame_name(index));
             if !stale.exists() {
@@ -149,7 +149,7 @@ impl Animation {
         Ok(())
     }
 
-    /// What draws a scene and writes its readings; an error if there is no scene.
+    /// A function that draws a scene and writes its readings; an error if there is no scene.
     fn pictures<'a>(
         &self,
         draw: &'a mut Draw<'_>,
@@ -161,7 +161,7 @@ impl Animation {
         Ok(move |scene: &Scene| caption.write(&draw(&scene.position)?, &scene.readings))
     }
 
-    /// How long each frame is seen, in hundredths of a second.
+    /// How long each frame is shown, in hundredths of a second.
     fn delays(&self) -> impl Iterator<Item = u64> {
         let ends =
             self.frames.iter().skip(1).map(|frame| frame.start).chain([hundredths(self.seconds)]);
@@ -181,7 +181,7 @@ fn sheet() -> Result<Pixmap> {
         .ok_or_else(|| Error::invalid("picture", "a width and height", "none"))
 }
 
-/// Red, green and blue of every pixel, row by row, of a sheet without holes.
+/// Red, green and blue of every pixel, row by row, of an opaque sheet.
 fn rgb(sheet: &Pixmap) -> Vec<u8> {
     sheet
         .data()

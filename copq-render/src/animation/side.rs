@@ -15,8 +15,8 @@ const INK: [u8; 3] = [45, 45, 45];
 const GREY: [u8; 3] = [112, 118, 128];
 /// Side of a tile (m).
 const TILE: f64 = 0.5;
-/// Where the distances are written, in parts of the way from below the robot to the picture's lower
-/// edge.
+/// Where the distances are written, as a share of the way from below the robot to the picture's
+/// lower edge.
 const MARKS: f64 = 0.45;
 
 /// Draws capsules above a floor, always from the same distance: in plain Rust, without a window or
@@ -107,7 +107,7 @@ impl SideView {
         self.stroke(lit, 0.25 * width, paint([255; 3], 70), Transform::identity());
     }
 
-    /// A line with round ends; one of no width or less is none.
+    /// A line with round ends; one without a positive width is not drawn.
     fn stroke(
         &mut self,
         [a, b]: [(f32, f32); 2],
@@ -131,7 +131,7 @@ impl fmt::Debug for SideView {
     }
 }
 
-/// The tiles that cover a stretch, with the part of each that is inside (m).
+/// The tiles that cover a range, with the part of each that is inside (m).
 fn tiles(from: f64, to: f64) -> impl Iterator<Item = (i64, f64, f64)> {
     let first = (from / TILE).floor() as i64;
     let last = (to / TILE).floor() as i64;

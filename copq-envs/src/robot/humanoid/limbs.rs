@@ -5,7 +5,7 @@ use crate::robot::{Body, Capsule, Geom, Inertial, Joint, RobotSpec, Shape};
 
 /// Density of everything (kg/m^3).
 const DENSITY: f64 = 1000.0;
-/// How waist and pelvis lean: (1, 0, -0.002, 0) normalised.
+/// How the waist and the pelvis lean: (1, 0, -0.002, 0) normalised.
 const LEANING: [f64; 4] = [0.9999980000060001, 0.0, -0.0019999960000120004, 0.0];
 /// Chest, head and upper waist together.
 const TORSO: Inertial = Inertial {

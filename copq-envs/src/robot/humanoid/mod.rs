@@ -1,7 +1,8 @@
 //! The humanoid: a torso on a waist of two bodies, two legs and two arms.
 //!
-//! Facts of Gymnasium's humanoid v5 as MuJoCo 3.17.0 compiles them (without its tendons, which
-//! exert no force), and of Brax's. Left and right differ in a few numbers there too.
+//! The numbers are those of Gymnasium's humanoid v5 as MuJoCo 3.17.0 compiles it (without its
+//! tendons, which exert no force), and of Brax's humanoid. Left and right differ in a few numbers
+//! there as well.
 
 mod limbs;
 
@@ -20,7 +21,7 @@ const GEARS: [f64; 17] = [
 
 /// The humanoid: 42.12 kg, qpos = (position, quaternion, waist z y x, right hip x z y, right knee,
 /// left leg, right shoulder 1 2, right elbow, left arm), 17 motors of 10 to 120 N m (gears of 25 to
-/// 300, controls in [-0.4, 0.4]), those of the waist as y z x.
+/// 300, controls in [-0.4, 0.4]), those of the waist in the order y z x.
 pub fn humanoid(preset: Preset) -> RobotSpec {
     match preset {
         Preset::GymV5 => gym(),

@@ -6,8 +6,8 @@ use copq::{Error, Result};
 
 use super::{Claim, LIMIT, Measure, Paper, Published, Relation};
 
-/// What a report has of a task, on whatever engines: objectives (none where they are not known),
-/// costs under a limit, methods.
+/// What a report has for a task, on any engine: objectives (none if they are not known), costs
+/// under a limit, methods.
 #[derive(Default)]
 pub(in crate::report) struct Known<'a> {
     pub objectives: BTreeSet<&'a str>,
@@ -54,8 +54,8 @@ impl Known<'_> {
 }
 
 impl Paper {
-    /// An error for what none of a report's tasks and methods can have, so that a slip of the pen
-    /// does not hide a number.
+    /// An error for what none of a report's tasks and methods can have, so that a typo does not
+    /// hide a number.
     pub(in crate::report) fn check(&self, known: &KnownTasks<'_>) -> Result<()> {
         for (task, score) in &self.reference {
             let what = || format!("reference score of {task}");

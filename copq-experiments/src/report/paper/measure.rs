@@ -1,33 +1,36 @@
-//! What a curve of evaluations comes to.
+//! Numbers that summarise a curve of evaluations.
 
 use serde::{Deserialize, Serialize};
 
 use crate::figure::{LAST, Line};
 use crate::statistics::{area_under, max, mean};
 
-/// A number that a seed's evaluations come to. It is too early for it before there is one (two for
-/// the swing, five for the last five) after step 0, whose policy has not trained.
+/// A number that summarises a seed's evaluations. It is too early for it before there is one
+/// evaluation (two for the swing, five for the last five) after that of step 0, whose policy has
+/// not trained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
-    /// The last one, once it trains.
+    /// The last evaluation, once the policy trains.
     Final,
-    /// The mean of the last five.
+    /// The mean of the last five evaluations.
     LastFive,
-    /// The highest, once it trains.
+    /// The highest evaluation, once the policy trains.
     Best,
-    /// The highest of the seeds' mean curve: no seed's own, so only for published numbers.
+    /// The highest point of the seeds' mean curve. It is no seed's own number, so only for
+    /// published numbers.
     BestOfMean,
-    /// The area under the curve over its length: the mean of the whole run.
+    /// The area under the curve divided by its length: the mean of the whole run.
     Area,
-    /// The mean difference of neighbouring ones, as a share of their mean, in the second half.
+    /// The mean difference between neighbouring evaluations, as a share of their mean, in the
+    /// second half.
     Swing,
-    /// The share of them above the limit, once it trains.
+    /// The share of evaluations above the limit, once the policy trains.
     Exceeded,
 }
 
 impl Measure {
-    /// Of a seed's steps and values under a limit; NaN where one of them is.
+    /// From a seed's steps and values under a limit; NaN if one of the values is.
     pub(in crate::report) fn of(self, curve: &[[f64; 2]], limit: Option<f64>) -> f64 {
         let (steps, values): (Vec<f64>, Vec<f64>) =
             curve.iter().map(|&[step, value]| (step, value)).unzip();
@@ -56,8 +59,8 @@ impl Measure {
         }
     }
 
-    /// Whether one of these seeds' curves has fewer evaluations than it takes; that of step 0 is of
-    /// a policy that has not trained.
+    /// Whether one of these seeds' curves has fewer evaluations than it needs; that of step 0 does
+    /// not count, as its policy has not trained.
     pub(in crate::report) fn is_early(self, curves: &[Line]) -> bool {
         curves.iter().any(|curve| {
             let trained = curve.iter().filter(|[step, _]| *step > 0.0).count();
@@ -89,7 +92,7 @@ impl Measure {
         }
     }
 
-    /// The report's table that has it.
+    /// The report's table that contains it.
     pub(in crate::report) fn table(self) -> Option<&'static str> {
         match self {
             Self::Final => Some("final"),

@@ -1,4 +1,4 @@
-//! What a paper says: its numbers, and what it claims, as a sweep's file has them.
+//! What a paper reports: its numbers and claims, as in a sweep's file.
 
 mod check;
 mod measure;
@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 pub(super) use check::KnownTasks;
 pub use measure::Measure;
 
-/// What a claim compares with where it is about the limit of a cost.
+/// What a claim compares with if it is about the limit of a cost.
 pub(super) const LIMIT: &str = "limit";
 
-/// What a paper says of the tasks and methods of a [`Report`](crate::Report), beside which the runs
-/// are put.
+/// What a paper reports for the tasks and methods of a [`Report`](crate::Report), beside which the
+/// runs are put.
 ///
 /// A sweep's file holds it, as TOML:
 ///
@@ -47,7 +47,7 @@ pub(super) const LIMIT: &str = "limit";
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Paper {
-    /// Scores of tasks, by which results are divided where tasks are taken together.
+    /// Reference scores of tasks: results are divided by them when tasks are taken together.
     #[serde(default)]
     pub reference: BTreeMap<String, f64>,
     /// Numbers, for the report's tables.
@@ -83,12 +83,12 @@ pub struct Published {
     pub source: String,
     /// The task.
     pub task: String,
-    /// Which number of a seed it is the mean of; it stands in the report's table of these.
+    /// Which number of a seed it is the mean of; it is shown in the report's table of that number.
     pub of: Measure,
     /// The objective, where a table has several. [default: the weighted total]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quantity: Option<String>,
-    /// How many seeds it is of.
+    /// How many seeds it is the mean of.
     pub seeds: usize,
     /// Each method's number.
     pub scores: BTreeMap<String, Score>,
@@ -98,7 +98,7 @@ pub struct Published {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "wanted a number, or a mean and a standard deviation in brackets")]
 pub enum Score {
-    /// Mean and standard deviation (divided by n, as papers have it).
+    /// Mean and standard deviation (divided by n, as in papers).
     WithStd([f64; 2]),
     /// The mean alone.
     Mean(f64),
@@ -121,9 +121,8 @@ impl Score {
     }
 }
 
-/// A statement about methods on tasks, which an interval over seeds bears out, or contradicts, or
-/// leaves open. It is judged for each of its methods on each of its tasks against each of those in
-/// `than`.
+/// A statement about methods on tasks that an interval over seeds bears out, contradicts or leaves
+/// open. It is judged for each of its methods on each of its tasks against each of those in `than`.
 ///
 /// ```
 /// use copq_experiments::paper::{Claim, Measure, OneOrMore, Relation};
@@ -158,11 +157,12 @@ pub struct Claim {
     pub quantity: Option<String>,
     /// The methods that it is about.
     pub method: OneOrMore,
-    /// How their numbers lie.
+    /// How their numbers compare.
     pub is: Relation,
-    /// To which methods' numbers; `limit` is the limit of a cost, the claim's quantity.
+    /// The methods that they are compared with; `limit` is the limit of a cost, the claim's
+    /// quantity.
     pub than: OneOrMore,
-    /// Of `near` and `not-below`: how far off is near enough, as a share of the other's mean.
+    /// For `near` and `not-below`: how far off is near enough, as a share of the other's mean.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<f64>,
 }
@@ -187,7 +187,7 @@ impl OneOrMore {
     }
 }
 
-/// How a number lies to another.
+/// How a number compares with another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Relation {
@@ -214,7 +214,7 @@ impl Relation {
 }
 
 impl Paper {
-    /// The same with another file's: what both have stands once.
+    /// Adds another file's; what both have is kept once.
     pub fn and(mut self, other: Self) -> Self {
         for (task, score) in other.reference {
             self.reference.entry(task).or_insert(score);
@@ -232,7 +232,7 @@ impl Paper {
         self
     }
 
-    /// The numbers beside a table's column.
+    /// The published numbers beside a table's column.
     pub(super) fn column(
         &self,
         of: Measure,
