@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Curves and table of the runs in a folder, LABEL-sSEED each: results/plot.sh FOLDER TITLE [OPTIONS OF copq plot]
+# Curves and table of the runs in a folder, each named LABEL-sSEED: results/plot.sh FOLDER TITLE [OPTIONS OF copq plot]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=${1%/} title=$2

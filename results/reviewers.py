@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Tables of results/README.md, "What the paper's reviewers asked", from the runs that lie here.
+"""Tables of results/README.md, "What the paper's reviewers asked", from the runs in results/.
 
 How often the bound clips, by task: rows of metrics.csv from 10,000 steps after the first update on.
-How far critics are from the returns that come, early and late: coverage.csv of the protocol.
+How far critics are from the actual returns, early and late: coverage.csv of the protocol.
 
     python3 results/reviewers.py
 """
@@ -14,7 +14,7 @@ from statistics import mean, median
 
 RESULTS = Path(__file__).parent
 
-# Critics that have learned for fewer steps clip as chance has it.
+# With critics that have learned for fewer steps, clipping is a matter of chance.
 UNTRAINED = 10_000
 
 TASKS = {
@@ -29,6 +29,7 @@ TASKS = {
     "hopper under a limit, `cop-cal`": "hopper-mujoco-constrained/cop-cal*",
     "the same, 500,000 steps": "limits/cop-cal-s*",
     "the same with c = 0.1, 60,000 steps": "hopper-mujoco-augmentation/cop-cal*",
+    "the same with c = 0.1, 500,000 steps": "limits/cop-cal-c0.1-s*",
     "Safety-Gymnasium's hopper, `cop-cal`": "python/safety-hopper-cop-cal*",
 }
 PAIRS = ["correlation/safety/velocity", "correlation/cost/reward"]
@@ -97,7 +98,7 @@ def clip_table():
 
 
 def by_limit():
-    """Clipped rows by the multiplier, where a cost is held."""
+    """Clipped rows by the multiplier, in runs under a limit."""
     print("| run | lambda below 0.001 | to 0.1 | to 1 | above |")
     print("|---|--:|--:|--:|--:|")
     edges = [0.0, 1e-3, 0.1, 1.0, float("inf")]
@@ -112,7 +113,7 @@ def by_limit():
 
 
 def checkpoints(arm):
-    """What coverage said of the weighted total, at every checkpoint of an arm."""
+    """The coverage rows of the weighted total, at every checkpoint of an arm."""
     for file in sorted(RESULTS.glob(f"protocol/{arm}-s?/coverage.csv")):
         yield from (row for row in read(file) if row["objective"] == "weighted total")
 

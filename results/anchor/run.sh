@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Do learner and world learn what TD3 is known to learn? Gymnasium's hopper, three seeds of copq's TD3 and of
-# Stable-Baselines3's (bench/peers/requirements.txt): some four hours on two cores.
+# Do the learner and the environment reproduce what TD3 is known to learn? Gymnasium's hopper, three seeds of copq's TD3
+# and of Stable-Baselines3's (bench/peers/requirements.txt): some four hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 python=third_party/bench-peers/bin/python # bench/run.py makes it

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# What is claimed, by the paper or here, judged by the runs that lie here: a table for each sweep's file.
+# The claims of the paper and of this project, judged by the runs in results/: one table for each sweep file.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-cargo run --release --features mujoco --}
 folder=$(mktemp -d)
 trap 'rm -r "$folder"' EXIT
 for name in default precision-rapier protocol figure-3 figure-4 figure-5 figure-6; do
-  # In a folder of its own, so that no run counts that does not lie here.
+  # In a separate folder, so that only the runs in results/ count.
   printf 'out = "%s"\nfiles = ["%s"]\n' "$folder/runs" "$PWD/experiments/$name.toml" > "$folder/$name.toml"
   $copq sweep report "$folder/$name.toml" --from results --out "$folder/page.html" --parts "$folder/$name"
   cp "$folder/$name/claims.md" "results/claims/$name.md"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Figure 6 and Table E.3 from the runs that lie here.
+# Figure 6 and Table E.3 from the runs in results/.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 folder=$(mktemp -d)

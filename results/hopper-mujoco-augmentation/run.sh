@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# COP-Q on CAL with a hundredth of CAL's augmentation, c = 0.1, on MuJoCo's hopper as in the paper (preset Paper): 60,000 steps; and with c = 10 every
+# COP-Q on CAL with a hundredth of CAL's augmentation, c = 0.1, on MuJoCo's hopper as in the paper (preset Paper): 60,000 steps. Also c = 10 with every
 # update logged, to see the estimate's noise (its metrics.csv, ten megabytes, is not kept). Half an hour on two cores without AVX-512.
 #   scripts/fetch-mujoco.sh && cargo build --release --features mujoco -p copq-cli
 #   results/hopper-mujoco-augmentation/run.sh

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# SAC under a limit on cost, on MuJoCo's hopper as in the paper (preset Paper), by four methods; about three hours on two cores without AVX-512.
+# Four methods of SAC under a limit on the cost, on MuJoCo's hopper as in the paper (preset Paper); about three hours on two cores without AVX-512.
 #   scripts/fetch-mujoco.sh && cargo build --release --features mujoco -p copq-cli
 #   results/hopper-mujoco-constrained/run.sh
 #   results/plot.sh results/hopper-mujoco-constrained "SAC under a cost's limit, MuJoCo's hopper, preset Paper" --limit cost=740.2

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # TD3 with optimistic exploration (OAC, each method towards its own upper bound) on MuJoCo's hopper, preset Paper: three projections with FAMO, and two
 # of them without; about seven hours on two cores without AVX-512. Not the paper's main comparison, which explores by noise alone. (config.toml has
-# the commands of their day, when --method cop-td3 explored so.)
+# the commands of the time, when --method cop-td3 explored in this way.)
 #   scripts/fetch-mujoco.sh && cargo build --release --features mujoco -p copq-cli
 #   results/hopper-mujoco-oac/run.sh && results/plot.sh results/hopper-mujoco-oac "TD3 with OAC on MuJoCo's hopper, preset Paper"
 set -euo pipefail

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The default on MuJoCo's hopper before sums were added in another order (30 November 2026; these are of commit 3ff4d95): three
-# seeds of 300,000 steps. Today's program gives other runs of the same seeds: results/hopper-mujoco.
+# The default on MuJoCo's hopper before sums were added in a different order (30 November 2026; these runs are from commit 3ff4d95):
+# three seeds of 300,000 steps. Today's program gives different runs for the same seeds: results/hopper-mujoco.
 #   scripts/fetch-mujoco.sh && cargo build --release -p copq-cli --features mujoco && results/hopper-mujoco-older/run.sh
 #   results/plot.sh results/hopper-mujoco-older "cop-td3 on MuJoCo's hopper, older arithmetic"
 set -euo pipefail

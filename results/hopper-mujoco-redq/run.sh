@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# REDQ, and REDQ with optimistic exploration (COP-OAC), on MuJoCo's hopper as in the paper (preset Paper): a second seed, and one with a seventh of
-# the shift, tell what holds COP-OAC back (ours were stopped at 14,829 and 16,202 steps). About five hours on two cores without AVX-512.
-# (config.toml has the commands of their day, when --oac was the default and --gaussian took it away.)
+# REDQ, and REDQ with optimistic exploration (COP-OAC), on MuJoCo's hopper as in the paper (preset Paper). A second seed, and a run with a seventh of
+# the shift, show what holds COP-OAC back (ours were stopped at 14,829 and 16,202 steps). About five hours on two cores without AVX-512.
+# (config.toml has the commands of the time, when --oac was the default and --gaussian turned it off.)
 #   scripts/fetch-mujoco.sh && cargo build --release --features mujoco -p copq-cli
 #   results/hopper-mujoco-redq/run.sh && results/plot.sh results/hopper-mujoco-redq "REDQ on MuJoCo's hopper, preset Paper"
 set -euo pipefail

@@ -3,7 +3,7 @@
 # cores without AVX-512.
 #   scripts/fetch-mujoco.sh && cargo build --release -p copq-cli --features mujoco && results/hopper-mujoco/run.sh
 #   results/plot.sh results/hopper-mujoco "cop-td3 on MuJoCo's hopper: its Cholesky bound and clipped double-Q's" --passes 1000
-# cop-td3's runs are of 30 November 2026, scalarised-min's of before sums were added in another order.
+# cop-td3's runs are from 30 November 2026; scalarised-min's are from before sums were added in a different order.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}

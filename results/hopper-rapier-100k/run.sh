@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The README's first command as it was until 30 November 2026: 100,000 steps, five seeds, by the arithmetic of that day (commit 285897f has the tables of that time).
-# Today's program gives other runs of the same seeds.
+# The README's first command as it was until 30 November 2026: 100,000 steps, five seeds, with the arithmetic of that time (commit 285897f has its tables).
+# Today's program gives different runs for the same seeds.
 #   cargo build --release -p copq-cli && results/hopper-rapier-100k/run.sh
 #   results/plot.sh results/hopper-rapier-100k "cop-td3 on rapier's hopper"
 set -euo pipefail

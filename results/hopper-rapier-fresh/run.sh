@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The README's first command by five more seeds, which had no part in choosing how many steps it has: fifty minutes on two cores
-# with AVX-512. (Seeds 5 to 7 began as runs of experiments/precision-rapier.toml of 100,000 steps and went on, the same numbers;
-# seed 8 went on to 115,000, and its rows after 110,000 are left out, as its settings say.)
+# The README's first command with five more seeds, which had no part in choosing its number of steps: fifty minutes on two cores
+# with AVX-512. (Seeds 5 to 7 began as 100,000-step runs of experiments/precision-rapier.toml and were continued, with the same numbers.
+# Seed 8 continued to 115,000; its rows after 110,000 are left out, as its settings say.)
 #   cargo build --release -p copq-cli && results/hopper-rapier-fresh/run.sh
 #   results/plot.sh results/hopper-rapier-fresh "cop-td3 on rapier's hopper, fresh seeds"
 set -euo pipefail

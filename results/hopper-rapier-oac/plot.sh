@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The README's curves and table from the runs here. The picture is, where the checkpoint still is,
+# The curves and table of results/README.md from the runs here. If the checkpoint is still there, this makes the picture:
 #   cargo run --release -- rollout results/hopper-rapier-oac/cholesky-s2 --steps 250 --out results/hopper-rapier-oac/hopper.gif
 set -euo pipefail
 cd "$(dirname "$0")/../.."

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# The README's first command, `copq train`, five seeds, two at a time, gone on to 150,000 steps: about an hour on two cores with
+# The README's first command, `copq train`, five seeds, two at a time, continued to 150,000 steps: about an hour on two cores with
 # AVX-512, two without.
 #   cargo build --release -p copq-cli && results/hopper-rapier/run.sh
 #   results/plot.sh results/hopper-rapier "cop-td3 on rapier's hopper"
-# These runs began as seeds of experiments/precision-rapier.toml and went on to 150,000 steps (`copq resume --steps 150000`, the same numbers);
-# seed 4 went on to 163,000, and its rows after 150,000 are left out.
+# These runs began as seeds of experiments/precision-rapier.toml and continued to 150,000 steps (`copq resume --steps 150000`, the same numbers).
+# Seed 4 continued to 163,000; its rows after 150,000 are left out.
 # The film is of the first command itself, seed 0 after 110,000 steps:
 #   cargo run --release -- rollout runs/cop-td3-a-hopper-cholesky-s0 --steps 250 --out results/hopper-rapier/hopper.gif
 set -euo pipefail

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # What makes COP-Q on TD3 leave the hopper's plateau: single runs that chose the settings of cop-td3 (DESIGN.md, "The preset to begin with").
-# Several of ours were stopped early: evaluations.csv tells where. About six hours on two cores without AVX-512.
+# Several of ours were stopped early: evaluations.csv shows where. About six hours on two cores without AVX-512.
 #   scripts/fetch-mujoco.sh && cargo build --release --features mujoco -p copq-cli && results/hopper-search/run.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 copq=${COPQ:-target/release/copq}
 out=${OUT:-results/hopper-search}
-# Today's preset with yesterday's noise; config.toml has the commands of their day, over another preset.
+# Today's preset with the noise of the time; config.toml has the original commands, which started from a different preset.
 near="cop-td3 --set discount=0.99"
 old="$near --set exploration_std=0.1"
 raw="--set normalise=false --set networks.init=torch"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # COP-Q on CAL on MuJoCo's hopper under half its velocity limit and one and a half times that, three seeds of 75,000 steps, two at a time:
-# some fifty minutes on two cores. Beside them stand the first 75,000 steps of results/limits, under the limit itself.
+# some fifty minutes on two cores. They are compared with the first 75,000 steps of results/limits, under the limit itself.
 #   scripts/fetch-mujoco.sh && cargo build --release -p copq-cli --features mujoco && results/other-limits/run.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."

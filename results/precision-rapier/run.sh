@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The default on rapier's hopper with products in bf16, ten seeds each of `backward` and `careful`: some three hours on two cores of
-# an AMD Zen 4. f32's ten seeds are those of results/hopper-rapier and results/hopper-rapier-fresh, which go on after 100,000 steps.
+# an AMD Zen 4. f32's ten seeds are those of results/hopper-rapier and results/hopper-rapier-fresh, which continue after 100,000 steps.
 #   cargo build --release -p copq-cli && results/precision-rapier/run.sh
 #   results/claims/run.sh compares them
 set -euo pipefail

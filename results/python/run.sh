@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Environments of Python's, two seeds each: about two hours of two cores.
+# Python's environments, two seeds each: about two hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 scripts/python-worlds.sh

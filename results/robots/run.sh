@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# COP-Q with optimistic exploration (COP-OAC) for 20,000 steps on every robot and engine but the hopper, which has longer runs; half an hour of two cores' work.
-# (config.toml has the commands of their day, when td3 explored so by itself.)
+# COP-Q with optimistic exploration (COP-OAC) for 20,000 steps on both engines, for every robot but the hopper, which has longer runs; half an hour on two cores.
+# (config.toml has the commands of the time, when td3 explored in this way by default.)
 #   scripts/fetch-mujoco.sh && cargo build --release --features mujoco -p copq-cli && results/robots/run.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."
