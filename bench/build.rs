@@ -1,4 +1,4 @@
-//! Lets the benchmarks find the linked MuJoCo when they are started without cargo.
+//! Lets the benchmarks find the linked MuJoCo when they are run without cargo.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

@@ -3,8 +3,8 @@
 
     python3 bench/publish.py
 
-Between a line `<!-- results/NAME -->` and the next `<!-- end -->` stands the table bench/results/NAME, or a link to it if
-it is a chart. What has not been measured stays as it is.
+The table bench/results/NAME, or a link to it if it is a chart, goes between a line `<!-- results/NAME -->` and the next
+`<!-- end -->`. What has not been measured stays as it is.
 """
 
 import re

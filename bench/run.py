@@ -1,26 +1,26 @@
 #!/usr/bin/env python3
 """Times copq against its peers, interleaved, from the same weights and on the same batches.
 
-    python3 bench/run.py                        everything: some half an hour on two quiet cores, after building
-    python3 bench/run.py --rounds 5 walker2d    one part, roughly
+    python3 bench/run.py                        everything: about half an hour on two quiet cores, after building
+    python3 bench/run.py --rounds 5 walker2d    one part, with fewer rounds
     python3 bench/publish.py                    puts the tables into bench/RESULTS.md
 
-Every part writes a table and raw times of its own into bench/results as soon as it is done, so that a part can be run
-again by itself; after a part of updates, the chart of all is drawn. Another machine gets a folder of its own by
-`--results`.
+Each part writes its own table and raw times into bench/results as soon as it is done, so that it can be run again by
+itself. After each part that times updates, the chart of all such parts is drawn. With `--results`, another machine
+gets its own folder.
 
-The peers get a private environment in third_party/bench-peers (git-ignored; the first time it downloads several
-gigabytes, for PyPI's PyTorch brings CUDA along). Every program must report the same losses before it is timed. Needs
+The peers get a private environment in third_party/bench-peers (git-ignored; the first run downloads several
+gigabytes, because PyPI's PyTorch includes CUDA). Every program must report the same losses before it is timed. Needs
 Linux, Rust, a C and a C++ compiler, python3 with venv, crates.io and PyPI.
 
-OmniSafe, in the part `on-policy`, needs python3.10 and old packages: it gets an environment of its own in
-third_party/bench-omnisafe, as large. Without a python3.10, or with `--skip omnisafe`, it is left out.
+OmniSafe, in the part `on-policy`, needs python3.10 and old packages. It gets its own environment in
+third_party/bench-omnisafe, which is as large. Without a python3.10, or with `--skip omnisafe`, it is left out.
 
 The part `instructions` has to be asked for: it needs Valgrind, which computes fused multiply-adds one by one, and takes
 most of an hour on a busy machine.
 
-torch.compile builds C++ at its first call, before anything is timed, and keeps it in third_party/bench-peers/compiled. On a
-busy machine that may take longer than an answer is waited for (10 minutes): `--skip compiled` leaves it out.
+torch.compile builds C++ at its first call, before anything is timed, and keeps it in third_party/bench-peers/compiled.
+On a busy machine, that may take longer than the 10 minutes allowed for an answer; `--skip compiled` leaves it out.
 """
 
 import argparse
@@ -44,7 +44,7 @@ ROOT = BENCH.parent
 UPDATES = 20
 WORKLOADS = {"walker2d": 2, "humanoid": 2, "redq": 20}  # and their actor delays
 PARTS = [*WORKLOADS, "steps", "on-policy", "projections", "scaling", "instructions"]
-# Programs and what they are called: who serves each, in the order of the tables.
+# Programs in the order of the tables, and who serves each.
 PROGRAMS = {
     "products": "copq",
     "copq": "copq",
@@ -65,7 +65,7 @@ UNCHECKED = {"products", "learner", "learner-backward", "learner-careful"}
 # Environment steps in a round of whole training.
 STEPS = 200
 TRAININGS = {"td3": "copq", "cop": "copq", "sbx": "peers", "sb3": "peers"}
-# An epoch of on-policy training; who serves each, and which of ours does the same.
+# Steps in an epoch of on-policy training; who serves each program, and which of ours uses the same method.
 EPOCH = 2048
 ON_POLICY = {"ppo": "copq", "cppo-pid": "copq", "sbx": "peers", "sb3": "peers", "omnisafe": "omnisafe"}
 SAME_METHOD = {"ppo": "ppo", "cppo-pid": "cppo-pid", "sbx": "ppo", "sb3": "ppo", "omnisafe": "cppo-pid"}
@@ -100,7 +100,7 @@ COUNTED = ["products", "copq", "learner", "autograd"]
 
 
 def environment(venv=VENV, requirements="requirements.txt", python=sys.executable):
-    """The peers' interpreter, freshly installed if it is not there or its list of packages has changed."""
+    """The peers' interpreter, freshly installed if it is missing or its list of packages has changed."""
     wanted, installed = BENCH / "peers" / requirements, venv / "installed.txt"
     if not installed.exists() or installed.read_text() != wanted.read_text():
         print(f"installing {venv.name}", file=sys.stderr)
@@ -111,7 +111,7 @@ def environment(venv=VENV, requirements="requirements.txt", python=sys.executabl
 
 
 def omnisafe(skip):
-    """The interpreter that has OmniSafe, if it can be had."""
+    """The interpreter that has OmniSafe, or None without python3.10 or if OmniSafe is skipped."""
     python = shutil.which("python3.10")
     if "omnisafe" in skip:
         return None
@@ -122,7 +122,7 @@ def omnisafe(skip):
 
 
 def build(mujoco):
-    """The folder of our programs."""
+    """Builds our programs and returns their folder."""
     if mujoco:
         subprocess.run([ROOT / "scripts" / "fetch-mujoco.sh"], check=True)
     features = ["--features", "mujoco"] if mujoco else []
@@ -131,9 +131,9 @@ def build(mujoco):
 
 
 def machine(python):
-    """What ran where; peers if they did."""
+    """What ran where, with the peers' versions if they ran."""
     lines = Path("/proc/cpuinfo").read_text().splitlines()
-    # ARM's list has neither.
+    # ARM's list has neither model name nor flags.
     model = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())
     flags = next((line for line in lines if line.startswith("flags")), "").split()
     widest = "AVX-512" if "avx512f" in flags else "AVX2" if "avx2" in flags else "no AVX2"
@@ -141,7 +141,7 @@ def machine(python):
     names = {"torch": "PyTorch", "jax": "JAX", "gymnasium": "Gymnasium", "stable_baselines3": "SB3", "sbx-rl": "SBX"}
     try:
         commit = output(["git", "-C", ROOT, "describe", "--always"]).strip()
-        # What this writes is no change of what it measures.
+        # The results written here do not change what is measured.
         if output(["git", "-C", ROOT, "status", "--porcelain", "-uno", "--", ".", ":!bench/results"]).strip():
             commit += "-dirty"
     except (OSError, subprocess.CalledProcessError):
@@ -151,7 +151,7 @@ def machine(python):
 
 
 def versions(python, names):
-    """Of an interpreter and of its packages."""
+    """The versions of an interpreter and of its packages."""
     code = f"from importlib.metadata import version; [print(name, version(key)) for key, name in {names}.items()]"
     return ", ".join([output([python, "--version"]).strip(), *output([python, "-c", code]).splitlines()])
 
@@ -161,7 +161,7 @@ def output(command):
 
 
 def updates(workload, args):
-    """The table of one workload on every number of threads."""
+    """The table of one workload for each number of threads."""
     programs = {name: server for name, server in PROGRAMS.items() if name not in args.skip}
     tables, rows = [], []
     for threads in args.threads:
@@ -176,13 +176,13 @@ def updates(workload, args):
 
 
 def measure(workload, threads, title, programs, args):
-    """Times and peak memory (MB, in a process of its own) by program."""
+    """Times and peak memory (MB, in a separate process) by program."""
     ours = [args.programs / "update", "--workload", workload, "--threads", threads]
     with tempfile.TemporaryDirectory() as folder:
         output([*map(str, ours), "--write", folder])
         peer = lambda name: [args.python, BENCH / "peers" / f"{name}_update.py", folder, WORKLOADS[workload], threads]
         commands = {"copq": [*ours, "--serve"], "torch": peer("torch"), "jax": peer("jax")}
-        # Those that serve none of the programs are not started, so that they need not be installed.
+        # Servers that serve none of the programs are not started, so they need not be installed.
         servers = {name: Server(commands[name], threads) for name in dict.fromkeys(programs.values())}
         check(servers, {name: server for name, server in programs.items() if name not in UNCHECKED}, UPDATES)
         times = interleave(servers, programs, UPDATES, args.rounds, title)
@@ -216,7 +216,7 @@ def on_policy(args):
 
 
 def trainings(part, commands, programs, steps, args):
-    """Times by program, and the shares of ours."""
+    """Times by program, and the shares of time within our programs."""
     servers = {name: Server(command, 1) for name, command in commands.items()}
     times = interleave(servers, programs, steps, args.rounds, part)
     ours = [name for name, server in programs.items() if server == "copq"]
@@ -228,7 +228,7 @@ def trainings(part, commands, programs, steps, args):
 
 
 def ours_alone(part, args):
-    """What needs no peers, a program of its own: what it prints."""
+    """Runs a part that has its own program and needs no peers; returns what it prints."""
     command = [args.programs / part, "--rounds", str(args.rounds), "--csv", args.results / f"{part}.csv"]
     lines = []
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
@@ -241,7 +241,7 @@ def ours_alone(part, args):
 
 
 def instructions(args):
-    """The table of what an update of walker2d executes: these numbers do not depend on what else the machine does."""
+    """The table of instructions in an update of walker2d; they do not depend on what else the machine does."""
     counts = {}
     for name in COUNTED:
         print(f"instructions of {name}", file=sys.stderr)
@@ -251,7 +251,7 @@ def instructions(args):
 
 
 def executed(program, name, updates):
-    """Instructions from start to end of a process that does so many updates."""
+    """Instructions from start to end of a process that does this number of updates."""
     command = [program, "--only", "--updates", str(updates), name]
     valgrind = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"]
     done = subprocess.run([*valgrind, *command], capture_output=True, text=True)
@@ -278,11 +278,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     usual = [part for part in PARTS if part != "instructions"]
     parser.add_argument("parts", nargs="*", default=usual, help=f"what to measure: {', '.join(PARTS)} [all but the last]")
-    parser.add_argument("--rounds", type=int, default=15, help="interleaved rounds, after two to warm up [15]")
+    parser.add_argument("--rounds", type=int, default=15, help="interleaved rounds, after two warm-up rounds [15]")
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2], help="thread counts of an update [1 2]")
     parser.add_argument("--skip", nargs="+", default=[], help="programs to leave out, such as compiled")
     parser.add_argument(
-        "--results", type=Path, default=BENCH / "results", help="the folder of tables, a machine's own [bench/results]"
+        "--results", type=Path, default=BENCH / "results", help="the folder for tables, one per machine [bench/results]"
     )
     parser.add_argument("--python", help="an interpreter that has the peers, instead of a private environment")
     parser.add_argument("--programs", type=Path, help="the folder of our programs, instead of building them")

@@ -1,4 +1,4 @@
-"""Programs that bench/run.py asks for times, and takes in turns."""
+"""Programs that bench/run.py asks for times, one after another."""
 
 import os
 import subprocess
@@ -8,13 +8,13 @@ import time
 from pathlib import Path
 
 VENV = Path(__file__).resolve().parent.parent / "third_party" / "bench-peers"
-# Rounds that are not counted: caches, allocators and just-in-time compilers.
+# Rounds that are not counted: they warm up caches, allocators and just-in-time compilers.
 WARM_UP = 2
 # Seconds to wait for an answer; torch.compile's first takes longest.
 PATIENCE = 600
-# Largest difference between two programs' losses, as a part of the largest loss.
+# Largest difference between two programs' losses, as a fraction of the largest loss.
 TOLERANCE = 1e-4
-# Programs that compute in fewer bits.
+# The same for programs that compute in fewer bits.
 ROUNDED = {"backward": 1e-3, "careful": 1e-2}
 
 
@@ -23,7 +23,7 @@ class Failure(Exception):
 
 
 class Server:
-    """A program that answers one line with one line, on cores of its own choice."""
+    """A program that answers one line with one line, bound to as many cores as it has threads."""
 
     def __init__(self, command, threads):
         own = sorted(os.sched_getaffinity(0))
@@ -34,8 +34,8 @@ class Server:
             **os.environ,
             "OMP_NUM_THREADS": str(threads),
             "MKL_NUM_THREADS": str(threads),
-            # What torch.compile makes is kept between runs, and made without a pool of processes, each of which would
-            # take longer to import PyTorch than these few kernels take to compile.
+            # What torch.compile builds is kept between runs. It is built without a pool of processes, because each
+            # would take longer to import PyTorch than these few kernels take to compile.
             "TORCHINDUCTOR_CACHE_DIR": str(VENV / "compiled"),
             "TORCHINDUCTOR_COMPILE_THREADS": "1",
         }
@@ -83,9 +83,9 @@ def interleave(servers, programs, count, rounds, what):
 
 
 def check(servers, programs, updates):
-    """Fails unless the losses of everyone's first updates agree with copq's."""
+    """Fails unless every program's losses over its first updates agree with copq's."""
     wanted = servers["copq"].ask("check", "copq", updates)
-    scale = max(map(abs, wanted))  # Of all together, since some pass through zero.
+    scale = max(map(abs, wanted))  # One scale for all losses, since some pass through zero.
     for name, server in programs.items():
         progress(f"losses of {name}")
         losses = servers[server].ask("check", name, updates)
@@ -96,7 +96,7 @@ def check(servers, programs, updates):
 
 
 def peaks(commands, programs, updates, threads):
-    """Peak memory (MB) by program, each in a process of its own."""
+    """Peak memory (MB) by program, each in a separate process."""
     peaks = {}
     for name, server in programs.items():
         progress(f"memory of {name}")

@@ -19,7 +19,7 @@ def updates_table(title, labels, times, peaks):
 
 
 def steps_table(labels, times, shares, reference, references):
-    """`reference` names what `references` gives for each program: what its times are divided by."""
+    """`references` gives the program by whose times each program's are divided; `reference` is its name in the head."""
     lines = [
         f"| training | steps a second | ms a step | CPU ms | to {reference} |",
         "|---|--:|--:|--:|--:|",
@@ -50,7 +50,7 @@ def text(values, digits=2):
 
 
 def ratio(times, name, to):
-    """Of neighbouring rounds, on the wall."""
+    """The ratios of wall times in neighbouring rounds."""
     return text(a[0] / b[0] for a, b in zip(times[name], times[to]))
 
 

@@ -1,7 +1,7 @@
-//! What the passes of the networks cost, with the fused implementation and with the plain one: 4
-//! critics and an actor of walker2d's shapes, batches of 256 rows, and acting on one.
+//! What the passes of the networks cost, in the fused and in the plain implementation: 4 critics
+//! and an actor of walker2d's shapes, batches of 256 rows, and acting on a single row.
 //!
-//! `cargo bench -p copq-bench --bench networks`; a filter picks some: `-- fit`. An item is a
+//! `cargo bench -p copq-bench --bench networks`; to run only some, add `-- fit`. An item is a
 //! floating-point operation of a matrix product, so "Gitem/s" are GFLOP/s.
 
 use copq::{
@@ -49,13 +49,13 @@ fn actor(implementation: &str) -> Box<dyn Actor> {
     }
 }
 
-/// Operations of `rows` going forward through layers of these widths.
+/// Operations of a forward pass of `rows` through layers of these widths.
 fn operations(rows: usize, widths: [usize; 4]) -> usize {
     2 * rows * widths.windows(2).map(|pair| pair[0] * pair[1]).sum::<usize>()
 }
 
-/// Operations of the critics going forward, which their weights' gradients take as well, and going
-/// back to the hidden layers.
+/// Operations of the critics' forward pass, which their weights' gradients also take, and of the
+/// backward pass to the hidden layers.
 fn critics_operations() -> (usize, usize) {
     let Workload { observation, action, width, objectives, rows, critics, .. } = workload();
     let forward = operations(rows, [observation + action, width, width, objectives]);
@@ -63,7 +63,7 @@ fn critics_operations() -> (usize, usize) {
     (critics * forward, critics * hidden)
 }
 
-/// As large a gradient for every value.
+/// The same gradient for every value.
 fn fill(_: QView<'_>, grad: &mut [f32]) -> Result<()> {
     grad.fill(1e-3);
     Ok(())
@@ -90,8 +90,8 @@ fn fit(bencher: Bencher<'_, '_>, implementation: &str) {
         .bench_local(|| critic.fit(&obs, &action, &mut fill, 0.005).unwrap());
 }
 
-/// The fused critics' fit with another activation; a smooth one costs a pass over every hidden
-/// layer, forward and back.
+/// The fused critics' fit with each activation. A smooth one costs a pass over every hidden layer,
+/// forward and backward.
 #[divan::bench(args = [Activation::Relu, Activation::Tanh, Activation::Silu])]
 fn fit_with(bencher: Bencher<'_, '_>, activation: Activation) {
     let w = workload();
@@ -167,7 +167,7 @@ fn policy(kind: ActorKind) -> Policy {
     Policy::load(&saved, &spec, &networks, kind, &backend).unwrap()
 }
 
-/// What a robot waits for: one action of a whole policy, normaliser and scaling included.
+/// What a robot waits for: one action from a whole policy, including normaliser and scaling.
 #[divan::bench(args = [ActorKind::Deterministic, ActorKind::Gaussian, ActorKind::Normal])]
 fn act_by_policy(bencher: Bencher<'_, '_>, kind: ActorKind) {
     let mut policy = policy(kind);

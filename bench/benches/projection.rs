@@ -1,7 +1,7 @@
-//! What a projection costs by itself: the bound and its gradient for a batch of 256 rows; and
-//! beside it faer's factors of the same rows, without bound or gradient.
+//! What a projection costs by itself: the bound and its gradient for a batch of 256 rows. For
+//! comparison, faer's factors of the same rows, without bound or gradient.
 //!
-//! `cargo bench -p copq-bench --bench projection`; a filter picks some: `-- 'project.*cholesky'`.
+//! `cargo bench -p copq-bench --bench projection`; to run only some, add `-- 'project.*cholesky'`.
 
 use std::fmt;
 
@@ -29,7 +29,8 @@ impl fmt::Display for Case {
     }
 }
 
-/// COP-Q's own shape first, then more critics, then more objectives with one critic more than that.
+/// COP-Q's own shape first, then other numbers of critics, then other numbers of objectives with
+/// one critic more.
 fn cases() -> Vec<Case> {
     let shapes = [(4, 3), (2, 3), (10, 3), (32, 3), (2, 1), (11, 10), (26, 25), (51, 50)];
     let case =
@@ -37,7 +38,7 @@ fn cases() -> Vec<Case> {
     shapes.into_iter().flat_map(case).collect()
 }
 
-/// Of faer's: its factors do not know about methods.
+/// The cases for faer, whose factors do not depend on the projection.
 fn shapes() -> Vec<Case> {
     let shape = |n| Case { name: "faer", critics: n + 1, objectives: n };
     [3, 10, 25, 50].map(shape).into()

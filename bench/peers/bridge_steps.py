@@ -1,11 +1,11 @@
-"""Steps of Python's environments through copq's bridge against the same in Python alone, on the wall, in interleaved rounds.
+"""Steps of Python environments through copq's bridge and in Python alone: wall time in interleaved rounds.
 
     scripts/python-worlds.sh
     cargo build --release -p copq-bench --bin bridge-steps
     third_party/gymnasium/bin/python bench/peers/bridge_steps.py target/release/bridge-steps
     third_party/safety-gymnasium/bin/python bench/peers/bridge_steps.py target/release/bridge-steps
 
-Both sides play random actions; resets are not in the time.
+Both sides play random actions. Resets are not timed.
 """
 
 import importlib
@@ -61,7 +61,7 @@ def main():
         try:
             env = importlib.import_module(package.replace("-", "_")).make(name)
         except (ModuleNotFoundError, gymnasium.error.Error):
-            continue  # another interpreter's
+            continue  # It needs another interpreter.
         space, rng = env.action_space, np.random.default_rng(1)
         actions = [rng.uniform(space.low, space.high).astype(space.dtype) for _ in range(STEPS)]
         alone(env, actions[:100]), bridged(server, task)

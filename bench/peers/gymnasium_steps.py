@@ -4,7 +4,7 @@
     cargo build --release -p copq-bench --features mujoco
     /tmp/gym/bin/python bench/peers/gymnasium_steps.py target/release/mujoco-steps
 
-Both sides play random actions made beforehand, with reward, full observation and termination; resets are not in the time.
+Both sides play random actions drawn beforehand, with reward, full observation and termination. Resets are not timed.
 """
 
 import statistics

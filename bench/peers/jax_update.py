@@ -1,4 +1,4 @@
-"""One COP-TD3 update in JAX, compiled whole: one update a call, or a scan over many.
+"""One COP-TD3 update in JAX, compiled as a whole: one update per call, or a scan over many.
 
     python jax_update.py FOLDER ACTOR_DELAY THREADS
 
@@ -97,7 +97,7 @@ def update(moves_actor, state, batch):
 
 
 def updates_to_actor(state, batches):
-    """As many updates as there are batches, the last one with the actor's."""
+    """One update for each batch; the last one also moves the actor."""
     state, losses = jax.lax.scan(partial(update, False), state, tree_map(lambda x: x[:-1], batches))
     state, last = update(True, state, tree_map(lambda x: x[-1], batches))
     return state, jnp.append(losses, last)
@@ -151,7 +151,7 @@ class Scan(Program):
         return [losses]
 
     def stack(self, first, updates):
-        """Batches as calls x updates to the actor's x rows x ..."""
+        """Batches as calls of `updates_to_actor` x updates in each x rows x ..."""
         chosen = [self.batches[(first + i) % len(self.batches)] for i in range(updates)]
         shape = lambda x: x.reshape(-1, self.delay, *x.shape[1:])
         return tree_map(lambda *x: shape(jnp.stack(x)), *chosen)

@@ -2,12 +2,12 @@
 
     python omnisafe_steps.py THREADS
 
-answers bench/run.py for `omnisafe`: `time omnisafe STEPS` with a step's milliseconds, on the wall and on the processors.
-STEPS must be whole epochs. Needs Python 3.10 and requirements-omnisafe.txt.
+answers bench/run.py for `omnisafe`: `time omnisafe STEPS` with a step's milliseconds, as wall time and as CPU time.
+STEPS must be a whole number of epochs. Needs Python 3.10 and requirements-omnisafe.txt.
 
-What is timed is OmniSafe's own `learn` over that many epochs: rollout, multiplier, update and its logger with a row of CSV
-an epoch. Progress bars, TensorBoard and the saving of weights are off, and what it prints goes nowhere. Settings that are
-not here are OmniSafe's own: 40 passes over minibatches of 64, 64-64, tanh, 3e-4, and so on.
+OmniSafe's own `learn` is timed over that many epochs: rollout, multiplier, update, and its logger with one row of CSV
+per epoch. Progress bars, TensorBoard and the saving of weights are off, and its output is discarded. Settings that are
+not given here are OmniSafe's defaults: 40 passes over minibatches of 64, 64-64, tanh, 3e-4, and so on.
 """
 
 import os
@@ -21,10 +21,10 @@ import rich.progress
 import torch
 from shared import serve
 
-# Before OmniSafe takes it: no progress bars.
+# No progress bars. OmniSafe must be imported after this.
 rich.progress.track = lambda sequence, **_: sequence
 
-# Standard output is for answers alone.
+# Standard output is only for answers.
 NOWHERE = open(os.devnull, "w")
 with redirect_stdout(NOWHERE):
     import omnisafe
@@ -58,7 +58,7 @@ class Training:
         }
         with redirect_stdout(NOWHERE):
             self.learner = omnisafe.Agent("CPPOPID", TASK, custom_cfgs=settings).agent
-        # `learn` is called again and again.
+        # `learn` is called repeatedly, so it must not save or close anything.
         self.learner._logger.torch_save = self.learner._logger.close = self.learner._env.close = lambda: None
         self.run(EPOCH)
 

@@ -2,8 +2,9 @@
 
     python sb3_steps.py td3|ppo THREADS
 
-answers bench/run.py for `sb3` and `sbx`: `time NAME STEPS` with a step's milliseconds, on the wall and on the processors.
-PPO's STEPS must be whole epochs; its networks are what both have by default: 64-64, tanh, separate for actor and critic.
+answers bench/run.py for `sb3` and `sbx`: `time NAME STEPS` with a step's milliseconds, as wall time and as CPU time.
+PPO's STEPS must be a whole number of epochs. Its networks are the default of both: 64-64, tanh, separate for actor and
+critic.
 """
 
 import os
@@ -29,7 +30,7 @@ EPOCH = 2048
 
 
 def td3(library):
-    """A learner, and how many steps it takes before anything is timed."""
+    """A learner, and how many steps it runs before anything is timed."""
     model = library.TD3(
         "MlpPolicy",
         gymnasium.make("Hopper-v5"),
@@ -74,7 +75,7 @@ class Training:
         self.run(start)
 
     def run(self, steps):
-        # No progress bar, no logger's table.
+        # Without a progress bar or the logger's table.
         self.model.learn(steps, reset_num_timesteps=False, log_interval=None)
 
     def wait(self, _):

@@ -37,11 +37,11 @@ def network(arrays, prefix):
 
 
 def serve(programs):
-    """Answers `check NAME UPDATES` with the losses of a fresh start and `time NAME UPDATES` with the milliseconds of an
-    update, on the wall and on the processors.
+    """Answers `check NAME UPDATES` with the losses of a fresh start, and `time NAME UPDATES` with the milliseconds of
+    an update, as wall time and as CPU time.
 
-    A program, made by `programs[NAME]()`, has `run(updates)`, which does that many more and returns their losses, each
-    update's critic losses and then the actor's if it moved; `flat(losses)` makes plain numbers of them.
+    `programs[NAME]()` makes a program. Its `run(updates)` does that many more updates and returns their losses: each
+    update's critic losses, then the actor's if it moved. `flat(losses)` turns them into plain numbers.
     """
     running = {}
     for line in sys.stdin:

@@ -1,13 +1,12 @@
-//! Critics with inputs and values in bf16, which copq does not offer: what a proof that fewer bits
-//! are harmless must be able to find harmful.
+//! Critics with inputs and values in bf16, which copq does not offer. A proof that fewer bits are
+//! harmless must be able to find these critics harmful.
 
 use copq::{
     Actor, ActorKind, Backend, Critic, EnvSpec, Net, Networks, QGrad, QView, Result, Rng, State,
 };
 use copq_candle::Candle;
 
-/// Copq's networks, whose critics see their inputs and say their values in bf16, as where all
-/// layers are.
+/// Copq's networks, except that the critics' inputs and values are in bf16, as if all layers were.
 #[derive(Clone, Copy)]
 pub struct Coarse;
 

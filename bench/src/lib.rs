@@ -13,7 +13,7 @@ use rustix::time::{ClockId, clock_gettime};
 /// All robots, by the names of their tasks.
 pub const ROBOTS: [&str; 5] = ["hopper", "walker2d", "halfcheetah", "ant", "humanoid"];
 
-/// CPU time of this thread so far (ns); what others do on the machine is not in it.
+/// CPU time of this thread so far (ns); it excludes whatever else runs on the machine.
 pub fn cpu_time() -> f64 {
     clock(ClockId::ThreadCPUTime)
 }
@@ -39,7 +39,7 @@ pub fn text([low, median, high]: [f64; 3]) -> String {
     format!("{median:.2} ({low:.2}-{high:.2})")
 }
 
-/// Nanoseconds a step over episodes of random actions; resets are not in the time.
+/// Nanoseconds per step over episodes of random actions. Resets are not timed.
 pub fn episodes(env: &mut dyn Env, steps: usize, seed: u64) -> Result<f64> {
     let mut obs = vec![0.0; env.spec().obs_len];
     let mut reward = vec![0.0; env.spec().objectives.len()];

@@ -1,5 +1,5 @@
-//! Interleaved rounds: what ran side by side is compared round by round, so that a machine's drift
-//! drops out.
+//! Interleaved rounds: programs that ran side by side are compared round by round, so that the
+//! machine's drift cancels out.
 
 use std::time::Instant;
 
@@ -9,12 +9,12 @@ use crate::update::Update;
 use crate::workload::{Inputs, Workload};
 use crate::{process_time, spread};
 
-/// Time of an update (ms): on the wall, and of all the process's threads on their processors.
+/// Time of an update (ms): wall time, and CPU time of all the process's threads.
 #[derive(Clone, Copy, Debug)]
 pub struct Time {
-    /// What a user waits.
+    /// How long a user waits.
     pub wall: f64,
-    /// What the processors did.
+    /// How long the processors worked.
     pub cpu: f64,
 }
 
@@ -31,7 +31,7 @@ impl Running {
         Self { update, batches: workload.batches(), done: 0 }
     }
 
-    /// Does more updates.
+    /// Does `updates` more updates.
     pub fn run(&mut self, updates: usize) -> Result<()> {
         for _ in 0..updates {
             let batch = &self.batches[self.done % self.batches.len()];
@@ -41,7 +41,7 @@ impl Running {
         Ok(())
     }
 
-    /// Does more updates; the mean time of one.
+    /// Does `updates` more updates; returns the mean time of one.
     pub fn time(&mut self, updates: usize) -> Result<Time> {
         let start = Instant::now();
         let cpu = process_time();
@@ -54,7 +54,7 @@ impl Running {
     }
 }
 
-/// Every program's times, `rounds` of them, after one round to warm up.
+/// Every program's times in each of `rounds` rounds, after one warm-up round.
 pub fn interleave(
     running: &mut [Running],
     rounds: usize,

@@ -11,11 +11,11 @@ use copq_candle::fused;
 
 /// The discount.
 pub const DISCOUNT: f32 = 0.99;
-/// The share of the online networks in a Polyak step.
+/// The weight of the online networks in a Polyak step.
 pub const TAU: f32 = 0.005;
-/// Different batches; the i-th update uses the (i modulo this)-th.
+/// Number of different batches. The i-th update uses the (i modulo this)-th.
 pub const BATCHES: usize = 20;
-/// Adam's step size, of all networks.
+/// Adam's step size, for all networks.
 pub const LR: f64 = 3e-4;
 
 /// Sizes of an update.
@@ -25,9 +25,9 @@ pub struct Workload {
     pub observation: usize,
     /// Length of an action.
     pub action: usize,
-    /// N.
+    /// Number of objectives, N.
     pub objectives: usize,
-    /// K.
+    /// Number of critics, K.
     pub critics: usize,
     /// Width of each of the two hidden layers.
     pub width: usize,
@@ -37,7 +37,7 @@ pub struct Workload {
     pub actor_delay: usize,
     /// Threads an update may use.
     pub threads: usize,
-    /// Of copq's networks.
+    /// The precision of copq's networks.
     pub precision: Precision,
 }
 

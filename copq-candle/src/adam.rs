@@ -4,16 +4,16 @@
 pub(crate) const BETA1: f64 = 0.9;
 /// Decay of the second moment.
 pub(crate) const BETA2: f64 = 0.999;
-/// Added to the root of the second moment.
+/// Added to the square root of the second moment.
 pub(crate) const EPSILON: f64 = 1e-8;
 
-/// What the bias corrections of one step make of the learning rate (Kingma and Ba 2015, as PyTorch
-/// arranges it): `parameter -= rate * m / (sqrt(v) / root + EPSILON)`.
+/// The learning rate of one step with its bias corrections (Kingma and Ba 2015, arranged as in
+/// PyTorch): `parameter -= rate * m / (sqrt(v) / root + EPSILON)`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
-    /// Learning rate over the first moment's correction.
+    /// Learning rate divided by the first moment's correction.
     pub rate: f64,
-    /// Root of the second moment's correction.
+    /// Square root of the second moment's correction.
     pub root: f64,
 }
 

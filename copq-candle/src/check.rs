@@ -1,5 +1,5 @@
-//! Checks of what comes in through the public methods: each error names the slice, what was wanted
-//! and what came.
+//! Checks of the public methods' arguments. Each error names the slice, what was wanted and what
+//! was given.
 
 use copq::error::check_len;
 use copq::{EnvSpec, Error, Networks, Result};
@@ -10,7 +10,7 @@ pub(crate) fn settings(spec: &EnvSpec, networks: &Networks) -> Result<()> {
     networks.check()
 }
 
-/// The same for networks that have f32 alone.
+/// The same for networks that support only f32.
 pub(crate) fn plain_settings(spec: &EnvSpec, networks: &Networks) -> Result<()> {
     spec.check()?;
     networks.check_f32("networks by autograd")

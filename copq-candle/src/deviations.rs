@@ -1,4 +1,5 @@
-//! A Gaussian policy's deviations: parameters beside its network, which counts their steps.
+//! A Gaussian policy's standard deviations: parameters outside its network, which counts their
+//! steps.
 
 use copq::{Result, State};
 
@@ -13,7 +14,7 @@ pub(crate) struct Deviations {
 }
 
 impl Deviations {
-    /// These, and an optimiser that has not begun.
+    /// These deviations, and an optimiser that has not begun.
     pub fn new(log_std: Vec<f32>) -> Self {
         let zeros = vec![0.0; log_std.len()];
         Self { log_std, m: zeros.clone(), v: zeros }
@@ -37,7 +38,7 @@ impl Deviations {
         state.put("log_std", self.log_std.as_slice());
     }
 
-    /// As many as these that [`Deviations::export`] wrote.
+    /// Reads what [`Deviations::export`] wrote, with as many components as these.
     pub fn import(&self, state: &State) -> Result<Self> {
         let mut log_std = self.log_std.clone();
         state.read("log_std", &mut log_std)?;
@@ -50,7 +51,7 @@ impl Deviations {
         state.put("log_std_v", self.v.as_slice());
     }
 
-    /// As many as these that [`Deviations::save`] wrote.
+    /// Reads what [`Deviations::save`] wrote, with as many components as these.
     pub fn load(&self, state: &State) -> Result<Self> {
         let mut loaded = self.import(state)?;
         state.read("log_std_m", &mut loaded.m)?;

@@ -4,8 +4,8 @@ use copq::{Init, Rng};
 
 use crate::shape::Shape;
 
-/// Parameters in the flat buffer's order, drawn as `initial` says. Every one takes its number from
-/// `rng`, even a bias that starts from zero.
+/// Parameters in the flat buffer's order, drawn as `initial` says. Every parameter takes a number
+/// from `rng`, even a bias that starts from zero.
 pub(crate) fn parameters(shape: &Shape, initial: Init, rng: &mut Rng) -> Vec<f32> {
     let mut out = vec![0.0; shape.len()];
     for layer in shape.layers() {

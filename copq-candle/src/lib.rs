@@ -1,6 +1,6 @@
 //! Critic ensembles and actors for copq on candle: seeded, saveable, fast on CPUs.
 //!
-//! [`Candle`] is what a [`copq::Learner`] gets its networks from:
+//! A [`copq::Learner`] gets its networks from [`Candle`]:
 //!
 //! ```
 //! use copq::{Agent, EnvSpec, Learner, Method, Mode};
@@ -15,7 +15,7 @@
 //! # Ok::<(), copq::Error>(())
 //! ```
 //!
-//! The networks on their own are spoken to in slices:
+//! The networks can also be used on their own, with slices:
 //!
 //! ```
 //! use copq::{Critic, EnvSpec, Net, Networks, Rng, Stream};
@@ -33,11 +33,12 @@
 //! ```
 //!
 //! There are two implementations of each off-policy method's network, with the same initial weights
-//! and the same saved state: [`fused`], hand-written passes around matrix products for CPUs, which
-//! [`Candle`] makes; and [`plain`], candle-nn's modules and autograd on any [`Device`], which is easy
-//! to read and is what the fused one must equal. On-policy methods' networks are fused alone.
+//! and the same saved state. [`fused`] is hand-written passes around matrix products for CPUs;
+//! [`Candle`] makes these networks. [`plain`] is candle-nn's modules and autograd on any
+//! [`Device`]. It is easy to read, and the fused one must equal it. On-policy methods' networks
+//! have only the fused implementation.
 //!
-//! Architectures of your own, as candle-nn modules, are [`Modules`].
+//! For your own architectures, as candle-nn modules, use [`Modules`].
 
 #![deny(unsafe_code)]
 
@@ -74,7 +75,7 @@ pub use modules::{MakeModule, Modules};
 /// # Ok::<(), copq::Error>(())
 /// ```
 ///
-/// A policy that has learned is read back by the same backend:
+/// The same backend reads a learned policy back:
 ///
 /// ```
 /// # let folder = tempfile::tempdir().expect("a temporary folder");
@@ -107,9 +108,9 @@ impl Default for Candle {
 }
 
 impl Candle {
-    /// Critics and actors of off-policy methods that spread over so many threads, but for an
-    /// actor's products in bf16 by the processor's own instruction. Those of on-policy methods are
-    /// too small for it, and stay on one.
+    /// A backend that spreads critics and actors of off-policy methods over this many threads,
+    /// except an actor's bf16 products with the processor's own instruction. Those of on-policy
+    /// methods are too small for it, and stay on one thread.
     pub fn threads(threads: usize) -> Self {
         Self { threads }
     }

@@ -9,10 +9,10 @@ use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Networks, Result, Rng};
 
 use crate::{Candle, plain};
 
-/// Builds a module that maps an f32 tensor of `rows x input` to one of `rows x output`: variables
-/// from a `VarBuilder`, how many numbers come in, how many go out. It is asked twice for each
-/// network, for the one that learns and its target, and must want the same variables in the same
-/// order.
+/// Builds a module that maps an f32 tensor of `rows x input` to one of `rows x output`, given a
+/// `VarBuilder` for its variables and the numbers of inputs and outputs. It is called twice for
+/// each network, for the one that learns and for its target, and must ask for the same variables in
+/// the same order.
 ///
 /// ```
 /// use candle_nn::{VarBuilder, linear};
@@ -34,14 +34,14 @@ pub type MakeModule = dyn Fn(VarBuilder<'_>, usize, usize) -> candle_core::Resul
     + Send
     + Sync;
 
-/// A backend whose critics, and if you like whose policy, are modules of yours; the rest is
-/// [`Candle`]'s. For off-policy methods: on-policy ones say that they need other networks.
+/// A backend whose critics, and optionally whose policy, are your modules. The rest is
+/// [`Candle`]'s. It is for off-policy methods; on-policy ones report that they need other networks.
 ///
-/// Variables are drawn by candle's rules from copq's random numbers, saved by their paths, and
-/// stepped by the same Adam as all other networks; only [`Networks`]' step sizes count, its layers
-/// and activation are yours to heed. All that a module draws, and its input, must have a gradient:
-/// candle's fused `LayerNorm` with a bias, `RmsNorm` and `softmax_last_dim` pass none on,
-/// `layer_norm_no_bias` does.
+/// Variables are drawn by candle's rules from copq's random numbers, saved under their paths, and
+/// stepped by the same Adam as all other networks. Only [`Networks`]' step sizes are used;
+/// following its layers and activation is up to you. Everything that a module draws, and its input,
+/// must have a gradient. candle's fused `LayerNorm` with a bias, `RmsNorm` and `softmax_last_dim`
+/// pass none on; `layer_norm_no_bias` does.
 ///
 /// ```
 /// use candle_core::Module;
@@ -88,8 +88,8 @@ impl Modules {
         Self { critic: Arc::new(make), actor: None, device: Device::Cpu }
     }
 
-    /// A policy that maps an observation to one number per action component, which tanh brings to
-    /// [-1, 1]; a stochastic one (SAC) is asked for twice as many, means and then log stds.
+    /// A policy that maps an observation to one number per action component, which tanh maps to
+    /// [-1, 1]. A stochastic one (SAC) is asked for twice as many: means, then log stds.
     pub fn with_actor<F>(self, make: F) -> Self
     where
         F: Fn(VarBuilder<'_>, usize, usize) -> candle_core::Result<Box<dyn Module + Send>>

@@ -6,9 +6,9 @@ use std::ops::Range;
 /// buffer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Layer {
-    /// Values that come in.
+    /// Number of inputs.
     pub input: usize,
-    /// Values that go out.
+    /// Number of outputs.
     pub output: usize,
     start: usize,
 }

@@ -6,10 +6,10 @@ pub(crate) const LOG_STD: (f32, f32) = (-20.0, 2.0);
 
 const HALF_LOG_TWO_PI: f64 = 0.918_938_533_204_672_7;
 
-/// What one output pair of the network and one standard normal make.
+/// What one pair of network outputs and one standard normal give.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Component {
-    /// log std as the network gave it.
+    /// log std as given by the network.
     raw: f32,
     std: f32,
     noise: f32,
@@ -20,7 +20,7 @@ pub(crate) struct Component {
 }
 
 impl Component {
-    /// The sample of this mean, log std (still to be clamped) and noise.
+    /// The sample for this mean, log std (not yet clamped) and noise.
     pub fn new(mean: f32, raw: f32, noise: f32) -> Self {
         let std = libm::expf(clamped(raw));
         let x = mean + std * noise;
@@ -28,7 +28,7 @@ impl Component {
     }
 
     /// log N(x; mean, std) - log(1 - tanh(x)^2), the latter as 2 (log 2 - x - softplus(-2x)), which
-    /// no x overflows.
+    /// does not overflow for any x.
     pub fn log_prob(self) -> f64 {
         let noise = f64::from(self.noise);
         let x = f64::from(self.x);

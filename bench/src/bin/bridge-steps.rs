@@ -1,7 +1,7 @@
-//! Steps of an environment of Python's through the bridge, for `bench/peers/bridge_steps.py`.
+//! Steps of a Python environment through the bridge, for `bench/peers/bridge_steps.py`.
 //!
-//! A line `TASK PYTHON STEPS` is answered with the microseconds of a step on the wall, over so many
-//! random actions; resets are not in the time.
+//! A line `TASK PYTHON STEPS` is answered with the wall time of a step in microseconds, over that
+//! many random actions. Resets are not timed.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write, stdin, stdout};

@@ -1,5 +1,5 @@
-//! Draws medians of updates as bars: `chart OUT.SVG CSV...`, one block of bars a workload and
-//! thread count; the files are what `bench/run.py` writes.
+//! Draws medians of updates as bars: `chart OUT.SVG CSV...`, one block of bars for each workload
+//! and thread count. `bench/run.py` writes these files.
 
 use anyhow::{Context, Result, bail};
 use copq_bench::spread;

@@ -1,9 +1,9 @@
-//! What a step costs on MuJoCo 3.17.0, in CPU time of its thread: the bare C calls, our engine, our
-//! environment.
+//! What a step costs on MuJoCo 3.17.0, in CPU time of its thread: with the bare C calls, our engine
+//! and our environment.
 //!
 //! By itself it prints a table of medians over interleaved rounds. With `--serve` it measures on
 //! demand for `bench/peers/gymnasium_steps.py`: a line `WHAT ROBOT STEPS` is answered with
-//! nanoseconds a step.
+//! nanoseconds per step.
 
 use std::io::{BufRead, Write, stdin, stdout};
 
@@ -57,7 +57,7 @@ fn table() -> Result<()> {
     Ok(())
 }
 
-/// Nanoseconds a step.
+/// Nanoseconds per step.
 fn measure(what: &str, robot: &str, steps: usize) -> Result<f64> {
     let options = Options { senses: Senses::Gymnasium, ..Options::default() };
     let name = format!("gym/{robot}");
@@ -70,7 +70,7 @@ fn measure(what: &str, robot: &str, steps: usize) -> Result<f64> {
     }
 }
 
-/// Controls that the motors can follow, a row per step.
+/// Controls within the motors' ranges, a row per step.
 fn controls(robot: &RobotSpec, steps: usize) -> Vec<Vec<f64>> {
     let mut rng = Rng::with_stream(1, 1);
     let row = |_| {

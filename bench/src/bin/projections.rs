@@ -1,5 +1,5 @@
-//! What each projection costs in a whole COP-TD3 update on walker2d's shapes, against the clipped
-//! double-Q choice by scalarised minimum with as many critics, and against that with two.
+//! What each projection costs in a whole COP-TD3 update on walker2d's shapes, compared with clipped
+//! double-Q by scalarised minimum with as many critics, and with two.
 
 use std::sync::Arc;
 
@@ -15,14 +15,14 @@ use copq_bench::workload::Workload;
 
 const UPDATES: usize = 20;
 
-/// Times an update with every projection, by default with 4 critics.
+/// Times an update with every projection and 4 critics, and with the scalarised minimum and 2.
 #[derive(Parser)]
 struct Cli {
     /// Interleaved rounds.
     #[arg(long, default_value_t = 31)]
     rounds: usize,
 
-    /// Where to write the rounds' times.
+    /// File to write the rounds' times to.
     #[arg(long)]
     csv: Option<PathBuf>,
 }
@@ -43,7 +43,7 @@ fn main() -> Result<()> {
     cli.csv.map_or(Ok(()), |file| Ok(std::fs::write(file, csv(&cases, &times)?)?))
 }
 
-/// A table of all (projection, critics).
+/// Prints a table of all (projection, critics) cases.
 fn print(cases: &[(&str, usize)], times: &[Vec<Time>], rounds: usize) -> Result<()> {
     let position =
         |case| cases.iter().position(|&other| other == case).context("no scalarised minimum");

@@ -1,6 +1,6 @@
 //! What a step of the environment costs on rapier and on MuJoCo 3.17.0, in CPU time of its thread.
 //!
-//! Both play the tasks `a/ROBOT` with random actions, in alternating rounds. Arguments are the
+//! Both run the tasks `a/ROBOT` with random actions, in alternating rounds. The arguments name the
 //! robots, by default all.
 
 use anyhow::Result;

@@ -1,7 +1,7 @@
-//! How an update's time and memory grow with critics, objectives, rows and width, from walker2d's
-//! shapes on.
+//! How an update's time and memory grow with critics, objectives, rows and width, starting from
+//! walker2d's shapes.
 //!
-//! Prints a table, one thread. Sizes that take long get fewer rounds.
+//! Prints a table for one thread. Sizes that take long get fewer rounds.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -29,11 +29,11 @@ struct Cli {
     #[arg(long, default_value_t = 15)]
     rounds: usize,
 
-    /// Seconds a size may take, if three rounds fit in.
+    /// Seconds that a size may take, unless three rounds take longer.
     #[arg(long, default_value_t = 6.0)]
     seconds: f64,
 
-    /// Where to write the rounds' times.
+    /// File to write the rounds' times to.
     #[arg(long)]
     csv: Option<PathBuf>,
 
@@ -84,7 +84,7 @@ fn measure(axis: &str, value: usize, cli: &Cli, csv: &mut String) -> Result<()> 
     Ok(())
 }
 
-/// How many rounds fit into the time of a size, by a first one.
+/// How many rounds fit into the time for one size, estimated from a first round.
 fn affordable(running: &mut [Running], cli: &Cli) -> Result<usize> {
     let times =
         running.iter_mut().map(|running| running.time(UPDATES)).collect::<Result<Vec<_>>>()?;
@@ -103,7 +103,7 @@ fn workload(axis: &str, value: usize) -> Result<Workload> {
     })
 }
 
-/// Peak memory (MB) of a process of its own that does a few updates.
+/// Peak memory (MB) of a separate process that does a few updates.
 fn peak_of(axis: &str, value: usize) -> Result<u64> {
     let child = Command::new(std::env::current_exe()?)
         .args(["--peak", axis, &value.to_string()])

@@ -1,12 +1,12 @@
 //! Whole environment steps of training on MuJoCo's hopper, for `bench/run.py`: acting, stepping,
 //! storing, updating.
 //!
-//! A line `time NAME STEPS` is answered with a step's milliseconds, on the wall and on the
-//! processors; `shares NAME STEPS` with the parts of that many further steps' time that went into
-//! updates, into the environment and into acting. `td3` is plain TD3 as Stable-Baselines3 has it (2
-//! critics, no more than it does); `cop` is COP-Q on TD3 with all that there is: FAMO and
-//! optimistic exploration. `ppo` and `cppo-pid` take all of their 40 passes an epoch, so that
-//! everyone's work is the same; their steps are best counted in epochs of 2,048.
+//! A line `time NAME STEPS` is answered with a step's milliseconds, as wall time and as CPU time.
+//! `shares NAME STEPS` is answered with the shares of time that updates, the environment and acting
+//! took over that many further steps. `td3` is plain TD3, as in Stable-Baselines3 (2 critics and
+//! nothing more). `cop` is COP-Q on TD3 with everything: FAMO and optimistic exploration. `ppo` and
+//! `cppo-pid` take all 40 passes in each epoch, so that all programs do the same work. Their steps
+//! are best counted in epochs of 2,048.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write, stdin, stdout};
@@ -67,7 +67,7 @@ fn run(trainer: &mut Trainer<Box<dyn Agent>>, steps: u64) -> copq::Result<()> {
     trainer.run(steps, &mut Silent)
 }
 
-/// A trainer whose warm-up is over, or its first epoch.
+/// A trainer whose warm-up or first epoch is over.
 fn trainer(name: &str) -> Result<Trainer<Box<dyn Agent>>> {
     let options = Options { senses: Senses::Gymnasium, ..Options::default() };
     let task = if name == "cppo-pid" { "b/hopper" } else { "gym/hopper" };

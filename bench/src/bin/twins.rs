@@ -1,11 +1,11 @@
-//! What fewer bits do to what is learned, without the noise of acting: learners go on from one
+//! How fewer bits change what is learned, without the noise of acting. Learners continue from one
 //! run's checkpoint with the same batches of its replay, in every precision. What they have learned
-//! is then looked at in f32, and its distance from f32's told.
+//! is then evaluated in f32, and its distance from the f32 learner's is reported.
 //!
-//! Learning magnifies any difference, so others tell what one means. Nulls are f32 after every
-//! weight of the critics was moved by a unit in its last place, up or down by chance, and candle's
-//! autograd, which adds the same numbers up in another order. A positive control has inputs and
-//! values in bf16 as well.
+//! Learning magnifies any difference, so other learners show what a difference means. The nulls are
+//! f32 after every weight of the critics was moved up or down by chance by a unit in its last
+//! place, and candle's autograd, which adds up the same numbers in a different order. A positive
+//! control also has inputs and values in bf16.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -22,19 +22,19 @@ use copq_experiments::{Plan, RunConfig, read_checkpoint, read_config};
 /// Compares learners of all precisions on one run's experience.
 #[derive(Parser)]
 struct Cli {
-    /// A run's folder whose checkpoint has its replay.
+    /// Folder of a run whose checkpoint includes its replay.
     run: PathBuf,
 
-    /// Updates that every learner does.
+    /// Number of updates that every learner does.
     #[arg(long, default_value_t = 3_000)]
     updates: u64,
 
-    /// Transitions of the replay at which they are compared.
+    /// Number of transitions of the replay at which they are compared.
     #[arg(long, default_value_t = 1_000)]
     rows: usize,
 }
 
-/// A learner and what was logged of its last thousand updates, by name.
+/// A learner, and what was logged during its last thousand updates, by name.
 struct Twin {
     name: String,
     learner: Learner,
@@ -64,7 +64,7 @@ fn checkpoint(run: &Path) -> Result<State> {
     Ok(read_checkpoint(run)?.child("trainer")?.child("agent")?.clone())
 }
 
-/// Nulls that begin a unit in the last place away.
+/// Number of nulls whose weights start a unit in the last place away.
 const NULLS: u64 = 3;
 
 fn twins(run: &Path, config: &RunConfig<Config>, spec: &EnvSpec) -> Result<Vec<Twin>> {
@@ -124,7 +124,7 @@ fn move_last_places(state: &mut State, rng: &mut Rng) {
     }
 }
 
-/// The run's task, without its world.
+/// The spec of the run's task, without its environment.
 fn spec(plan: &Plan) -> Result<EnvSpec> {
     if plan.order.is_some() || plan.weights.is_some() || !plan.limits.is_empty() {
         bail!("the run: wanted one of a task as it is, got one with an order, weights or limits");
@@ -159,7 +159,7 @@ impl Twin {
     }
 }
 
-/// What a learner thinks of some transitions, by objective.
+/// What a learner estimates for some transitions, by objective.
 struct Look {
     q: Vec<Vec<f64>>,
     /// The critics' standard deviation, root mean square.
@@ -167,7 +167,7 @@ struct Look {
     action: Vec<f64>,
 }
 
-/// What a twin has learned, looked at by another learner.
+/// What a twin has learned, evaluated by another learner.
 fn look(twin: &Twin, by: &mut Learner, batch: &Batch, n: usize) -> copq::Result<Look> {
     let mut state = State::default();
     twin.learner.save(&mut state)?;
@@ -188,7 +188,7 @@ fn look(twin: &Twin, by: &mut Learner, batch: &Batch, n: usize) -> copq::Result<
     Ok(look)
 }
 
-/// How far each is from the first.
+/// Prints how far each twin is from the first.
 fn table(twins: &[Twin], by: &mut Learner, spec: &EnvSpec, batch: &Batch) -> Result<()> {
     let names: Vec<_> = spec.names();
     let looks = twins.iter().map(|twin| look(twin, by, batch, names.len()));
@@ -228,7 +228,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     size(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>())
 }
 
-/// The same networks by candle's autograd.
+/// The same networks with candle's autograd.
 struct Autograd;
 
 impl Backend for Autograd {

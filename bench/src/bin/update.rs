@@ -2,8 +2,8 @@
 //!
 //! By itself it prints a table of medians over interleaved rounds. With `--serve` it measures on
 //! demand for `bench/run.py`: `check NAME UPDATES` is answered with the losses of a fresh start,
-//! `time NAME UPDATES` with an update's milliseconds on the wall and on the processors. With
-//! `--write` it writes weights and batches for the peers.
+//! `time NAME UPDATES` with an update's milliseconds, as wall time and as CPU time. With `--write`
+//! it writes weights and batches for the peers.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write, stdin, stdout};
@@ -22,7 +22,7 @@ struct Cli {
     #[arg(long, default_value = "walker2d")]
     workload: String,
 
-    /// Threads that an update may use.
+    /// Number of threads that an update may use.
     #[arg(long, default_value_t = 1)]
     threads: usize,
 
@@ -34,10 +34,10 @@ struct Cli {
     #[arg(long, default_value_t = 20)]
     updates: usize,
 
-    /// What to time, the first against the second and so on; all by default.
+    /// Programs to time, each compared with the first; all by default.
     names: Vec<String>,
 
-    /// Do --updates and no more, without a look at any clock: for what counts instructions.
+    /// Do --updates updates and nothing else, without reading a clock: for counting instructions.
     #[arg(long)]
     only: bool,
 

@@ -1,5 +1,5 @@
-//! The update as one writes it with candle and candle-nn: layers, autograd, and an optimiser that
-//! steps on a loss.
+//! The update as one would write it with candle and candle-nn: layers, autograd, and an optimiser
+//! that steps on a loss.
 
 use anyhow::{Context, Result};
 use candle_core::{D, Device, Tensor, Var};
@@ -24,7 +24,7 @@ pub struct Autograd {
 }
 
 impl Autograd {
-    /// Starts from the weights that copq's own networks start from.
+    /// Starts from the same weights as copq's own networks.
     pub fn new(workload: &Workload) -> Result<Self> {
         let spec = workload.spec();
         let networks = workload.networks();
@@ -199,8 +199,8 @@ fn lower_bound(q: &Tensor, direction: &[f64]) -> Result<Tensor> {
     Ok((mean - Tensor::cat(&offsets, 1)?)?)
 }
 
-/// R u, `rows x objectives`: where `u . p` is negative for p = L'u, u without its part along p, and
-/// normalised.
+/// R u, `rows x objectives`, with p = L'u. Where `u . p` is negative, u loses its part along p. The
+/// result is normalised.
 fn clip(factor: &[Vec<Tensor>], direction: &[f64]) -> Result<Tensor> {
     let n = direction.len();
     let p = (0..n)

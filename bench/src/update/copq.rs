@@ -1,4 +1,4 @@
-//! The update by copq's core and one of its network backends.
+//! The update with copq's core and one of its network implementations.
 
 use std::sync::Arc;
 

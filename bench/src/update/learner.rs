@@ -1,4 +1,4 @@
-//! The whole update of copq's learner: replay, FAMO, checks and reports included.
+//! The whole update of copq's learner, including replay, FAMO, checks and reports.
 
 use anyhow::Result;
 use copq::{Agent, Ensemble, Learner, Method, Outcome, Silent, Transition};
@@ -11,7 +11,7 @@ use crate::workload::{Inputs, Workload};
 pub struct Full(Learner);
 
 impl Full {
-    /// COP-Q on TD3 as the paper has it.
+    /// COP-Q on TD3, as in the paper.
     pub fn new(workload: &Workload) -> Result<Self> {
         let mut method =
             Method::cop_td3_paper().critics(Ensemble::Joint(workload.critics)).warm_up(1);

@@ -1,4 +1,4 @@
-//! One COP-TD3 update, written in several ways that do the same.
+//! One COP-TD3 update, written in several equivalent ways.
 
 mod autograd;
 mod copq;
@@ -20,7 +20,7 @@ pub trait Update {
     fn update(&mut self, number: usize, batch: &Inputs) -> Result<Losses>;
 }
 
-/// What an update reports, by which programs are shown to agree; empty for what computes none.
+/// What an update reports, to show that programs agree. Empty for programs that compute no losses.
 #[derive(Clone, Debug, Default)]
 pub struct Losses {
     /// Mean squared errors, one per objective.
@@ -29,7 +29,7 @@ pub struct Losses {
     pub actor: Option<f32>,
 }
 
-/// What [`make`] can make.
+/// The names that [`make`] accepts.
 pub const NAMES: [&str; 9] = [
     "copq",
     "products",
@@ -44,12 +44,12 @@ pub const NAMES: [&str; 9] = [
 
 /// An update by its name:
 ///
-/// * `copq`: the core and the fused networks, without what peers do not do (replay, FAMO, reports);
-/// * `products`: nothing but its matrix products;
+/// * `copq`: the core and the fused networks, without what the peers lack (replay, FAMO, reports);
+/// * `products`: only its matrix products;
 /// * `learner`: the whole of [`copq::Learner::update`](::copq::Agent::update);
-/// * `plain`: as `copq`, with the readable networks of candle tensors;
+/// * `plain`: like `copq`, with the readable networks of candle tensors;
 /// * `backward`, `careful`, `learner-backward`, `learner-careful`: the same in these precisions;
-/// * `autograd`: candle and candle-nn alone, as one would write it with them.
+/// * `autograd`: as one would write it with candle and candle-nn alone.
 pub fn make(name: &str, workload: &Workload) -> Result<Box<dyn Update>> {
     Ok(match name {
         "copq" => Box::new(Copq::fused(workload)?),

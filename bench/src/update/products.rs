@@ -1,5 +1,5 @@
-//! An update with everything left out but its matrix products: the floor under every program that
-//! computes them so.
+//! An update reduced to its matrix products: the floor for every program that computes them this
+//! way.
 
 use anyhow::Result;
 use rayon::prelude::*;
@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{Losses, Update};
 use crate::workload::{Inputs, Workload};
 
-/// The networks' arrays, of the sizes and in the number that an update touches.
+/// The networks' arrays, with the sizes and in the number that an update touches.
 pub struct Products {
     critics: Vec<Network>,
     actor: Network,
@@ -18,10 +18,10 @@ pub struct Products {
 
 /// One network's weights, activations and gradients.
 struct Network {
-    /// Values in and out of each layer.
+    /// Input and output width of each layer.
     layers: Vec<(usize, usize)>,
     rows: usize,
-    /// That share a product.
+    /// How many threads share a product.
     threads: usize,
     online: Vec<Vec<f32>>,
     target: Vec<Vec<f32>>,
@@ -33,7 +33,8 @@ struct Network {
 }
 
 impl Products {
-    /// Arrays for a workload; more than one thread spreads the critics as copq does.
+    /// Arrays for a workload. With more than one thread, the critics are spread over them, as in
+    /// copq.
     pub fn new(workload: &Workload) -> Result<Self> {
         let Workload { observation, action, objectives, width, rows, .. } = *workload;
         let critic =
@@ -47,7 +48,7 @@ impl Products {
         })
     }
 
-    /// The actor's products one after another, each shared by all threads as copq does.
+    /// Runs the actor's products one after another, each shared by all threads, as in copq.
     fn actor(&mut self, task: impl Fn(&mut Network) + Send + Sync) {
         self.pool.install(|| task(&mut self.actor));
     }
@@ -81,7 +82,7 @@ impl Update for Products {
 impl Network {
     fn new(widths: &[usize], rows: usize, action: usize, threads: usize) -> Self {
         let layers: Vec<_> = widths.windows(2).map(|pair| (pair[0], pair[1])).collect();
-        // Of a size at which products neither grow nor fade from layer to layer.
+        // Scaled so that products neither grow nor fade from layer to layer.
         let weights = || {
             layers.iter().map(|&(input, output)| vec![1.0 / input as f32; input * output]).collect()
         };
@@ -149,8 +150,8 @@ impl Network {
         );
     }
 
-    /// A fresh gradient of the output, lest what comes back fades to numbers so small that they
-    /// cost extra.
+    /// Sets a fresh gradient of the output. Otherwise gradients would fade to subnormal numbers,
+    /// which are slow.
     fn begin_backward(&mut self) {
         let output = self.layers.last().map_or(0, |&(_, output)| output);
         self.delta[0][..self.rows * output].fill(1.0);
@@ -222,8 +223,8 @@ fn product(
         1 => gemm::Parallelism::None,
         more => gemm::Parallelism::Rayon(more),
     };
-    // SAFETY: the assertion keeps every element that `gemm` reads or writes inside its slice, `out`
-    // is a `&mut` and so overlaps neither factor, and is only written (`read_dst` false).
+    // SAFETY: the assertion keeps every element that `gemm` reads or writes inside its slice. `out`
+    // is a `&mut`, so it overlaps neither factor, and it is only written (`read_dst` false).
     unsafe {
         gemm::gemm(
             m, n, k, out, 1, out_row, false, lhs, lhs_col, lhs_row, rhs, rhs_col, rhs_row, 0.0,

@@ -1,8 +1,8 @@
 //! Smooth activations and their slopes, as passes over a layer's outputs; ReLU is part of the
 //! product.
 //!
-//! Every value is made of the same additions, fused multiply-adds and one division, in vectors as
-//! wide as the processor has: its bits depend on none of them.
+//! Every value takes the same additions, fused multiply-adds and one division, in vectors as wide
+//! as the processor has. Its bits do not depend on that width.
 
 use bytemuck::{cast_slice, cast_slice_mut};
 use copq::Activation;
@@ -10,7 +10,7 @@ use pulp::Arch;
 
 use super::panels::Panels;
 
-/// Beyond this tanh is 1 but for 3e-7.
+/// Beyond this, tanh is 1 to within 3e-7.
 const SATURATED: f32 = 7.905_311;
 
 /// tanh(x) as x P(x^2) / Q(x^2), from the highest power down: the minimax fit that Eigen uses for
@@ -26,8 +26,8 @@ const P: [f32; 7] = [
 ];
 const Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
 
-/// Puts a layer's outputs through the activation, and writes its slopes where they are wanted. ReLU
-/// has been done.
+/// Applies the activation to a layer's outputs, and writes its slopes if they are wanted. ReLU has
+/// already been applied.
 pub(super) fn activate(activation: Activation, out: &mut Panels, slopes: Option<&mut Panels>) {
     match activation {
         Activation::Relu => {}
@@ -60,7 +60,7 @@ fn each(out: &mut Panels, slopes: Option<&mut Panels>, function: impl Fn(f32) ->
     );
 }
 
-/// tanh within 3.4e-7, exactly 1 or -1 far out; a NaN stays one.
+/// tanh to within 3.4e-7, exactly 1 or -1 far out. A NaN stays a NaN.
 #[inline(always)]
 fn tanh(x: f32) -> f32 {
     let square = x * x;

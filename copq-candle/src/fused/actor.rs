@@ -17,7 +17,7 @@ use crate::check;
 /// let networks = Networks { hidden: vec![16, 16], actor_lr: 0.01, ..Networks::default() };
 /// let mut actor = Deterministic::new(&spec, &networks, &mut Rng::new(0, Stream::Init))?;
 ///
-/// // It is to do 0.5 where it sees this: the gradient of (a - 0.5)^2 / 2.
+/// // Train it to do 0.5 at this observation: the gradient of (a - 0.5)^2 / 2.
 /// for _ in 0..300 {
 ///     actor.improve(&[0.1, 0.2], &[], &mut |sample, grad| {
 ///         grad.action[0] = sample.action[0] - 0.5;
@@ -43,7 +43,7 @@ impl Deterministic {
         Ok(Self { policy, output: Vec::new(), grad: Vec::new() })
     }
 
-    /// Spreads large products over this many threads (1 unless set), but for those in bf16 by the
+    /// Spreads large products over this many threads (1 unless set), except bf16 products with the
     /// processor's own instruction. The results are the same, bit for bit.
     pub fn threads(self, threads: usize) -> Result<Self> {
         Ok(Self { policy: self.policy.threads(threads)?, ..self })

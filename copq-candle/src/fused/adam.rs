@@ -6,7 +6,7 @@ use super::gradient::Descent;
 use super::panels::PanelRow;
 use crate::adam::{BETA1, BETA2, EPSILON, Step};
 
-/// The numbers of one step, and how far targets follow.
+/// The constants of one step, and how far targets follow.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Adam {
     rate: f32,
@@ -15,13 +15,13 @@ pub(super) struct Adam {
 }
 
 impl Adam {
-    /// Those of the `steps`-th step, counted from 1.
+    /// The constants of the `steps`-th step, counted from 1.
     pub fn new(lr: f64, steps: u64, tau: f32) -> Self {
         let Step { rate, root } = Step::new(lr, steps);
         Self { rate: rate as f32, scale: (1.0 / root) as f32, tau }
     }
 
-    /// The step of some parameters, of their targets and of both moments against a gradient.
+    /// Steps some parameters, their targets and both moments against a gradient.
     #[inline(always)]
     pub fn step<S: Simd>(&self, simd: S, grad: S::f32s, at: [&mut S::f32s; 4]) {
         let [online, target, m, v] = at;
@@ -38,15 +38,15 @@ impl Adam {
     }
 }
 
-/// Zero for what is below normal numbers: a moment that no gradient feeds would halt there, and
-/// many processors are slow with such numbers.
+/// Replaces subnormal numbers by zero. A moment that no gradient feeds would stop shrinking there,
+/// and many processors are slow with such numbers.
 #[inline(always)]
 fn flushed<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let is_small = simd.less_than_f32s(simd.abs_f32s(x), simd.splat_f32s(f32::MIN_POSITIVE));
     simd.select_f32s(is_small, simd.splat_f32s(0.0), x)
 }
 
-/// A step of a map against a gradient that is there.
+/// Steps a map against a gradient in memory.
 pub(super) fn step(map: Descent<'_>, grad: &[PanelRow]) {
     Arch::new().dispatch(Whole { map, grad });
 }

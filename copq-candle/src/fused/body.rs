@@ -1,5 +1,5 @@
-//! What actors, and critics of observations alone, are made of: a network that reads observations,
-//! and its optimiser.
+//! The common part of actors and of critics of observations alone: a network that reads
+//! observations, and its optimiser.
 
 use copq::on_policy::Descent;
 use copq::{EnvSpec, Net, Networks, Result, Rng, State};
@@ -12,7 +12,7 @@ use crate::check;
 use crate::learned::Learned;
 use crate::shape::Shape;
 
-/// A network from observations to whatever its owner makes of them.
+/// A network from observations to outputs that its owner interprets.
 #[derive(Debug)]
 pub(super) struct Body {
     pub network: Network,
@@ -26,7 +26,7 @@ pub(super) struct Body {
 }
 
 impl Body {
-    /// A network with fresh weights drawn from `rng`, which answers with `output` numbers.
+    /// A network with `output` outputs and fresh weights drawn from `rng`.
     pub fn new(spec: &EnvSpec, networks: &Networks, output: usize, rng: &mut Rng) -> Result<Self> {
         check::settings(spec, networks)?;
         let shape = Shape::new(spec.obs_len, &networks.hidden, output);
@@ -52,7 +52,7 @@ impl Body {
         check::rows(obs, self.observation)
     }
 
-    /// Runs a batch of observations through.
+    /// Runs a batch of observations through the network.
     pub fn values(&mut self, net: Net, obs: &[f32], rows: usize, out: &mut [f32]) {
         self.input.set(rows, &[obs]);
         self.network.values(net, &self.input, false, out, &mut self.workspace);
@@ -65,8 +65,8 @@ impl Body {
         self.network.forward(&self.input, false, out, &mut self.workspace);
     }
 
-    /// After [`Body::forward`]: backward from dL/dout and one optimiser step. The target stays:
-    /// it may follow more often.
+    /// After [`Body::forward`]: backward from dL/dout and one optimiser step. The target stays,
+    /// because it may follow more often.
     pub fn learn(&mut self, grad_out: &[f32]) {
         self.network.learn(&self.input, grad_out, self.lr, 0.0, &mut self.workspace);
     }
@@ -76,9 +76,9 @@ impl Body {
         self.network.gradient(&self.input, grad_out, grad, &mut self.workspace);
     }
 
-    /// One optimiser step down a gradient, with the penalty's part added and cut to the largest
-    /// norm; `more` is what else counts for that, as a sum of squares. What the whole gradient was
-    /// multiplied by.
+    /// One optimiser step down a gradient, after adding the penalty's part and clipping to the
+    /// largest norm. `more` is the sum of squares of whatever else counts towards the norm. Returns
+    /// the factor by which the whole gradient was scaled.
     pub fn descend(&mut self, grad: &mut [PanelRow], more: f64, step: Descent) -> f32 {
         let Descent { lr, decay, max_norm } = step;
         if decay > 0.0 {

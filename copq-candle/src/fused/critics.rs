@@ -11,7 +11,8 @@ use crate::check;
 use crate::learned::{Learned, load_critics, save_critics};
 use crate::shape::Shape;
 
-/// Observations of fewer values are added up anew sooner than their sums are stored and read.
+/// For observations of fewer values, adding them up again is faster than storing and reading their
+/// sums.
 const WORTH_KEEPING: usize = 64;
 
 /// An ensemble of separately initialised multilayer perceptrons (observation and action in, N
@@ -25,7 +26,7 @@ const WORTH_KEEPING: usize = 64;
 /// let networks = Networks { hidden: vec![16, 16], critic_lr: 0.01, ..Networks::default() };
 /// let mut critics = Critics::new(&spec, 3, &networks, &mut Rng::new(0, Stream::Init))?;
 ///
-/// // All three are to say 5 of this observation and action: the gradient of (q - 5)^2 / 2.
+/// // Fit all three to 5 at this observation and action: the gradient of (q - 5)^2 / 2.
 /// for _ in 0..300 {
 ///     let towards_5 = &mut |q: QView<'_>, grad: &mut [f32]| {
 ///         grad.iter_mut().zip(q.values()).for_each(|(grad, q)| *grad = q - 5.0);
@@ -49,7 +50,7 @@ pub struct Critics {
     is_careful: bool,
     workers: Workers,
     input: Panels,
-    /// Critics that were asked for alone.
+    /// The critics chosen in `values_of`.
     chosen: Vec<usize>,
     q: Vec<f32>,
     grad: Vec<f32>,
@@ -97,8 +98,8 @@ impl Critics {
         }
     }
 
-    /// Checks a batch and takes its observations and actions, side by side, as the input; the
-    /// number of rows.
+    /// Checks a batch and takes its observations and actions, side by side, as the input. Returns
+    /// the number of rows.
     fn gather(&mut self, obs: &[f32], act: &[f32]) -> Result<usize> {
         let rows = check::rows(obs, self.observation)?;
         check::batch("actions", act, rows, self.action)?;
@@ -122,7 +123,7 @@ impl Critics {
         check_len("critic values", q.len(), self.networks.len() * rows * self.objectives)?;
         let Self { networks, workers, input, observation, .. } = self;
         workers.each(networks, q, |_, network, q, workspace| {
-            // The next call may be of other actions at the same observations.
+            // The next call may have other actions at the same observations.
             if net == Net::Online && *observation >= WORTH_KEEPING {
                 network.begin(input, *observation, workspace);
             }
@@ -131,8 +132,8 @@ impl Critics {
         Ok(())
     }
 
-    /// Online values of the gathered batch into `self.q`, and what `grad` makes of them into
-    /// `self.grad`.
+    /// Writes online values of the gathered batch to `self.q`, and the gradient that `grad` fills
+    /// from them to `self.grad`.
     fn forward(&mut self, rows: usize, in_half: bool, grad: QGrad<'_>) -> Result<()> {
         let Self { networks, workers, input, .. } = self;
         let len = networks.len() * rows * self.objectives;
@@ -213,8 +214,8 @@ impl Critic for Critics {
         let Self { networks, workers, observation, .. } = self;
         let share = rows * self.objectives;
         let dq = &self.grad[..networks.len() * share];
-        // The values have been used: their buffer, or a larger one, takes each critic's share of
-        // the gradient.
+        // The values are no longer needed. Their buffer, enlarged if necessary, takes each critic's
+        // share of the gradient.
         let parts = room(&mut self.q, networks.len() * out.len());
         workers.each(networks, parts, |k, network, part, workspace| {
             network.input_grad(

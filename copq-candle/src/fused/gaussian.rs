@@ -7,9 +7,9 @@ use super::passes::room;
 use crate::check;
 use crate::squash::Component;
 
-/// SAC's policy: observation -> hidden layers -> mean and log std, clamped to [-20, 2],
-/// of a Gaussian that a tanh squashes. It needs one standard normal an action component; without
-/// noise its action is the squashed mean.
+/// SAC's policy: observation -> hidden layers -> mean and log std, clamped to [-20, 2], of a
+/// Gaussian squashed by tanh. It needs one standard normal per action component. Without noise, its
+/// action is the squashed mean.
 ///
 /// ```
 /// use copq::{Actor, EnvSpec, Net, Networks, Rng, Stream};
@@ -24,7 +24,7 @@ use crate::squash::Component;
 /// let mut sample = [0.0];
 /// let mut log_prob = [0.0];
 /// actor.sample(Net::Online, &[0.1, 0.2], &[1.5], &mut sample, &mut log_prob)?;
-/// assert!(mode[0] < sample[0] && sample[0] < 1.0); // 1.5 standard deviations further on
+/// assert!(mode[0] < sample[0] && sample[0] < 1.0); // 1.5 standard deviations above
 /// assert!(log_prob[0].is_finite());
 /// # Ok::<(), copq::Error>(())
 /// ```
@@ -54,13 +54,13 @@ impl Gaussian {
         })
     }
 
-    /// Spreads large products over this many threads (1 unless set), but for those in bf16 by the
+    /// Spreads large products over this many threads (1 unless set), except bf16 products with the
     /// processor's own instruction. The results are the same, bit for bit.
     pub fn threads(self, threads: usize) -> Result<Self> {
         Ok(Self { policy: self.policy.threads(threads)?, ..self })
     }
 
-    /// Means and log stds of a batch into `self.output`.
+    /// Writes means and log stds of a batch to `self.output`.
     fn values(&mut self, net: Net, obs: &[f32], rows: usize) {
         self.policy.values(net, obs, rows, room(&mut self.output, rows * 2 * self.policy.action));
     }

@@ -1,5 +1,5 @@
-//! The gradient of a layer's map, tile by tile: stored, or taken as a step of the parameters while
-//! it is still in registers.
+//! The gradient of a layer's map, tile by tile: stored, or applied as a step of the parameters
+//! while it is still in registers.
 
 use pulp::{Arch, Simd};
 
@@ -10,8 +10,8 @@ use super::tiles::{
     ByLanes, Kernel, Sums, Tiles, add_products, array, block, cover, put, vectors, vectors_mut,
 };
 
-/// `out = left^T right`, then the sums of `right`'s columns: the gradient of a map from inputs
-/// `left` and the gradient `right` of its outputs, laid out as the map is.
+/// `out = left^T right`, then the sums of `right`'s columns: the gradient of a map, given its
+/// inputs `left` and the gradient `right` of its outputs. It is laid out like the map.
 pub(super) fn gradient(left: &Panels, right: &Panels, out: &mut [PanelRow], threads: &Threads) {
     let lines = left.cols() + 1;
     check(left, right, out.len());
@@ -20,7 +20,8 @@ pub(super) fn gradient(left: &Panels, right: &Panels, out: &mut [PanelRow], thre
     by_panels(left, right, share, sinks, threads);
 }
 
-/// A map on its way down a gradient: the parameters, their slow copy, and Adam's moments.
+/// What a step down a gradient changes in a map: the parameters, their slow copy, and Adam's
+/// moments.
 pub(super) struct Descent<'a> {
     pub online: &'a mut [PanelRow],
     pub target: &'a mut [PanelRow],
@@ -29,7 +30,7 @@ pub(super) struct Descent<'a> {
     pub adam: Adam,
 }
 
-/// One step of a map along what [`gradient`] would write, which never gets into memory.
+/// One step of a map along what [`gradient`] would write. The gradient never reaches memory.
 pub(super) fn descend(left: &Panels, right: &Panels, map: Descent<'_>, threads: &Threads) {
     let lines = left.cols() + 1;
     check(left, right, map.online.len());
@@ -52,7 +53,7 @@ fn check(left: &Panels, right: &Panels, len: usize) {
     assert_eq!(len, right.cols().div_ceil(WIDTH) * (left.cols() + 1), "lines of a gradient");
 }
 
-/// The gradient's panels, `share` of them in every sink.
+/// Computes the gradient's panels, `share` of them for each sink.
 fn by_panels<T: Sink + Send>(
     left: &Panels,
     right: &Panels,
@@ -67,9 +68,9 @@ fn by_panels<T: Sink + Send>(
     });
 }
 
-/// What becomes of a gradient's lines.
+/// Where a gradient's lines go.
 pub(super) trait Sink {
-    /// Takes in lines from `first` on.
+    /// Takes lines from `first` on.
     fn take<S: Simd, const V: usize, const HEIGHT: usize>(
         &mut self,
         simd: S,
@@ -78,7 +79,7 @@ pub(super) trait Sink {
     );
 }
 
-/// They are kept.
+/// Stores the lines.
 pub(super) struct Stored<'a>(pub &'a mut [PanelRow]);
 
 impl Sink for Stored<'_> {
@@ -118,8 +119,7 @@ impl Sink for Descent<'_> {
     }
 }
 
-/// Some panels of a gradient, those of as many of `right`, and the columns from the first of them
-/// on.
+/// Some panels of a gradient, given the same panels of `right` and the number of columns in them.
 pub(super) struct Gradient<'a, T> {
     pub left: &'a Panels,
     pub right: &'a [PanelRow],
@@ -139,8 +139,8 @@ impl<T: Sink> Kernel for Gradient<'_, T> {
     }
 }
 
-/// `left^T right` into panels of a line for every column of `left`, and one more that is not
-/// touched.
+/// Computes `left^T right` into panels with a line for every column of `left` and one more, which
+/// is not touched.
 #[inline(always)]
 pub(super) fn weights<S: Simd, const V: usize>(
     simd: S,
@@ -159,7 +159,7 @@ pub(super) fn weights<S: Simd, const V: usize>(
     }
 }
 
-/// The sums of the part of a gradient of one panel of `left`.
+/// The sums for the part of a gradient that belongs to one panel of `left`.
 struct Products<'a, S: Simd, const V: usize> {
     left: &'a [PanelRow],
     right: &'a [[S::f32s; V]],
@@ -185,13 +185,14 @@ impl<S: Simd, const V: usize> Sums<S, V> for Products<'_, S, V> {
     }
 }
 
-/// The part of a gradient of one panel of `left`, in tiles whose lines are its columns.
+/// The part of a gradient that belongs to one panel of `left`, in tiles whose lines are its
+/// columns.
 pub(super) struct GradientTiles<'a, S, T, K> {
     pub simd: S,
     pub from: T,
-    /// All columns of `left`.
+    /// Number of columns of `left`.
     pub columns: usize,
-    /// The first of this panel.
+    /// The first column of this panel.
     pub first: usize,
     pub sink: &'a mut K,
 }

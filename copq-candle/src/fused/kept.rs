@@ -1,4 +1,4 @@
-//! What a network keeps of its weights as they are, until they move.
+//! What a network computes from its weights and keeps until they move.
 
 use super::last;
 use super::layout::Layout;
@@ -7,16 +7,16 @@ use super::product::{Finish, Inputs, affine};
 use super::threads::Threads;
 use super::transpose::transpose;
 
-/// What the first inputs of a batch have added up to in the first layer.
+/// The first layer's sums over the first inputs of a batch.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Begun {
-    /// How many there are; none, if nothing has begun.
+    /// How many inputs have been added up; 0 if none.
     inputs: usize,
     sums: Panels,
 }
 
 impl Begun {
-    /// Adds up the first `count` inputs, if that has not been done.
+    /// Adds up the first `count` inputs, unless that has been done.
     pub fn begin(
         &mut self,
         layout: &Layout,
@@ -40,7 +40,7 @@ impl Begun {
         self.inputs = 0;
     }
 
-    /// What is left of a batch for the first layer.
+    /// The inputs of a batch that the first layer has yet to add up.
     pub fn on<'a>(&'a self, input: &'a Panels) -> Inputs<'a> {
         match self.inputs {
             0 => Inputs::all(input),
@@ -49,7 +49,7 @@ impl Begun {
     }
 }
 
-/// Layers' maps from outputs to inputs, for the way back; not the first one's.
+/// The layers' maps from outputs to inputs, for the backward pass; not the first layer's.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Turned {
     is_present: bool,
@@ -57,8 +57,8 @@ pub(super) struct Turned {
 }
 
 impl Turned {
-    /// Turns the weights round, if that has not been done. The last one lies so already; it is
-    /// copied, because a step changes it.
+    /// Transposes the weights, unless that has been done. The last one is laid out this way
+    /// already. It is copied, because a step changes it.
     pub fn turn(&mut self, layout: &Layout, parameters: &[PanelRow]) {
         if self.is_present {
             return;
@@ -81,7 +81,7 @@ impl Turned {
         self.is_present = false;
     }
 
-    /// After [`Turned::turn`]: a layer's.
+    /// After [`Turned::turn`]: a layer's map.
     pub fn layer(&self, layer: usize) -> &Panels {
         &self.layers[layer]
     }

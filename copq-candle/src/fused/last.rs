@@ -1,8 +1,8 @@
-//! The last layer. It has few outputs, so inputs lie in its lanes: no lane is idle, and its weight
-//! lies as the way back reads it.
+//! The last layer. It has few outputs, so inputs lie in its lanes. No lane is idle, and its weight
+//! lies as the backward pass reads it.
 //!
-//! A map is panels of inputs with a line for every output and one of zeros, from which the way back
-//! starts; then the bias, with outputs in the lanes.
+//! A map consists of panels of inputs with a line for every output and one of zeros, from which the
+//! backward pass starts. The bias follows, with outputs in the lanes.
 
 #[cfg(test)]
 mod tests;
@@ -17,12 +17,12 @@ use crate::shape::Layer;
 /// Rows of a tile.
 const HEIGHT: usize = 4;
 
-/// Lines of a layer's map.
+/// Number of lines of a layer's map.
 pub(super) fn lines(layer: &Layer) -> usize {
     weight_lines(layer.input, layer.output) + layer.output.div_ceil(WIDTH)
 }
 
-/// Those of its weight: the map from outputs to inputs.
+/// The lines of its weight: the map from outputs to inputs.
 pub(super) fn back<'a>(layer: &Layer, map: &'a [PanelRow]) -> &'a [PanelRow] {
     &map[..weight_lines(layer.input, layer.output)]
 }
@@ -31,7 +31,8 @@ fn weight_lines(inputs: usize, outputs: usize) -> usize {
     inputs.div_ceil(WIDTH) * (outputs + 1)
 }
 
-/// The line of a layer's map, and the place there, of a weight; of the bias after the last input.
+/// The line of a weight in a layer's map, and its place there. The bias counts as the input after
+/// the last.
 pub(super) fn place(layer: &Layer, output: usize, input: usize) -> (usize, usize) {
     if input == layer.input {
         (weight_lines(layer.input, layer.output) + output / WIDTH, output % WIDTH)
@@ -42,8 +43,8 @@ pub(super) fn place(layer: &Layer, output: usize, input: usize) -> (usize, usize
 
 /// `out = input * map + bias`, row after row.
 ///
-/// In each lane every sixteenth product is added up by fused multiply-adds, then halves of the
-/// lanes until one is left, then the bias: one order for vectors of any width.
+/// Each lane adds up every sixteenth product by fused multiply-adds. Then halves of the lanes are
+/// added until one is left, then the bias. The order is the same for vectors of any width.
 pub(super) fn affine(input: &Panels, map: &[PanelRow], out: &mut [f32]) {
     let count = out.len() / input.rows();
     let (map, bias) = map.split_at(weight_lines(input.cols(), count));
@@ -52,7 +53,7 @@ pub(super) fn affine(input: &Panels, map: &[PanelRow], out: &mut [f32]) {
     Arch::new().dispatch(ByLanes(Affine { input, map, bias, count, out }));
 }
 
-/// The map's gradient, laid out as it is, given that of its outputs. The lines of zeros are not
+/// The map's gradient, laid out like the map, given that of its outputs. The lines of zeros are not
 /// written.
 pub(super) fn gradient(input: &Panels, right: &Panels, out: &mut [PanelRow]) {
     check(input, right, out.len());
@@ -94,7 +95,7 @@ impl Kernel for Affine<'_> {
 }
 
 impl Affine<'_> {
-    /// All outputs of some rows.
+    /// Computes all outputs of `H` rows.
     #[inline(always)]
     fn rows<S: Simd, const V: usize, const H: usize>(&mut self, simd: S, row: usize) {
         let mut first = 0;
@@ -142,7 +143,7 @@ impl Affine<'_> {
     }
 }
 
-/// The sum of sixteen, by halves.
+/// The sum of sixteen values, by halves.
 #[inline(always)]
 fn total(sums: &[f32; WIDTH]) -> f32 {
     let eight: [f32; 8] = array(|i| sums[i] + sums[i + 8]);

@@ -7,9 +7,9 @@ use super::last;
 use super::panels::{PanelRow, WIDTH};
 use crate::shape::{Layer, Shape};
 
-/// A network's layers, one after another in lines: panels of a layer's outputs, with a line for
-/// every input and one more, the bias; for the last layer see [`last`]. What a panel has too many
-/// is zero and stays so: its gradient is.
+/// A network's layers, one after another in lines. A layer is panels of its outputs, with a line
+/// for every input and one for the bias; for the last layer see [`last`]. Surplus places in a panel
+/// are zero and stay so, because their gradient is zero.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     shape: Shape,
@@ -53,7 +53,7 @@ impl Layout {
         self.maps.last().cloned().unwrap_or_default()
     }
 
-    /// A layer's map with nothing to start from.
+    /// A layer's map with a bias of zero.
     pub fn without_bias(&self, i: usize, parameters: &[PanelRow]) -> Vec<PanelRow> {
         let layer = &self.shape.layers()[i];
         let start = self.maps[i].start;
@@ -72,14 +72,15 @@ impl Layout {
         lines
     }
 
-    /// The flat buffer that [`Layout::pack`] would make these lines of.
+    /// The flat buffer that [`Layout::pack`] would turn into these lines.
     pub fn unpack(&self, lines: &[PanelRow]) -> Vec<f32> {
         let mut flat = vec![0.0; self.shape.len()];
         self.places(|at, line, place| flat[at] = lines[line].0[place]);
         flat
     }
 
-    /// Calls with every parameter's position in the flat buffer, its line, and its place there.
+    /// Calls `visit` with every parameter's position in the flat buffer, its line, and its place
+    /// there.
     fn places(&self, mut visit: impl FnMut(usize, usize, usize)) {
         for (i, layer) in self.shape.layers().iter().enumerate() {
             for output in 0..layer.output {
@@ -94,7 +95,8 @@ impl Layout {
         }
     }
 
-    /// The line, and the place there, of a weight of a layer; of the bias after the last input.
+    /// The line of a layer's weight, and its place there. The bias counts as the input after the
+    /// last.
     fn place(&self, i: usize, output: usize, input: usize) -> (usize, usize) {
         let layer = &self.shape.layers()[i];
         let (line, place) = if i + 1 == self.maps.len() {

@@ -23,7 +23,7 @@ pub(super) struct Network {
     layout: Layout,
     learned: Learned<PanelRow>,
     activation: Activation,
-    /// Whether the way back of a step is in bf16.
+    /// Whether the backward pass of a step is in bf16.
     is_half: bool,
     /// Hidden layers' outputs from the last [`Network::forward`], after their activation.
     outputs: Vec<Panels>,
@@ -34,7 +34,7 @@ pub(super) struct Network {
 }
 
 impl Network {
-    /// A network that goes on from what was learned.
+    /// A network that starts from what was learned.
     pub fn new(shape: Shape, networks: &Networks, learned: &Learned) -> Self {
         let Networks { activation, precision, .. } = *networks;
         let layout = Layout::new(shape);
@@ -70,25 +70,25 @@ impl Network {
         self.learned = learned.map(|flat| self.layout.pack(flat));
     }
 
-    /// Adds up the first `count` inputs of a batch in the online network's first layer, for all
-    /// that runs through it until the weights move or [`Network::forget`] is called.
+    /// Adds up the first `count` inputs of a batch in the online network's first layer. The sums
+    /// are reused until the weights move or [`Network::forget`] is called.
     pub fn begin(&mut self, input: &Panels, count: usize, workspace: &Workspace) {
         let Self { layout, learned, begun, .. } = self;
         begun.begin(layout, &learned.online, input, count, workspace.threads());
     }
 
-    /// The next batch has other first inputs than [`Network::begin`] had.
+    /// Drops the sums of [`Network::begin`]: the next batch has different first inputs.
     pub fn forget(&mut self) {
         self.begun.forget();
     }
 
-    /// The weights are no longer those of which anything was kept.
+    /// Drops everything that was kept: the weights have moved.
     fn moved(&mut self) {
         self.forget();
         self.turned.forget();
     }
 
-    /// Runs a batch through; in bf16 between hidden layers, or in f32.
+    /// Runs a batch through, in f32 or with bf16 between hidden layers.
     pub fn values(
         &self,
         net: Net,
@@ -121,8 +121,8 @@ impl Network {
         last::affine(top(outputs), &learned.online[layout.last()], out);
     }
 
-    /// After [`Network::forward`] on the same input: backward from dL/dout, each layer taking its
-    /// optimiser step, and its target following by `tau`, as soon as it has its gradient.
+    /// After [`Network::forward`] on the same input: backward from dL/dout. As soon as a layer has
+    /// its gradient, it takes its optimiser step and its target follows by `tau`.
     pub fn learn(
         &mut self,
         input: &Panels,
@@ -146,8 +146,8 @@ impl Network {
         self.moved();
     }
 
-    /// After [`Network::forward`] on the same input: writes dL/dparameters, laid out as they are,
-    /// in f32.
+    /// After [`Network::forward`] on the same input: writes dL/dparameters, laid out like the
+    /// parameters, in f32.
     pub fn gradient(
         &mut self,
         input: &Panels,
@@ -168,8 +168,8 @@ impl Network {
         }
     }
 
-    /// One optimiser step of all parameters along a gradient laid out as they are. There is no
-    /// target to follow.
+    /// One optimiser step of all parameters along a gradient laid out like them. The target does
+    /// not follow.
     pub fn descend(&mut self, grad: &[PanelRow], lr: f64) {
         self.moved();
         self.learned.steps += 1;
@@ -277,7 +277,7 @@ impl Network {
     }
 }
 
-/// Some of what a network has learned, for a step down a gradient.
+/// Part of what a network has learned, for a step down a gradient.
 fn descent(learned: &mut Learned<PanelRow>, map: Range<usize>, adam: Adam) -> Descent<'_> {
     Descent {
         online: &mut learned.online[map.clone()],
@@ -288,7 +288,7 @@ fn descent(learned: &mut Learned<PanelRow>, map: Range<usize>, adam: Adam) -> De
     }
 }
 
-/// Runs a batch through hidden layers, whose `outputs` after their activation it writes, and slopes
+/// Runs a batch through hidden layers. Writes their `outputs` after the activation, and its slopes
 /// where there is room for them.
 fn hidden(
     layout: &Layout,

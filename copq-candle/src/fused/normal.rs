@@ -1,4 +1,4 @@
-//! A Gaussian policy that nothing squashes, in the fast implementation.
+//! An unsquashed Gaussian policy in the fast implementation.
 
 use copq::on_policy::{self, Descent, NormalGrad, NormalGradient};
 use copq::{ActionGrad, Actor, EnvSpec, Error, Net, Networks, Result, Rng, State};
@@ -9,8 +9,8 @@ use super::passes::room;
 use crate::check;
 use crate::deviations::Deviations;
 
-/// PPO's policy: observation -> hidden layers -> the means of a Gaussian, whose deviations are
-/// parameters of their own that begin at 1. Its mode is the mean, clamped to [-1, 1].
+/// PPO's policy: observation -> hidden layers -> the means of a Gaussian. Its standard deviations
+/// are separate parameters that begin at 1. Its mode is the mean, clamped to [-1, 1].
 ///
 /// ```
 /// use copq::on_policy::GaussianPolicy;
@@ -34,7 +34,7 @@ pub struct Normal {
     body: Body,
     deviations: Deviations,
     grad_log_std: Vec<f32>,
-    /// Of a batch: means, their gradient, and the network's parameters'.
+    /// For a batch: means, their gradient, and that of the network's parameters.
     mean: Vec<f32>,
     grad_mean: Vec<f32>,
     grad: Vec<PanelRow>,
@@ -56,7 +56,7 @@ impl Normal {
         })
     }
 
-    /// A batch's means, and the gradient that `grad` fills, down to the parameters.
+    /// Runs a batch forward, and the gradient that `grad` fills back to the parameters.
     fn backward(&mut self, obs: &[f32], grad: NormalGrad<'_>) -> Result<()> {
         let rows = self.body.rows(obs)?;
         let len = rows * self.deviations.log_std.len();

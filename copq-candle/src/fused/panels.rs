@@ -1,5 +1,5 @@
-//! Matrices in panels, laid out so that every product reads its factors as they lie, without
-//! packing them first.
+//! Matrices in panels, laid out so that every product reads its factors in place, without packing
+//! them first.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -12,8 +12,8 @@ pub(super) const WIDTH: usize = 16;
 #[repr(C, align(64))]
 pub(super) struct PanelRow(pub [f32; WIDTH]);
 
-/// A matrix of which panel `p` has columns 16 p to 16 p + 15, a [`PanelRow`] for each row; lines
-/// end in zeros where the columns end.
+/// A matrix whose panel `p` has columns 16 p to 16 p + 15, with a [`PanelRow`] for each row. Lines
+/// are filled up with zeros where the columns end.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Panels {
     rows: usize,
@@ -30,18 +30,18 @@ impl Panels {
         self.cols
     }
 
-    /// Panel after panel.
+    /// The lines, panel after panel.
     pub fn lines(&self) -> &[PanelRow] {
         &self.lines[..self.rows * self.cols.div_ceil(WIDTH)]
     }
 
-    /// Panel after panel, to change in place.
+    /// The lines, panel after panel, to change in place.
     pub fn lines_mut(&mut self) -> &mut [PanelRow] {
         &mut self.lines[..self.rows * self.cols.div_ceil(WIDTH)]
     }
 
-    /// Takes another shape, and memory for it if it never had as much; what the lines hold then is
-    /// left from before.
+    /// Takes a new shape, and grows if it never had as much memory. The lines keep whatever they
+    /// held before.
     pub fn reshape(&mut self, rows: usize, cols: usize) -> &mut [PanelRow] {
         (self.rows, self.cols) = (rows, cols);
         let len = rows * cols.div_ceil(WIDTH);
@@ -51,7 +51,7 @@ impl Panels {
         &mut self.lines[..len]
     }
 
-    /// Becomes dense row-major matrices of `rows` rows, side by side.
+    /// Takes the values of dense row-major matrices of `rows` rows, side by side.
     pub fn set(&mut self, rows: usize, parts: &[&[f32]]) {
         let cols = parts.iter().map(|part| part.len() / rows).sum();
         self.reshape(rows, cols).fill(PanelRow::default());
@@ -69,7 +69,7 @@ impl Panels {
         }
     }
 
-    /// Whether the first columns are these, bit for bit: a dense row-major matrix of `rows` rows.
+    /// Whether the first columns equal a dense row-major matrix of `rows` rows, bit for bit.
     pub fn begins_with(&self, rows: usize, dense: &[f32]) -> bool {
         let width = dense.len() / rows;
         rows == self.rows
@@ -97,7 +97,7 @@ impl Panels {
     }
 }
 
-/// The panels that `width` columns from `first` on lie in, each with the places they take in its
+/// The panels that hold `width` columns from `first` on, each with the places they take in its
 /// lines.
 fn runs(first: usize, width: usize) -> impl Iterator<Item = (usize, std::ops::Range<usize>)> {
     let end = first + width;

@@ -5,7 +5,7 @@ use pulp::Arch;
 
 use super::panels::PanelRow;
 
-/// The first `len` values of a buffer that grows when it must.
+/// The first `len` values of a buffer that grows if necessary.
 pub(super) fn room(buffer: &mut Vec<f32>, len: usize) -> &mut [f32] {
     if buffer.len() < len {
         buffer.resize(len, 0.0);
@@ -37,7 +37,7 @@ pub(super) fn scale(values: &mut [PanelRow], scale: f32) {
     Arch::new().dispatch(|| values.iter_mut().for_each(|x| *x *= scale));
 }
 
-/// Zero wherever an activation is not positive.
+/// Sets values to zero wherever an activation is not positive.
 pub(super) fn mask(values: &mut [PanelRow], activation: &[PanelRow]) {
     let values: &mut [f32] = cast_slice_mut(values);
     let activation: &[f32] = cast_slice(activation);
@@ -46,7 +46,7 @@ pub(super) fn mask(values: &mut [PanelRow], activation: &[PanelRow]) {
     }
 }
 
-/// The sum of all squares, in one order whatever the width of vectors.
+/// The sum of all squares, in one order for vectors of any width.
 pub(super) fn squares(lines: &[PanelRow]) -> f64 {
     let mut sums = PanelRow::default();
     Arch::new().dispatch(|| {
@@ -57,7 +57,7 @@ pub(super) fn squares(lines: &[PanelRow]) -> f64 {
     sums.0.iter().map(|&sum| f64::from(sum)).sum()
 }
 
-/// tanh of every value, by `libm` so that no platform's own changes a run.
+/// tanh of every value, by `libm`, so that no platform's own tanh changes a run.
 pub(super) fn tanh(values: &mut [f32]) {
     values.iter_mut().for_each(|x| *x = libm::tanhf(*x));
 }

@@ -2,7 +2,7 @@
 //! multiplies, and the same bits on every processor.
 //!
 //! A tile of the result stays in registers while the products of its elements are added one after
-//! another by fused multiply-adds, in an order that depends on nothing. Wider vectors compute more
+//! another by fused multiply-adds, in an order that never varies. Wider vectors compute more
 //! elements at once, never parts of one.
 
 #[cfg(test)]
@@ -16,12 +16,12 @@ use super::tiles::{
     ByLanes, Kernel, Sums, Tiles, add_products, array, block, cover, put, vectors, vectors_mut,
 };
 
-/// What becomes of a product's elements before they are stored.
+/// What is done to a product's elements before they are stored.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Finish<T> {
     /// Nothing.
     Keep,
-    /// max(0, x); a NaN stays one, as in PyTorch.
+    /// max(0, x); a NaN stays a NaN, as in PyTorch.
     Relu,
     /// Backward through ReLU: 0 wherever this activation is not positive (so also at 0, as in
     /// PyTorch).
@@ -44,33 +44,33 @@ pub(super) struct Inputs<'a> {
     values: &'a Panels,
     from: usize,
     to: usize,
-    /// What those before `from` have added up to, bias and all.
+    /// The sums over the inputs before `from`, including the bias.
     sums: Option<&'a Panels>,
 }
 
 impl<'a> Inputs<'a> {
-    /// All of them.
+    /// All inputs.
     pub fn all(values: &'a Panels) -> Self {
         Self { values, from: 0, to: values.cols(), sums: None }
     }
 
-    /// The first `count`.
+    /// The first `count` inputs.
     pub fn first(values: &'a Panels, count: usize) -> Self {
         Self { to: count, ..Self::all(values) }
     }
 
-    /// All but the first `count`, which have added up to `sums`.
+    /// All but the first `count` inputs, which have added up to `sums`.
     pub fn rest(values: &'a Panels, count: usize, sums: &'a Panels) -> Self {
         Self { from: count, sums: Some(sums), ..Self::all(values) }
     }
 }
 
-/// `out = finish(inputs * map + start)`. A map of `cols` columns is panels of a line for every
-/// input and one more, which is what every row of the result starts from.
+/// `out = finish(inputs * map + start)`. A map of `cols` columns is panels with a line for every
+/// input and one more, from which every row of the result starts.
 ///
 /// # Panics
-/// If the shapes do not fit together, as in all of this module: layers are fixed and batches are
-/// checked before.
+/// If the shapes do not match, as in all of this module. Layers are fixed, and batches are checked
+/// before.
 pub(super) fn affine(
     inputs: Inputs<'_>,
     map: &[PanelRow],
@@ -104,7 +104,7 @@ pub(super) fn affine(
     });
 }
 
-/// Some panels of [`affine`]'s result, and the columns from the first of them on.
+/// Some panels of [`affine`]'s result, and the number of columns in them.
 struct Affine<'a> {
     inputs: Inputs<'a>,
     sums: Option<&'a [PanelRow]>,
@@ -156,7 +156,7 @@ impl<S: Simd, const V: usize> Sums<S, V> for Products<'_, S, V> {
         for (i, left) in lefts.take(to.div_ceil(WIDTH)).skip(from / WIDTH) {
             let left = &left[row..row + HEIGHT];
             let columns = from.max(i * WIDTH)..to.min((i + 1) * WIDTH);
-            // A whole panel has a loop of its own: it is of known length, and checks no bounds.
+            // A whole panel has its own loop, which is of known length and checks no bounds.
             if columns.len() == WIDTH {
                 let maps: [&[_; WIDTH]; U] = array(|u| &maps[u].as_chunks().0[i]);
                 let line = |column: usize| array(|u| maps[u][column][u % V]);
@@ -223,8 +223,8 @@ impl<S: Simd, T, const V: usize> AffineTiles<'_, S, T, V> {
                 }
             }
             Finish::Mask(activation) => {
-                // HEIGHT lines, not the rest of them: a long loop is unrolled only if its length is
-                // known, and sums that a loop reaches by index live in memory. With AVX-512 an
+                // HEIGHT lines, not all that follow: a long loop is unrolled only if its length is
+                // known, and sums that a loop reaches by index live in memory. With AVX-512, an
                 // update then takes three times as long.
                 let outputs: [_; U] = block(activation, self.rows, panel, row..row + HEIGHT);
                 for (h, sum) in sums.iter_mut().enumerate() {

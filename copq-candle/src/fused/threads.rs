@@ -10,14 +10,14 @@ use copq::error::check_count;
 /// Multiplications below which a product takes less time than waking a thread.
 const WORTH_SHARING: usize = 1 << 21;
 
-/// The caller's thread, and perhaps some more that help it.
+/// The caller's thread, and any others that help it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Threads {
     helpers: Option<Arc<ThreadPool>>,
 }
 
 impl Threads {
-    /// `count` of them; one means the caller's own.
+    /// `count` threads; one means the caller's own.
     pub fn new(count: usize) -> Result<Self> {
         check_count("threads", count)?;
         let start = || rayon::ThreadPoolBuilder::new().num_threads(count - 1).build().map(Arc::new);
@@ -26,12 +26,13 @@ impl Threads {
         Ok(Self { helpers })
     }
 
-    /// How many there are.
+    /// Number of threads, including the caller's.
     pub fn count(&self) -> usize {
         self.helpers.as_ref().map_or(1, |helpers| helpers.current_num_threads() + 1)
     }
 
-    /// How many of a product's panels a thread takes, given how many multiplications it is.
+    /// How many of a product's panels a thread takes, given the product's number of
+    /// multiplications.
     pub fn share(&self, panels: usize, multiplications: usize) -> usize {
         if multiplications < WORTH_SHARING { panels } else { panels.div_ceil(self.count()) }
     }

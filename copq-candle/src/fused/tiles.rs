@@ -12,7 +12,7 @@ pub(super) trait Kernel {
     fn run<S: Simd, const V: usize>(self, simd: S);
 }
 
-/// Finds how many vectors a line is.
+/// Finds how many vectors a line takes.
 pub(super) struct ByLanes<K>(pub K);
 
 impl<K: Kernel> WithSimd for ByLanes<K> {
@@ -41,13 +41,13 @@ pub(super) fn vectors_mut<S: Simd, const V: usize>(lines: &mut [PanelRow]) -> &m
     S::as_mut_simd_f32s(bytemuck::cast_slice_mut(lines)).0.as_chunks_mut().0
 }
 
-/// A result that is computed in tiles of `HEIGHT` lines by `U` vectors, which lie side by side: in
-/// one panel where a line is several vectors, in several panels where it is one.
+/// A result that is computed in tiles of `HEIGHT` lines by `U` vectors. The vectors lie side by
+/// side: in one panel where a line takes several, in several panels where it takes one.
 pub(super) trait Tiles<S: Simd, const V: usize> {
-    /// Computes a tile, from line `first` of a panel on, and has it [`put`] away.
+    /// Computes a tile, from line `first` of a panel on, and stores it with [`put`].
     fn tile<const HEIGHT: usize, const U: usize>(&mut self, panel: usize, first: usize);
 
-    /// Takes in lines of one panel, from `first` on.
+    /// Takes lines of one panel, from `first` on.
     fn put<const HEIGHT: usize>(
         &mut self,
         panel: usize,
@@ -58,7 +58,7 @@ pub(super) trait Tiles<S: Simd, const V: usize> {
 
 /// Where a tile's sums come from.
 pub(super) trait Sums<S: Simd, const V: usize> {
-    /// Those of a tile, from line `first` of a panel on.
+    /// The sums of a tile, from line `first` of a panel on.
     fn sums<const HEIGHT: usize, const U: usize>(
         &self,
         simd: S,
@@ -70,8 +70,8 @@ pub(super) trait Sums<S: Simd, const V: usize> {
 /// Computes `count` lines of `cols` values in tiles.
 ///
 /// With AVX-512 there are 32 registers, and 6 lines of four panels take 10 loads for 24
-/// multiply-adds: fewer than a processor can do beside them, where 16 lines of one take 17 for 16.
-/// Of 16 registers, 6 lines of two vectors fill 12.
+/// multiply-adds, fewer than a processor can do alongside. 16 lines of one panel take 17 for 16.
+/// With 16 registers, 6 lines of two vectors fill 12.
 #[inline(always)]
 pub(super) fn cover<S: Simd, const V: usize>(
     count: usize,
@@ -91,8 +91,8 @@ pub(super) fn cover<S: Simd, const V: usize>(
     }
 }
 
-/// Computes `count` lines of neighbouring panels in tiles of at most `highest` lines. A low tile
-/// waits for its few sums, so the last two share what is left.
+/// Computes `count` lines of neighbouring panels in tiles of at most `highest` lines. A tile of few
+/// lines waits for its few sums, so the last two tiles share the lines that are left.
 #[inline(always)]
 fn column<S: Simd, const V: usize, const PANELS: usize, const U: usize>(
     panel: usize,
@@ -128,8 +128,8 @@ fn tile<S: Simd, const V: usize, const HEIGHT: usize, const U: usize>(
     HEIGHT
 }
 
-/// An array by its indices. The standard library's is not always inlined, and a call has no vectors
-/// of this width.
+/// Makes an array from its indices. The standard library's function is not always inlined, and a
+/// call cannot use vectors of this width.
 #[inline(always)]
 pub(super) fn array<T: Copy, const N: usize>(element: impl Fn(usize) -> T) -> [T; N] {
     let mut array = [element(0); N];
@@ -139,7 +139,8 @@ pub(super) fn array<T: Copy, const N: usize>(element: impl Fn(usize) -> T) -> [T
     array
 }
 
-/// Some lines of the panel that each of a tile's vectors is in; vector `u` is their `u % V`-th.
+/// For each vector of a tile, some lines of the panel that it is in. Vector `u` is the `u % V`-th
+/// of a line.
 #[inline(always)]
 pub(super) fn block<T, const U: usize, const V: usize>(
     matrix: &[[T; V]],
@@ -166,9 +167,10 @@ pub(super) fn add_products<S: Simd, const HEIGHT: usize, const U: usize>(
     }
 }
 
-/// Puts a tile away, with zeros where its sums do not reach.
+/// Stores a tile, with zeros where its sums do not reach.
 ///
-/// The panels are written out: sums that a loop reaches by index would live in memory.
+/// The panels are written out one by one, because sums that a loop reaches by index would live in
+/// memory.
 #[inline(always)]
 pub(super) fn put<S: Simd, const V: usize, const U: usize, const HEIGHT: usize>(
     simd: S,

@@ -1,4 +1,4 @@
-//! A layer's weight turned round, for the way back.
+//! A layer's weight transposed, for the backward pass.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -9,7 +9,7 @@ use crate::shape::Layer;
 const SQUARE: usize = WIDTH * WIDTH;
 
 /// Writes the map from a layer's outputs to its inputs, which starts from zero, given the layer's
-/// own; only the panels of inputs from `first` on.
+/// own map. Only the panels of inputs from `first` on are written.
 pub(super) fn transpose(layer: &Layer, map: &[PanelRow], first: usize, out: &mut Panels) {
     let out = out.reshape(layer.output + 1, layer.input - first * WIDTH);
     Arch::new().dispatch(Transpose { layer, map, first, out });
@@ -39,7 +39,7 @@ impl WithSimd for Transpose<'_> {
     }
 }
 
-/// Writes the columns of at most 16 lines as lines, of which at most 16 are wanted.
+/// Writes the columns of at most 16 lines as lines; at most 16 of these are wanted.
 #[inline(always)]
 fn transpose_rows(lines: &[PanelRow], out: &mut [PanelRow]) {
     let from: &[f32] = bytemuck::cast_slice(lines);
@@ -54,9 +54,8 @@ fn transpose_rows(lines: &[PanelRow], out: &mut [PanelRow]) {
     to.copy_from_slice(&turned[..to.len()]);
 }
 
-/// Transposes by four interleavings: each makes a position's highest bit its lowest, so row and
-/// column change places. The compiler makes vector instructions of them, as it does not of the
-/// plain loops.
+/// Transposes by four interleavings. Each makes a position's highest bit its lowest, so row and
+/// column change places. The compiler vectorises these, but not the plain loops.
 #[inline(always)]
 fn transpose_square(from: &[f32; SQUARE], to: &mut [f32; SQUARE]) {
     let mut a = [0.0; SQUARE];
@@ -67,7 +66,7 @@ fn transpose_square(from: &[f32; SQUARE], to: &mut [f32; SQUARE]) {
     interleave(&a, to);
 }
 
-/// Takes values in turns from the first and the second half.
+/// Takes values alternately from the first and the second half.
 #[inline(always)]
 fn interleave(from: &[f32; SQUARE], to: &mut [f32; SQUARE]) {
     let (upper, lower) = from.split_at(SQUARE / 2);

@@ -19,7 +19,7 @@ use crate::check;
 /// let networks = Networks { activation: Activation::Tanh, ..Networks::default() };
 /// let mut critic = Value::new(&spec, &networks, &mut Rng::new(0, Stream::Init))?;
 ///
-/// // Up everywhere.
+/// // Raise its values everywhere.
 /// let obs = [0.1, 0.2];
 /// let mut values = [[0.0], [0.0]];
 /// critic.values(&obs, &mut values[0])?;
@@ -35,7 +35,7 @@ use crate::check;
 #[derive(Debug)]
 pub struct Value {
     body: Body,
-    /// Of a batch: values, their gradient, and the network's parameters'.
+    /// For a batch: values, their gradient, and that of the network's parameters.
     value: Vec<f32>,
     grad_value: Vec<f32>,
     grad: Vec<PanelRow>,

@@ -1,12 +1,12 @@
-//! Running one task a critic, on the caller's thread or spread over several.
+//! Runs one task per critic, on the caller's thread or spread over several.
 
 use copq::Result;
 
 use super::threads::Threads;
 use super::workspace::Workspace;
 
-/// The threads that share the critics; each critic's numbers come from one thread, so their count
-/// changes no bit.
+/// The threads that share the critics. Each critic is computed by one thread, so the number of
+/// threads changes no bit.
 #[derive(Debug)]
 pub(super) struct Workers {
     threads: Threads,
@@ -15,7 +15,7 @@ pub(super) struct Workers {
 }
 
 impl Workers {
-    /// `threads` of them; one means the caller's own.
+    /// `threads` threads; one means the caller's own.
     pub fn new(threads: usize) -> Result<Self> {
         Ok(Self {
             threads: Threads::new(threads)?,
@@ -23,8 +23,8 @@ impl Workers {
         })
     }
 
-    /// Runs `task` on each item, given its number and its equal share of `chunks`; a thread takes a
-    /// group of neighbours.
+    /// Runs `task` on each item, given its index and its equal share of `chunks`. A thread takes a
+    /// group of neighbouring items.
     pub fn each<T: Send>(
         &mut self,
         items: &mut [T],

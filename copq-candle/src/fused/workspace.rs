@@ -1,4 +1,4 @@
-//! What a pass works on, for one network after another.
+//! The buffers of a pass, for one network after another.
 
 use copq::Result;
 
@@ -13,27 +13,27 @@ use super::transpose::transpose;
 use crate::shape::Layer;
 
 /// Buffers that grow to the largest layer and batch and are then reused, and the threads that share
-/// each product but the last layer's: one unless set. A thread's networks share a workspace, so
+/// each product except the last layer's (one unless set). A thread's networks share a workspace, so
 /// that little of it leaves the cache.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workspace {
     threads: Threads,
-    /// Whether the present layer of a backward pass is the last.
+    /// Whether the current layer of a backward pass is the last.
     is_last: bool,
-    /// Whether the layers below it go back in bf16.
+    /// Whether the backward pass below the last layer is in bf16.
     is_half: bool,
-    /// Hidden layers' outputs, where no backward pass will follow.
+    /// Hidden layers' outputs, if no backward pass will follow.
     outputs: Vec<Panels>,
-    /// dL/d(outputs of the present layer, before their activation).
+    /// dL/d(outputs of the current layer, before their activation).
     delta: Panels,
-    /// What becomes `delta` next.
+    /// The next `delta`.
     below: Panels,
-    /// The first layer's weight turned round, for the columns that are asked for.
+    /// The first layer's weight transposed, for the requested columns.
     turned: Panels,
     halves: Halves,
 }
 
-/// What products in bf16 work on.
+/// Factors of products in bf16.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Halves {
     across: Across,
@@ -43,7 +43,7 @@ pub(super) struct Halves {
 }
 
 impl Workspace {
-    /// An empty one for so many threads.
+    /// An empty workspace for a given number of threads.
     pub fn shared(threads: usize) -> Result<Self> {
         Ok(Self { threads: Threads::new(threads)?, ..Self::default() })
     }
@@ -53,7 +53,7 @@ impl Workspace {
         &self.threads
     }
 
-    /// Buffers for the outputs of so many hidden layers, and what computes them.
+    /// Buffers for the outputs of a given number of hidden layers, and what computes them.
     pub fn outputs(&mut self, layers: usize, in_half: bool) -> (&mut [Panels], Layers<'_>) {
         if self.outputs.len() < layers {
             self.outputs.resize_with(layers, Panels::default);
@@ -67,14 +67,14 @@ impl Workspace {
         Layers::new(&self.threads, &mut self.halves, in_half)
     }
 
-    /// Begins at a network's outputs with dL/doutputs, and goes on in bf16 below the last layer or
-    /// not.
+    /// Begins a backward pass at a network's outputs with dL/doutputs. `in_half` says whether it
+    /// continues in bf16 below the last layer.
     pub fn begin(&mut self, rows: usize, grad: &[f32], in_half: bool) {
         (self.is_last, self.is_half) = (true, in_half);
         self.delta.set(rows, &[grad]);
     }
 
-    /// A step of the present layer's parameters down their gradient, given its inputs.
+    /// Steps the current layer's parameters down their gradient, given its inputs.
     pub fn descend(&mut self, input: &Panels, map: Descent<'_>) {
         let Self { threads, delta, halves: Halves { left, right, .. }, .. } = self;
         if self.is_last {
@@ -88,7 +88,7 @@ impl Workspace {
         }
     }
 
-    /// dL/dparameters of the present layer, laid out as they are, given its inputs.
+    /// dL/dparameters of the current layer, laid out like the parameters, given its inputs.
     pub fn gradient_into(&self, input: &Panels, out: &mut [PanelRow]) {
         if self.is_last {
             last::gradient(input, &self.delta, out);
@@ -97,9 +97,9 @@ impl Workspace {
         }
     }
 
-    /// Goes down to the layer below by the present layer's weight turned round, and back through its
-    /// activation: ReLU passes where the layer's output is positive, any other multiplies by its
-    /// slope.
+    /// Goes through the current layer's transposed weight to the layer below, and back through the
+    /// lower layer's activation. ReLU passes gradients where its output is positive; any other
+    /// activation multiplies them by its slope.
     pub fn step_down(&mut self, turned: &Panels, output: &Panels, slope: Option<&Panels>) {
         let finish = if slope.is_some() { Finish::Keep } else { Finish::Mask(output) };
         let in_half = self.is_half && !self.is_last;
@@ -113,8 +113,7 @@ impl Workspace {
         self.is_last = false;
     }
 
-    /// After [`Workspace::begin`] on the way through the first layer: dL/d(its inputs' columns from
-    /// `first` on).
+    /// Ends a backward pass through the first layer: dL/d(its inputs' columns from `first` on).
     pub fn step_out(&mut self, layer: &Layer, map: &[PanelRow], first: usize, out: &mut [f32]) {
         let panel = first / WIDTH;
         let cols = layer.input - panel * WIDTH;
@@ -126,10 +125,10 @@ impl Workspace {
     }
 }
 
-/// How rows go through layers, forward or back.
+/// Runs rows through layers, forward or backward.
 pub(super) struct Layers<'a> {
     threads: &'a Threads,
-    /// Present if it is in bf16, but for the first layer forward and the last.
+    /// Present for bf16, which excludes the first layer forward and the last layer.
     halves: Option<&'a mut Halves>,
 }
 
@@ -138,7 +137,7 @@ impl<'a> Layers<'a> {
         Self { threads, halves: in_half.then_some(halves) }
     }
 
-    /// What comes out of a layer, in f32.
+    /// Computes a layer's output in f32.
     pub fn in_f32(
         &self,
         input: Inputs<'_>,
@@ -150,7 +149,7 @@ impl<'a> Layers<'a> {
         affine(input, map, cols, finish, out, self.threads);
     }
 
-    /// The same of a layer that may be in bf16.
+    /// The same for a layer that may be in bf16.
     pub fn inner(
         &mut self,
         input: &Panels,

@@ -31,7 +31,7 @@ use crate::{MakeModule, check};
 pub struct Deterministic(Body);
 
 impl Deterministic {
-    /// A multilayer perceptron on a device, with fresh weights: the same as the fused one from an
+    /// A multilayer perceptron on a device, with the same fresh weights as the fused one from an
     /// equal `rng`.
     pub fn new(
         spec: &EnvSpec,
@@ -42,8 +42,8 @@ impl Deterministic {
         Ok(Self(Body::new(None, spec, networks, spec.action_len(), rng, device)?))
     }
 
-    /// A module on a device, with fresh weights from `rng`. It gets an observation and answers with
-    /// one number an action component.
+    /// A module on a device, with fresh weights from `rng`. It maps an observation to one number
+    /// per action component.
     pub fn of_module(
         make: &MakeModule,
         spec: &EnvSpec,

@@ -1,4 +1,4 @@
-//! What actors are made of: a network that reads observations, and its optimiser.
+//! The common part of actors: a network that reads observations, and its optimiser.
 
 use candle_core::backprop::GradStore;
 use candle_core::{Device, Tensor};
@@ -10,22 +10,22 @@ use super::{check_output, failed};
 use crate::learned::Learned;
 use crate::{MakeModule, check};
 
-/// A network from observations to whatever its owner makes of them.
+/// A network from observations to outputs that its owner interprets.
 #[derive(Debug)]
 pub(super) struct Body {
     network: Network,
     observation: usize,
     /// Components of an action.
     pub action: usize,
-    /// Numbers that the network answers with.
+    /// Number of outputs of the network.
     output: usize,
     lr: f64,
     pub device: Device,
 }
 
 impl Body {
-    /// A network with fresh weights drawn from `rng`, a module of a user's making if there is one,
-    /// which answers with `output` numbers.
+    /// A network with `output` outputs and fresh weights drawn from `rng`: the user's module, if
+    /// there is one.
     pub fn new(
         make: Option<&MakeModule>,
         spec: &EnvSpec,

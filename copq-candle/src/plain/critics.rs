@@ -41,7 +41,7 @@ pub struct Critics {
 }
 
 impl Critics {
-    /// `critics` multilayer perceptrons on a device, with fresh weights: the same as the fused ones
+    /// `critics` multilayer perceptrons on a device, with the same fresh weights as the fused ones
     /// from an equal `rng`.
     pub fn new(
         spec: &EnvSpec,
@@ -53,8 +53,8 @@ impl Critics {
         Self::build(None, spec, critics, networks, rng, device)
     }
 
-    /// `critics` modules on a device, each with fresh weights from `rng`. A module gets
-    /// `obs_len + action_len` numbers and answers with one per objective.
+    /// `critics` modules on a device, each with fresh weights from `rng`. A module maps an
+    /// observation and an action, `obs_len + action_len` numbers, to one per objective.
     pub fn of_modules(
         make: &MakeModule,
         spec: &EnvSpec,
@@ -116,7 +116,7 @@ impl Critics {
         Tensor::stack(&q, 0).map_err(failed)
     }
 
-    /// A loss whose gradient to q is what `grad` fills.
+    /// A loss whose gradient with respect to q is what `grad` fills.
     fn loss(&self, q: &Tensor, grad: QGrad<'_>) -> Result<Tensor> {
         loss_of(q, &mut |q, dq| grad(QView::new(q, self.networks.len(), self.objectives)?, dq))
     }

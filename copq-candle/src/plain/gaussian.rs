@@ -33,7 +33,7 @@ use crate::{MakeModule, check};
 pub struct Gaussian(Body);
 
 impl Gaussian {
-    /// A multilayer perceptron on a device, with fresh weights: the same as the fused one from an
+    /// A multilayer perceptron on a device, with the same fresh weights as the fused one from an
     /// equal `rng`.
     pub fn new(
         spec: &EnvSpec,
@@ -44,8 +44,8 @@ impl Gaussian {
         Ok(Self(Body::new(None, spec, networks, 2 * spec.action_len(), rng, device)?))
     }
 
-    /// A module on a device, with fresh weights from `rng`. It gets an observation and answers with
-    /// the means of all action components before the tanh, then their log stds.
+    /// A module on a device, with fresh weights from `rng`. It maps an observation to the means of
+    /// all action components before the tanh, then their log stds.
     pub fn of_module(
         make: &MakeModule,
         spec: &EnvSpec,

@@ -1,5 +1,5 @@
-//! The readable path: candle-nn modules and autograd on any device, the oracle for the fused one,
-//! and the home of architectures of your own.
+//! The readable path: candle-nn modules and autograd on any device. It is the oracle for the fused
+//! path, and your own architectures run on it.
 
 mod actor;
 mod body;
@@ -26,7 +26,7 @@ fn values(tensor: &Tensor) -> candle_core::Result<Vec<f32>> {
     tensor.flatten_all()?.to_vec1()
 }
 
-/// An error unless a module has answered with `rows x width` numbers.
+/// An error unless a module has returned `rows x width` numbers.
 fn check_output(what: &str, output: &Tensor, rows: usize, width: usize) -> Result<()> {
     let wanted = [rows, width];
     if output.dims() == wanted {
@@ -35,11 +35,11 @@ fn check_output(what: &str, output: &Tensor, rows: usize, width: usize) -> Resul
     Err(Error::invalid(what, format!("dimensions {wanted:?}"), format!("{:?}", output.dims())))
 }
 
-/// Shown an output's values, fills the loss's gradient to them.
+/// Given an output's values, fills the loss's gradient with respect to them.
 type Fill<'a> = &'a mut dyn FnMut(&[f32], &mut [f32]) -> Result<()>;
 
-/// A loss whose gradient to `output` is what `fill` makes of its values: sum(output * gradient),
-/// the gradient a constant.
+/// A loss whose gradient with respect to `output` is what `fill` computes from its values:
+/// sum(output * gradient), with the gradient as a constant.
 fn loss_of(output: &Tensor, fill: Fill<'_>) -> Result<Tensor> {
     let shown = values(output).map_err(failed)?;
     let mut gradient = vec![0.0; shown.len()];

@@ -20,7 +20,7 @@ pub(super) struct Network {
     online: Box<dyn Module + Send>,
     target: Box<dyn Module + Send>,
     variables: Vec<Variable>,
-    /// What the variables are called, and where each lies among the numbers of a [`Learned`].
+    /// The variables' names, and where each lies in the buffers of a [`Learned`].
     arrays: Vec<Array>,
     steps: u64,
 }
@@ -73,7 +73,7 @@ impl Network {
         Ok(Self { online, target, variables, arrays, steps: 0 })
     }
 
-    /// An error for a module with a part that would never learn, for no gradient reaches it.
+    /// An error for a module with a part that would never learn, because no gradient reaches it.
     pub fn check_gradients(&self, input: usize, device: &Device) -> copq::Result<()> {
         let rows = Var::ones((2, input), DType::F32, device).map_err(failed)?;
         let output = self.forward(Net::Online, &rows).map_err(failed)?;
@@ -96,7 +96,7 @@ impl Network {
         &self.arrays
     }
 
-    /// `rows x input` to `rows x output`.
+    /// Maps `rows x input` to `rows x output`.
     pub fn forward(&self, net: Net, input: &Tensor) -> Result<Tensor> {
         match net {
             Net::Online => self.online.forward(input),
@@ -138,7 +138,7 @@ impl Network {
         })
     }
 
-    /// Replaces what was learned; it must be of the same arrays.
+    /// Replaces what was learned; it must have the same arrays.
     pub fn set_learned(&mut self, learned: &Learned) -> copq::Result<()> {
         self.steps = learned.steps;
         self.place(learned).map_err(failed)
@@ -168,7 +168,7 @@ impl Network {
     }
 }
 
-/// An error unless a module that was made twice asked for the same variables twice.
+/// An error unless a module that was made twice asked for the same variables both times.
 fn check_alike(online: &[(String, Var)], target: &[(String, Var)]) -> Result<()> {
     let shapes = |variables: &[(String, Var)]| -> Vec<String> {
         variables.iter().map(|(name, var)| format!("{name} {:?}", var.dims())).collect()

@@ -1,4 +1,4 @@
-//! The multilayer perceptron of all backends, of candle-nn's linear layers.
+//! The multilayer perceptron of all backends, made of candle-nn's linear layers.
 
 use candle_core::{DType, Device, Module, Result, Tensor};
 use candle_nn::{Linear, VarBuilder, linear};
@@ -43,7 +43,7 @@ impl Module for Perceptron {
     }
 }
 
-/// A module of a user's making, or else the perceptron of all backends.
+/// The user's module, or else the perceptron of all backends.
 pub(super) fn network(
     make: Option<&MakeModule>,
     input: usize,
@@ -62,7 +62,7 @@ pub(super) fn network(
     }
 }
 
-/// A network of this shape whose fresh weights are those of the fused one from an equal `rng`.
+/// A network of this shape, with the same fresh weights as the fused one from an equal `rng`.
 fn perceptron(
     shape: &Shape,
     networks: &Networks,
@@ -75,7 +75,7 @@ fn perceptron(
         let module = Perceptron::new(&vars, &layers, activation)?;
         Ok(Box::new(module) as Box<dyn Module + Send>)
     };
-    // The layers know their widths, and what is drawn here is replaced.
+    // The layers know their widths, and the weights drawn here are replaced.
     let mut unused = Rng::new(0, Stream::Init);
     let mut network = Network::new(&make, 0, 0, &mut unused, device).map_err(failed)?;
     network.set_learned(&Learned::new(shape, networks.init, rng))?;

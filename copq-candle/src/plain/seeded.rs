@@ -14,13 +14,13 @@ use copq::Rng;
 pub(super) struct Variables(Arc<Mutex<Vec<(String, Var)>>>);
 
 impl Variables {
-    /// What has been made so far.
+    /// The variables made so far.
     pub fn taken(&self) -> Vec<(String, Var)> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
-/// Makes variables by candle's rules (`Init`) from a generator of ours.
+/// Makes variables by candle's rules (`Init`) from our own generator.
 pub(super) struct Seeded {
     pub variables: Variables,
     pub rng: Mutex<Rng>,

@@ -1,11 +1,10 @@
-//! Products of numbers of sixteen bits (bf16), for which some processors have an instruction.
+//! Products of sixteen-bit numbers (bf16), for which some processors have an instruction.
 //!
-//! What they are is defined once, for every processor. Both factors are rounded to the nearest
-//! bf16, ties to even; what is below 2^-55 becomes zero, so that no sum is ever too small for a
-//! normal number. The products of two bf16 are exact in f32, and are added by fused multiply-adds
-//! in pairs, the odd one of a pair first: 1, 0, 3, 2 and so on, with a zero where there is none.
-//! This is what the instruction does, and what f32's products do with rounded factors that lie in
-//! this order.
+//! One definition holds for every processor. Both factors are rounded to the nearest bf16, ties to
+//! even. Factors below 2^-55 become zero, so that no sum is ever too small for a normal number.
+//! Products of two bf16 are exact in f32. They are added by fused multiply-adds in pairs, the odd
+//! one of a pair first: 1, 0, 3, 2 and so on, with a zero where one is missing. The instruction
+//! does this, and so do the f32 products on rounded factors that lie in this order.
 
 #[cfg(target_arch = "x86_64")]
 mod packed;
@@ -20,7 +19,7 @@ use super::product::{self, Finish, Inputs};
 use super::threads::Threads;
 use super::tiles::{ByLanes, Kernel, vectors, vectors_mut};
 
-/// The left factor of [`affine`], whose columns are added up.
+/// The left factor of [`affine`]; its columns are summed over.
 #[derive(Clone, Debug)]
 pub(super) enum Across {
     /// Rounded, neighbouring columns exchanged.
@@ -30,7 +29,7 @@ pub(super) enum Across {
     Packed(packed::Across),
 }
 
-/// A factor whose rows are added up: the map of [`affine`], and both of [`descend`].
+/// A factor whose rows are summed over: the map of [`affine`], and both factors of [`descend`].
 #[derive(Clone, Debug)]
 pub(super) enum Down {
     /// Rounded, neighbouring rows exchanged.
@@ -63,7 +62,7 @@ impl Default for Down {
 }
 
 impl Across {
-    /// Becomes a matrix.
+    /// Takes the values of a matrix.
     pub fn set(&mut self, from: &Panels) {
         match self {
             Self::Rounded(to) => {
@@ -77,7 +76,7 @@ impl Across {
 }
 
 impl Down {
-    /// Becomes a matrix.
+    /// Takes the values of a matrix.
     pub fn set(&mut self, from: &Panels) {
         match self {
             Self::Rounded(to) => {
@@ -92,8 +91,8 @@ impl Down {
         }
     }
 
-    /// Becomes a map of so many columns. What its result starts from, the last line of a panel, is
-    /// not rounded, but zero below 2^-100.
+    /// Takes the values of a map of `cols` columns. The last line of a panel, from which its result
+    /// starts, is not rounded, but becomes zero below 2^-100.
     pub fn set_map(&mut self, map: &[PanelRow], cols: usize) {
         match self {
             Self::Rounded(to) => {
@@ -112,10 +111,10 @@ impl Down {
     }
 }
 
-/// `out = finish(left * map + start)`; the packed kind on one thread.
+/// `out = finish(left * map + start)`; the packed kind runs on one thread.
 ///
 /// # Panics
-/// If the shapes do not fit together or the two are of different kinds, as in all of this module.
+/// If the shapes do not match or the two factors are of different kinds, as in all of this module.
 pub(super) fn affine(
     left: &Across,
     map: &Down,
@@ -134,8 +133,8 @@ pub(super) fn affine(
     }
 }
 
-/// One step of a map along `left^T right` and the sums of `right`'s columns; the packed kind on one
-/// thread.
+/// One step of a map along `left^T right` and the sums of `right`'s columns; the packed kind runs
+/// on one thread.
 pub(super) fn descend(left: &Down, right: &Down, map: Descent<'_>, threads: &Threads) {
     match (left, right) {
         (Down::Rounded(left), Down::Rounded(right)) => {
@@ -148,10 +147,10 @@ pub(super) fn descend(left: &Down, right: &Down, map: Descent<'_>, threads: &Thr
     }
 }
 
-/// Below this a factor is zero: then every product is a multiple of 2^-124.
+/// Factors below this become zero, so that every product is a multiple of 2^-124.
 const TINY: f32 = f32::from_bits((127 - 55) << 23);
 
-/// Below this a start is zero.
+/// Starts below this become zero.
 const TINY_START: f32 = f32::from_bits((127 - 100) << 23);
 
 /// The nearest bf16, ties to even; zero below 2^-55. NaN stays NaN.
@@ -167,17 +166,17 @@ fn round<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     simd.select_f32s(simd.equal_f32s(x, x), rounded, simd.splat_f32s(f32::NAN))
 }
 
-/// A line that a result starts from.
+/// A line that a result starts from, with small values set to zero.
 fn start(line: &PanelRow) -> PanelRow {
     PanelRow(line.0.map(|x| if x.abs() < TINY_START { 0.0 } else { x }))
 }
 
-/// The next even number.
+/// Rounds up to an even number.
 fn even(count: usize) -> usize {
     count.next_multiple_of(2)
 }
 
-/// Rounds lines and exchanges neighbours, with zeros after an odd number.
+/// Rounds lines and exchanges neighbouring ones, with zeros after an odd number of lines.
 struct Rows<'a> {
     from: &'a [PanelRow],
     to: &'a mut [PanelRow],
@@ -198,7 +197,7 @@ impl Kernel for Rows<'_> {
     }
 }
 
-/// Rounds lines and exchanges the neighbours in each.
+/// Rounds lines and exchanges neighbouring values in each.
 struct Columns<'a> {
     from: &'a [PanelRow],
     to: &'a mut [PanelRow],

@@ -1,4 +1,4 @@
-//! bf16 two in a word: the products of processors with AVX512-BF16.
+//! Two bf16 in a word: the products for processors with AVX512-BF16.
 //!
 //! The two instructions that `pulp` does not wrap are the only unsafe code.
 #![allow(unsafe_code)]
@@ -20,7 +20,7 @@ use super::{TINY, start};
 pub use products::{affine, gradient};
 
 pulp::simd_type! {
-    /// A processor with the instruction, and all that [`V4`] has.
+    /// A processor with the instruction and everything that [`V4`] has.
     pub struct Bf16 {
         sse: "sse",
         sse2: "sse2",
@@ -55,8 +55,8 @@ struct Words([u32; WIDTH]);
 #[repr(C, align(32))]
 struct RowWords([u32; WIDTH / 2]);
 
-/// The instruction, if this processor has it and gains by it. AMD's do twice as many multiply-adds
-/// by it as by f32's; Intel's Sapphire Rapids does half as many (bench/RESULTS.md).
+/// The instruction, if this processor has it and gains from it. AMD's do twice as many
+/// multiply-adds with it as in f32; Intel's Sapphire Rapids does half as many (bench/RESULTS.md).
 pub fn where_faster() -> Option<Bf16> {
     let vendor = __cpuid(0);
     // "AuthenticAMD" in three registers.
@@ -64,8 +64,8 @@ pub fn where_faster() -> Option<Bf16> {
     Bf16::try_new().filter(|&bf16| is_amd && is_as_defined(bf16))
 }
 
-/// Whether the instruction does what [`super`] says. Beside 2^24 a one is lost and a two is not, so
-/// the order of a pair shows.
+/// Whether the instruction does what [`super`] defines. Added to 2^24, a one is lost and a two is
+/// not, which reveals the order within a pair.
 fn is_as_defined(bf16: Bf16) -> bool {
     let large = 2f32.powi(24);
     [(1.0, 1.0), (1.0, 2.0), (2.0, 1.0)].into_iter().all(|(even, odd)| {
@@ -76,7 +76,7 @@ fn is_as_defined(bf16: Bf16) -> bool {
     })
 }
 
-/// See [`super::Across`]: panel by panel, a row's eight pairs of columns.
+/// See [`super::Across`]: panel by panel, each row's eight pairs of columns.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Across {
     bf16: Bf16,
@@ -115,7 +115,7 @@ impl NullaryFnOnce for PackAcross<'_> {
     }
 }
 
-/// See [`super::Down`]: panel by panel, a pair of rows' sixteen columns.
+/// See [`super::Down`]: panel by panel, sixteen columns of each pair of rows.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Down {
     bf16: Bf16,
@@ -142,7 +142,7 @@ impl Down {
         self.starts.extend(map.chunks_exact(lines).map(|panel| start(&panel[lines - 1])));
     }
 
-    /// The first `rows` of every `lines` lines.
+    /// Packs the first `rows` of every `lines` lines.
     fn pack(&mut self, from: &[PanelRow], lines: usize, rows: usize, cols: usize) {
         (self.rows, self.cols) = (rows, cols);
         let pairs = self.pairs();
@@ -184,7 +184,7 @@ impl NullaryFnOnce for PackDown<'_> {
     }
 }
 
-/// All that [`Bf16`] is besides.
+/// Everything in [`Bf16`] except the instruction itself.
 #[inline(always)]
 fn v4(bf16: Bf16) -> V4 {
     let Bf16 { sse, sse2, fxsr, sse3, ssse3, sse4_1, sse4_2, popcnt, avx, avx2, .. } = bf16;
@@ -215,8 +215,8 @@ fn v4(bf16: Bf16) -> V4 {
 /// sum + the odd products, then + the even ones, lane by lane.
 #[inline(always)]
 fn dot(_: Bf16, sum: f32x16, pair: u32, words: &Words) -> f32x16 {
-    // SAFETY: the token says that the processor has the instruction. All types are 64 bytes of
-    // plain numbers, for which every pattern of bits is a value.
+    // SAFETY: the token proves that the processor has the instruction. All types are 64 bytes of
+    // plain numbers, for which every bit pattern is valid.
     unsafe {
         let pair: __m512bh = transmute::<[u32; WIDTH], _>([pair; WIDTH]);
         let words: __m512bh = transmute::<__m512i, _>(transmute::<Words, __m512i>(*words));
@@ -224,13 +224,13 @@ fn dot(_: Bf16, sum: f32x16, pair: u32, words: &Words) -> f32x16 {
     }
 }
 
-/// [`super::round`], the upper halves alone; a NaN keeps its sign and what fits of its payload.
+/// [`super::round`], but only the upper halves. A NaN keeps its sign and what fits of its payload.
 #[inline(always)]
 fn round(bf16: Bf16, x: f32x16) -> u16x16 {
     let simd = v4(bf16);
     let is_tiny = simd.less_than_f32s(simd.abs_f32s(x), simd.splat_f32s(TINY));
-    // SAFETY: the token says that the processor has the instruction. Both types are plain numbers
-    // of the size that they become, for which every pattern of bits is a value.
+    // SAFETY: the token proves that the processor has the instruction. Both types are plain numbers
+    // of the size that they become, for which every bit pattern is valid.
     unsafe {
         let x = transmute::<f32x16, __m512>(x);
         transmute::<__m256bh, u16x16>(_mm512_maskz_cvtneps_pbh(!is_tiny.0, x))

@@ -88,7 +88,7 @@ impl Sums<V4, 1> for Rows<'_> {
     }
 }
 
-/// The gradient of a map, panel by panel into a sink as long as the map.
+/// Computes the gradient of a map, panel by panel, for a sink as long as the map.
 pub fn gradient(left: &Down, right: &Down, sink: impl Sink) {
     assert_eq!(right.rows, left.rows, "rows of a gradient");
     left.bf16.vectorize(Gradient { left, right, sink });
@@ -125,7 +125,7 @@ impl<K: Sink> NullaryFnOnce for Gradient<'_, K> {
     }
 }
 
-/// The sums of the part of a gradient of one panel of inputs.
+/// The sums for the part of a gradient that belongs to one panel of inputs.
 struct Columns<'a> {
     bf16: Bf16,
     left: &'a [Words],
