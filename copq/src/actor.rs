@@ -1,4 +1,4 @@
-//! The policy's seam: actions from observations and noise, and one gradient step on them.
+//! The interface of policies: actions from observations and noise, and one gradient step on them.
 
 use crate::{Error, Net, Result, State};
 
@@ -11,7 +11,7 @@ pub struct Sample<'a> {
     pub log_prob: Option<&'a [f32]>,
 }
 
-/// dL/daction (`rows x action`) and, of a stochastic policy, dL/dlog_prob (`rows`), to be filled.
+/// dL/daction (`rows x action`) and, for a stochastic policy, dL/dlog_prob (`rows`), to be filled.
 #[derive(Debug)]
 pub struct SampleGrad<'a> {
     /// dL/daction.
@@ -23,13 +23,13 @@ pub struct SampleGrad<'a> {
 /// Given sampled actions, fills their gradients.
 pub type ActionGrad<'a> = &'a mut dyn FnMut(Sample<'_>, SampleGrad<'_>) -> Result<()>;
 
-/// A policy. Deterministic ones have a mode alone; stochastic ones are reparameterised: their noise
-/// comes from outside, as standard normals.
+/// A policy. Deterministic policies have only a mode. Stochastic policies are reparameterised:
+/// their noise comes from outside, as standard normals.
 ///
 /// ```
 /// use copq::{ActionGrad, Actor, Net, Result, Sample, SampleGrad};
 ///
-/// /// A deterministic policy: a = w s, for one number seen and one moved.
+/// /// A deterministic policy: a = w s, for one observed number and one action.
 /// struct Proportional {
 ///     online: f32,
 ///     target: f32,
@@ -62,7 +62,7 @@ pub type ActionGrad<'a> = &'a mut dyn FnMut(Sample<'_>, SampleGrad<'_>) -> Resul
 ///     // Left out here: update_target; save and load, for runs; export and import, for policies.
 /// }
 ///
-/// // A step towards a = 0.5 where 1 is seen, down the gradient a - 0.5.
+/// // A step towards a = 0.5 for the observation 1, down the gradient a - 0.5.
 /// let mut actor = Proportional { online: 0.0, target: 0.0 };
 /// actor.improve(&[1.0], &[], &mut |sample, grad| {
 ///     grad.action[0] = sample.action[0] - 0.5;
@@ -77,13 +77,13 @@ pub trait Actor: Send {
     /// Length of an action.
     fn action_len(&self) -> usize;
 
-    /// Standard normals that one row needs: 0 for a deterministic policy.
+    /// The number of standard normals that one row needs: 0 for a deterministic policy.
     fn noise_len(&self) -> usize {
         0
     }
 
-    /// Writes the policy's mode for a batch of observations: of a deterministic policy its action,
-    /// of a Gaussian one the action at zero noise.
+    /// Writes the policy's mode for a batch of observations: a deterministic policy's action, or a
+    /// Gaussian policy's action at zero noise.
     fn mode(&mut self, net: Net, obs: &[f32], action: &mut [f32]) -> Result<()>;
 
     /// Writes a stochastic policy's actions (`rows x action`) and log pi(a|s) (`rows`) for a batch
@@ -104,7 +104,7 @@ pub trait Actor: Send {
     fn improve(&mut self, obs: &[f32], noise: &[f32], grad: ActionGrad<'_>) -> Result<()>;
 
     /// Writes d(grad_action . action)/dnoise of a stochastic online policy, `rows x noise_len()`:
-    /// which way of the noise moves the actions along `grad_action`.
+    /// the direction of the noise that moves the actions along `grad_action`.
     fn noise_grad(
         &mut self,
         _obs: &[f32],
@@ -118,14 +118,14 @@ pub trait Actor: Send {
     /// Polyak averaging: target <- (1 - tau) target + tau online.
     fn update_target(&mut self, tau: f32) -> Result<()>;
 
-    /// Writes the online parameters alone, as a policy's file has them: `layer.0.weight` (output x
+    /// Writes only the online parameters, named as in a policy's file: `layer.0.weight` (output x
     /// input) and so on.
     fn export(&self, _state: &mut State) -> Result<()> {
         Err(Error::Unsupported { what: "this actor has no Actor::export".to_owned() })
     }
 
-    /// Takes what [`Actor::export`] wrote; targets become equal to it and the optimiser begins
-    /// anew.
+    /// Restores what [`Actor::export`] wrote. The targets become equal to it, and the optimiser
+    /// starts afresh.
     fn import(&mut self, _state: &State) -> Result<()> {
         Err(Error::Unsupported { what: "this actor has no Actor::import".to_owned() })
     }

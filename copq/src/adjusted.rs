@@ -1,11 +1,12 @@
-//! The same world under other limits and weights, and in another order.
+//! The same environment with different limits and weights, and in a different order.
 
 use crate::error::check_len;
 use crate::on_policy::shows_budgets;
 use crate::{Env, EnvSpec, Error, Objective, Outcome, Result, State};
 
-/// An environment whose costs have other limits, and whose objectives other weights or another
-/// order: what an episode may cost, and what counts how much and comes first, is the user's to say.
+/// An environment with different limits of its costs, and different weights or a different order of
+/// its objectives. The user decides what an episode may cost, what counts how much, and what comes
+/// first.
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
@@ -23,24 +24,25 @@ use crate::{Env, EnvSpec, Error, Objective, Outcome, Result, State};
 pub struct AdjustedEnv<E> {
     env: E,
     spec: EnvSpec,
-    /// Where each objective comes from, and what the world wrote; empty in the world's own order.
+    /// The original position of each objective, and what the environment wrote; both are empty in
+    /// the environment's own order.
     from: Vec<usize>,
     reward: Vec<f32>,
 }
 
 impl<E: Env> AdjustedEnv<E> {
-    /// The world as it is.
+    /// Wraps an environment and changes nothing yet.
     pub fn new(env: E) -> Self {
         Self { spec: env.spec().clone(), env, from: Vec::new(), reward: Vec::new() }
     }
 
-    /// Sets the limits of costs by their names.
+    /// Sets the limits of costs by name.
     pub fn limits<'a>(mut self, limits: impl IntoIterator<Item = (&'a str, f64)>) -> Result<Self> {
         let mut limits = limits.into_iter().peekable();
         if limits.peek().is_some() && shows_budgets(&self.spec) {
             let what = format!("limits of '{}'", self.spec.name);
             let wanted =
-                "a world whose budgets are not made of limits yet (Saute goes around this)";
+                "an environment whose budgets are not made of limits yet (Saute goes around this)";
             return Err(Error::invalid(what, wanted, "one with budgets in sight"));
         }
         for (name, limit) in limits {
@@ -59,7 +61,7 @@ impl<E: Env> AdjustedEnv<E> {
         Ok(self)
     }
 
-    /// Sets weights as [`read_weights`] reads them.
+    /// Sets weights, in the format of [`read_weights`].
     pub fn weights(mut self, weights: &str) -> Result<Self> {
         for (objective, weight) in read_weights(weights, &self.spec.names())? {
             self.spec.objectives[objective].weight = weight;
@@ -68,12 +70,12 @@ impl<E: Env> AdjustedEnv<E> {
         Ok(self)
     }
 
-    /// Puts the objectives in another order, highest priority first: names with commas between, or
-    /// first letters, such as `vsc` (velocity, safety, control), each once. Weights and limits
-    /// follow, and the entropy bonus stays with its objective.
+    /// Puts the objectives in a different order, highest priority first. The order is given as
+    /// names separated by commas, or as first letters, such as `vsc` (velocity, safety, control),
+    /// each once. Weights and limits follow, and the entropy bonus stays with its objective.
     ///
-    /// Only methods that know priorities care: for Cholesky the order says whose uncertainty is
-    /// answered for first.
+    /// The order matters only to methods that use priorities. For Cholesky, it says whose
+    /// uncertainty is accounted for first.
     pub fn order(self, order: &str) -> Result<Self> {
         let names = self.spec.names();
         let objectives: Vec<&str> = match order.contains(',') || names.contains(&order) {
@@ -95,25 +97,26 @@ impl<E: Env> AdjustedEnv<E> {
             entropy: self.spec.entropy_objective().map(|i| names[i].to_owned()),
             ..self.spec.clone()
         };
-        // Of an order that was given before.
+        // Positions in the environment itself, even if an order was given before.
         let own = |i: usize| self.from.get(i).copied().unwrap_or(i);
         let from: Vec<_> = from.into_iter().map(own).collect();
         Ok(Self { reward: vec![0.0; from.len()], env: self.env, spec, from })
     }
 
-    /// The world as it describes itself.
+    /// The environment as it describes itself.
     pub fn env(&self) -> &E {
         &self.env
     }
 
-    /// The same, which must not be reset or stepped behind this one's back.
+    /// The environment itself, which must not be reset or stepped behind the wrapper's back.
     pub fn env_mut(&mut self) -> &mut E {
         &mut self.env
     }
 }
 
-/// Weights as people write them, each with the number of its objective: by name, such as
-/// `control=0.5,velocity=2`, or one for each objective in the world's order, such as `1,2,0.5`.
+/// Reads weights as people write them, each with the number of its objective. They are given by
+/// name, such as `control=0.5,velocity=2`, or as one for each objective in the environment's order,
+/// such as `1,2,0.5`.
 ///
 /// ```
 /// let weights = copq::read_weights("speed=3", &["heat", "speed"])?;
@@ -151,7 +154,7 @@ pub fn read_weights(weights: &str, names: &[&str]) -> Result<Vec<(usize, f32)>> 
     }
 }
 
-/// The one name that begins with a letter.
+/// The only name that begins with a letter.
 fn only<'a>(names: &[&'a str], letter: char) -> Result<&'a str> {
     let mut found = names.iter().filter(|name| name.starts_with(letter));
     match (found.next(), found.next()) {
@@ -189,7 +192,7 @@ impl<E: Env> Env for AdjustedEnv<E> {
             return self.env.step(action, obs, reward);
         }
         check_len("reward", reward.len(), self.from.len())?;
-        // What the world does not write is seen as such, and not as the last step's.
+        // What the environment does not write is seen as NaN, and not as the last step's value.
         self.reward.fill(f32::NAN);
         let outcome = self.env.step(action, obs, &mut self.reward)?;
         reward.iter_mut().zip(&self.from).for_each(|(reward, &i)| *reward = self.reward[i]);

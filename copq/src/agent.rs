@@ -1,4 +1,4 @@
-//! What a training loop needs of a learner, whatever the algorithm.
+//! What a training loop needs from a learner, whatever the algorithm.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::{EnvSpec, Error, Observer, Outcome, Result, State};
 /// # let backend = Still;
 /// use copq::{Agent, EnvSpec, Learner, Method, Mode};
 ///
-/// // A learner whose policy always says 0.
+/// // A learner whose policy always returns 0.
 /// let spec = EnvSpec::new("cart", 2, 1).reward("safety", 1.0).reward("speed", 1.0);
 /// let mut learner = Learner::new(Method::cop_td3(), &spec, &backend, 0)?;
 /// let mut action = [0.0];
@@ -62,9 +62,9 @@ pub struct Transition<'a> {
     pub outcome: Outcome,
 }
 
-/// A learner that acts.
+/// Something that acts, and may learn.
 ///
-/// A rule written by hand is an agent too, and is evaluated like one that learns:
+/// A rule written by hand is also an agent, and is evaluated like one that learns:
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
@@ -92,64 +92,65 @@ pub struct Transition<'a> {
 /// # Ok::<(), copq::Error>(())
 /// ```
 pub trait Agent: Send {
-    /// The seed that all its random numbers come from, and with them a
-    /// [`Trainer`](crate::Trainer)'s episodes.
+    /// The seed from which all its random numbers come, and also the episodes of a
+    /// [`Trainer`](crate::Trainer).
     fn seed(&self) -> u64;
 
-    /// gamma, the discount of its values, which evaluation compares with discounted returns.
+    /// gamma, the discount of its values. Evaluation compares them with discounted returns.
     fn discount(&self) -> f64;
 
-    /// An error for a world that it was not made for: another task, other objectives or another
-    /// order of them.
+    /// An error for an environment that the agent was not made for: one with a different task,
+    /// different objectives or a different order of them.
     fn check_spec(&self, _spec: &EnvSpec) -> Result<()> {
         Ok(())
     }
 
-    /// Makes room for so many worlds that take their steps together; what had been gathered of an
-    /// epoch is forgotten. The default is an error for more than one.
-    fn prepare(&mut self, worlds: usize) -> Result<()> {
-        if worlds == 1 {
+    /// Makes room for a given number of environments that step together, and discards what was
+    /// gathered of an epoch. The default is an error for more than one.
+    fn prepare(&mut self, envs: usize) -> Result<()> {
+        if envs == 1 {
             return Ok(());
         }
-        Err(Error::invalid("worlds of an agent that learns from one at a time", 1, worlds))
+        Err(Error::invalid("environments of an agent that learns from one at a time", 1, envs))
     }
 
-    /// Says that an episode has begun, in the world attended to last. One that goes on after
-    /// [`Agent::load`] does not begin, and evaluation, which may come in the middle of one, does not
-    /// call it: a rule with a memory knows an evaluation's episodes by [`Mode::Exploit`] alone.
+    /// Reports that an episode has begun in the environment of the last [`Agent::attend`]. An
+    /// episode that resumes after [`Agent::load`] does not begin. Evaluation, which may come in the
+    /// middle of an episode, does not call this: a rule with a memory recognises evaluation
+    /// episodes only by [`Mode::Exploit`].
     fn begin_episode(&mut self) {}
 
-    /// Says which world the next [`Agent::act`] or [`Agent::observe`] is about, counted from 0.
-    fn attend(&mut self, _world: usize) {}
+    /// Selects the environment, counted from 0, of the next [`Agent::act`] or [`Agent::observe`].
+    fn attend(&mut self, _env: usize) {}
 
     /// Writes an action in [-1, 1] for one observation.
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()>;
 
-    /// Takes in one transition; a rule that does not learn has no use for it. On-policy learners
-    /// store the sample that they drew, so an action that was overridden is learned as if it had
-    /// been taken, and each is observed once.
+    /// Takes in one transition. A rule that does not learn has no use for it. On-policy learners
+    /// store the sample that they drew, so they learn from an overridden action as if it had been
+    /// taken. They observe each action once.
     fn observe(&mut self, _transition: Transition<'_>) -> Result<()> {
         Ok(())
     }
 
-    /// Does the learning that one environment step is worth: nothing during the warm-up, then
+    /// Does the learning for one environment step: nothing during the warm-up, then
     /// [`Config::updates_per_step`](crate::Config) updates.
     fn update(&mut self, _log: &mut dyn Observer) -> Result<()> {
         Ok(())
     }
 
-    /// Whether the episode that runs shall end here, before its time, and not be counted: on-policy
-    /// learners begin their epochs with new ones.
+    /// Whether the running episode should end here, before its time, and not be counted: on-policy
+    /// learners begin their epochs with new episodes.
     fn ends_episode(&self) -> bool {
         false
     }
 
-    /// What the agent believes that this action will return, discounted, a number for each
-    /// objective: the critics' mean Q(s, a), or on-policy V(s). NaN for an objective without a
-    /// critic of its own.
+    /// Writes the discounted return that the agent expects from this action, one number per
+    /// objective: the critics' mean Q(s, a), or V(s) for on-policy learners. NaN for an objective
+    /// without its own critic.
     fn value(&mut self, obs: &[f32], action: &[f32], q: &mut [f32]) -> Result<()>;
 
-    /// Writes what acting takes to a small file, for [`Policy::read`](crate::Policy::read).
+    /// Writes what is needed to act to a small file, for [`Policy::read`](crate::Policy::read).
     fn save_policy(&self, _path: &Path) -> Result<()> {
         Err(Error::Unsupported { what: "this agent has no policy to write".to_owned() })
     }
@@ -159,7 +160,7 @@ pub trait Agent: Send {
         Err(Error::cannot_be_saved("this agent", "Agent"))
     }
 
-    /// Restores what [`Agent::save`] wrote; the next update is then the same, bit for bit.
+    /// Restores what [`Agent::save`] wrote. The next update is then the same, bit for bit.
     fn load(&mut self, _state: &State) -> Result<()> {
         Err(Error::cannot_be_saved("this agent", "Agent"))
     }
@@ -178,16 +179,16 @@ impl<A: Agent + ?Sized> Agent for Box<A> {
         self.as_ref().check_spec(spec)
     }
 
-    fn prepare(&mut self, worlds: usize) -> Result<()> {
-        self.as_mut().prepare(worlds)
+    fn prepare(&mut self, envs: usize) -> Result<()> {
+        self.as_mut().prepare(envs)
     }
 
     fn begin_episode(&mut self) {
         self.as_mut().begin_episode();
     }
 
-    fn attend(&mut self, world: usize) {
-        self.as_mut().attend(world);
+    fn attend(&mut self, env: usize) {
+        self.as_mut().attend(env);
     }
 
     fn act(&mut self, obs: &[f32], mode: Mode, action: &mut [f32]) -> Result<()> {

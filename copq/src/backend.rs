@@ -1,15 +1,15 @@
-//! The seam to a tensor library: who builds the networks.
+//! The interface to a tensor library, which builds the networks.
 
 use crate::on_policy::{GaussianPolicy, StateValue};
 use crate::{Actor, Critic, EnvSpec, Error, Networks, Result, Rng};
 
 /// Builds the networks of a [`Learner`](crate::Learner): `copq_candle::Candle`, or your own.
 ///
-/// A backend knows shapes, activations and step sizes ([`Networks`]) and no algorithm: how many
-/// critics there are and what becomes of their values is the [`Method`](crate::Method)'s. Weights
-/// come from `rng` alone, so that a seed gives the same networks every time.
+/// A backend knows shapes, activations and step sizes ([`Networks`]), but no algorithm: the
+/// [`Method`](crate::Method) decides how many critics there are and what happens to their values.
+/// Weights come only from `rng`, so a seed gives the same networks every time.
 ///
-/// Another backend with one thing changed is a backend:
+/// A backend can wrap another one and change one thing:
 ///
 /// ```
 /// use copq::{Actor, ActorKind, Backend, Critic, EnvSpec, Networks, Result, Rng};
@@ -107,7 +107,7 @@ pub enum ActorKind {
     Deterministic,
     /// A Gaussian, squashed by tanh (SAC).
     Gaussian,
-    /// A Gaussian that nothing squashes, with deviations of its own (PPO). Learners do not ask for
-    /// it by [`Backend::actor`] but by [`Backend::policy`]; a stored policy does.
+    /// A Gaussian that is not squashed, with its own deviations (PPO). Learners ask for it through
+    /// [`Backend::policy`]; a stored policy asks for it through [`Backend::actor`].
     Normal,
 }

@@ -1,4 +1,4 @@
-//! What the author of an environment runs first: does it keep the contract that learners rely on?
+//! A first check of an environment: does it keep the contract that learners rely on?
 
 use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -9,7 +9,7 @@ use crate::{Env, EnvSpec, Error, Outcome, Result, Rng, State};
 /// Seeds that [`check_env`] plays an episode with.
 const SEEDS: u64 = 5;
 
-/// Steps after which it breaks off an episode whose horizon is further away.
+/// Steps after which an episode with a later horizon is broken off.
 const PATIENCE: usize = 100_000;
 
 /// What [`check_env`] saw while it played with random actions.
@@ -19,7 +19,7 @@ const PATIENCE: usize = 100_000;
 /// # let mut env = world::World::new();
 /// use copq::{check_env, Outcome};
 ///
-/// // Episodes of 3 steps with a reward of 0.5 for each, in a world without Env::save.
+/// // Episodes of 3 steps with a reward of 0.5 for each, in an environment without Env::save.
 /// let report = check_env(&mut env)?;
 /// assert_eq!(report.lengths, [3; 5]);
 /// assert_eq!(report.outcomes, [Outcome::Truncated; 5]);
@@ -37,10 +37,10 @@ pub struct EnvReport {
     pub outcomes: Vec<Outcome>,
     /// The smallest and the largest reward of each objective.
     pub reward_range: Vec<(f32, f32)>,
-    /// Whether an episode can be saved and goes on exactly; without, a run needs
-    /// `OnResume::NewEpisode`, and goes on with a new one.
+    /// Whether an episode can be saved and resumes exactly. If not, a run needs
+    /// `OnResume::NewEpisode`, and resumes with a new episode.
     pub saves: bool,
-    /// What is allowed, but will hardly be learned from.
+    /// What is allowed, but is likely to keep a learner from learning.
     pub warnings: Vec<String>,
 }
 
@@ -59,9 +59,10 @@ impl fmt::Display for EnvReport {
 }
 
 /// Plays seeded random episodes and returns what it saw, or an error that says which rule was
-/// broken and how: the description is consistent, every observation and reward is written and
-/// finite, costs are not negative, the same seed gives the same episode, episodes end by the
-/// horizon with the right [`Outcome`], and a saved episode, if it can be saved, goes on exactly.
+/// broken and how. The rules: the description is consistent, every observation and reward is
+/// written and finite, costs are not negative, the same seed gives the same episode, episodes end
+/// by the horizon with the right [`Outcome`], and a saved episode, if it can be saved, resumes
+/// exactly.
 pub fn check_env(env: &mut dyn Env) -> Result<EnvReport> {
     let spec = env.spec().clone();
     spec.check()?;
@@ -107,12 +108,12 @@ struct Played {
     outcome: Outcome,
 }
 
-/// A step by the hash of what it wrote, so that long episodes take little memory.
+/// A step, as the hash of what it wrote, so that long episodes take little memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Step(u64);
 
-/// One step's buffers, filled with NaN before each call so that what the environment does not write
-/// is found.
+/// One step's buffers. They are filled with NaN before each call, to find what the environment does
+/// not write.
 struct Player<'a> {
     env: &'a mut dyn Env,
     spec: &'a EnvSpec,
@@ -219,8 +220,8 @@ fn play(env: &mut dyn Env, spec: &EnvSpec, seed: u64) -> Result<Played> {
     }
 }
 
-/// Whether every episode's last observation is far from the one before and near to one with which
-/// an episode begins: then it may be the next episode's, and what happened is lost.
+/// Whether every episode's last observation is far from the one before and near to a first one. It
+/// may then be the next episode's, and what happened is lost.
 fn seem_to_reset_themselves(episodes: &[Played]) -> bool {
     episodes.iter().all(|episode| {
         let starts = episodes.iter().map(|other| distance(&episode.last_obs, &other.first_obs));
@@ -230,7 +231,7 @@ fn seem_to_reset_themselves(episodes: &[Played]) -> bool {
     })
 }
 
-/// The largest difference of two observations' components.
+/// The largest difference between two observations' components.
 fn distance(a: &[f32], b: &[f32]) -> f32 {
     a.iter().zip(b).fold(0.0, |most, (a, b)| (a - b).abs().max(most))
 }
@@ -310,21 +311,22 @@ impl EnvReport {
         }
     }
 
-    /// Every episode ending at the horizon as Terminated is a time limit reported as a failure.
+    /// If all episodes that end at the horizon are Terminated, a time limit is reported as a
+    /// failure.
     fn check_horizon(&self, spec: &EnvSpec) -> Result<()> {
         let ends = self.lengths.iter().zip(&self.outcomes);
         let at_horizon: Vec<_> = ends
             .filter(|&(&length, _)| length == spec.horizon)
             .map(|(_, &outcome)| outcome)
             .collect();
-        // One of a single step has no time to limit.
+        // An episode of a single step has no time limit.
         if spec.horizon > 1
             && at_horizon.len() > 1
             && at_horizon.iter().all(|&outcome| outcome == Outcome::Terminated)
         {
             let what = format!(
                 "{} episodes end exactly at the horizon ({}) as Terminated; a time limit is \
-                 Truncated, or values are learned as if the world ended there",
+                 Truncated, or values are learned as if the task ended there",
                 at_horizon.len(),
                 spec.horizon
             );

@@ -3,8 +3,8 @@
 //! An array's name is its path in the tree, `trainer/agent/critic/weight`; a name that ends in `/`
 //! marks a subtree without content. A `/` or `%` inside a name is written `%2F` or `%25`.
 //!
-//! One array more, [`CHECKSUMS`], holds the CRC-32C of the file's header and of every array, in the
-//! order in which they lie in the file; all are compared before anything is believed.
+//! One more array, [`CHECKSUMS`], holds the CRC-32C of the file's header and of every array, in the
+//! order in which they lie in the file. All are compared before anything is used.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -18,11 +18,11 @@ use safetensors::{Dtype, SafeTensorError, SafeTensors};
 use crate::files;
 
 const FORMAT: &str = "copq checkpoint 2";
-/// The name of the checksums among the arrays; no tree has it, for `%` is escaped there.
+/// The name of the array of checksums. No tree contains it, because `%` is escaped there.
 const CHECKSUMS: &str = "%checksums";
 
-/// Writes a state to a file that any safetensors reader opens, matrices as matrices; the file that
-/// was there stays until the new one has been read back and proved whole.
+/// Writes a state to a file that any safetensors reader opens, with matrices as matrices. The
+/// previous file stays until the new one has been read back and verified.
 pub fn write(path: &Path, state: &State) -> Result<()> {
     let mut arrays = Vec::new();
     flatten(state, "", &mut arrays);
@@ -72,7 +72,7 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<State> {
     Ok(state)
 }
 
-/// An error that names the first array that is not what its checksum says.
+/// An error that names the first part that does not match its checksum.
 fn check_sums(
     path: &Path,
     header: &[u8],
@@ -150,7 +150,7 @@ fn header(arrays: &[Array<'_>]) -> Result<Vec<u8>, Box<dyn std::error::Error + S
             TensorInfo { dtype: dtype(value), shape: shape.clone(), data_offsets: (start, end) };
         infos.push((path.clone(), info));
     }
-    // One entry only: the order of several would change from run to run.
+    // Only one entry: the order of several would change from run to run.
     let metadata = HashMap::from([("format".to_owned(), FORMAT.to_owned())]);
     let mut json = serde_json::to_vec(&Metadata::new(Some(metadata), infos)?)?;
     json.resize(json.len().next_multiple_of(8), b' ');
@@ -171,7 +171,7 @@ fn stream(path: &Path, header: &[u8], sums: &Value, arrays: &[Array<'_>]) -> io:
     for array in arrays {
         each_chunk(array.value, &mut put)?;
     }
-    // On the disk, so that what is read back comes from there as far as the system lets it.
+    // Synced to the disk, so that reading back comes from there as far as the system allows.
     out.into_inner()?.sync_all()?;
     Ok(sum)
 }
@@ -194,11 +194,11 @@ fn checksum(value: &Value) -> u32 {
         sum = crc32c::crc32c_append(sum, bytes);
         Ok(())
     });
-    // Adding up does not fail.
+    // Computing a checksum does not fail.
     summed.map_or(0, |()| sum)
 }
 
-/// Hands a value's bytes on, some thousand at a time.
+/// Passes on a value's bytes, some thousand at a time.
 fn each_chunk(value: &Value, put: &mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
     match value {
         Value::F32(values) => encoded(values, f32::to_le_bytes, put),
@@ -224,7 +224,7 @@ fn encoded<T: Copy, const N: usize>(
     Ok(())
 }
 
-/// Numbers that are encoded at a time.
+/// How many numbers are encoded at a time.
 const CHUNK: usize = 4_096;
 
 fn dtype(value: &Value) -> Dtype {

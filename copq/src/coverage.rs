@@ -1,4 +1,4 @@
-//! How honest a learner's bounds are: what its critics say, beside what comes.
+//! How honest a learner's bounds are: its critics' estimates, compared with actual returns.
 
 use std::fmt;
 
@@ -8,11 +8,11 @@ use crate::{
     Stream,
 };
 
-/// What may come after an episode's time limit is this part of a return at most; it counts as the
-/// critics have it.
+/// At most this fraction of a return may come after an episode's time limit. For that fraction, the
+/// critics' estimate counts.
 const REST: f64 = 0.1;
 
-/// Which episodes and actions are looked at by [`coverage()`], and whose.
+/// Which episodes and actions [`coverage()`] looks at, and of which policy.
 ///
 /// ```
 /// use copq::CoverageConfig;
@@ -24,15 +24,15 @@ const REST: f64 = 0.1;
 pub struct CoverageConfig {
     /// Episodes to play.
     pub episodes: usize,
-    /// Actions of an episode from one look to the next.
+    /// The number of an episode's actions from one that is looked at to the next.
     pub stride: usize,
-    /// Plays the policy without noise, as it is evaluated, and not the one that critics are taught
-    /// to value: with target smoothing (TD3), or sampled and with its entropy bonus (SAC).
+    /// Plays the policy without noise, as in evaluation, and not the policy that critics learn to
+    /// value: with target smoothing (TD3), or sampled and with its entropy bonus (SAC).
     pub bare: bool,
 }
 
 impl Default for CoverageConfig {
-    /// Every tenth action of ten episodes of the policy that is valued.
+    /// Every tenth action of ten episodes of the policy that critics learn to value.
     fn default() -> Self {
         Self { episodes: 10, stride: 10, bare: false }
     }
@@ -42,12 +42,12 @@ impl Default for CoverageConfig {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Coverage {
-    /// Actions that were looked at.
+    /// The number of actions that were looked at.
     pub actions: usize,
     /// The objectives, highest priority first.
     pub objectives: Vec<ObjectiveCoverage>,
-    /// Their weighted total, of which the bound is low: with Cholesky, Eigen and Extremum by its
-    /// step times the standard deviation at most.
+    /// Their weighted total. This is what the bound keeps low: with Cholesky, Eigen and Extremum,
+    /// by at most the step times the standard deviation.
     pub total: ObjectiveCoverage,
 }
 
@@ -55,9 +55,9 @@ pub struct Coverage {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ObjectiveCoverage {
-    /// The objective.
+    /// The objective's name.
     pub name: String,
-    /// The discounted return that came.
+    /// The actual discounted return.
     pub discounted: f64,
     /// The critics' mean.
     pub q_mean: f64,
@@ -65,22 +65,23 @@ pub struct ObjectiveCoverage {
     pub bound: f64,
     /// Their standard deviation (root mean square).
     pub q_std: f64,
-    /// What came, less their mean (root mean square).
+    /// The actual return less the critics' mean (root mean square).
     pub rmse: f64,
-    /// How often what came was at least as good as the bound; of a cost, at most as large.
+    /// How often the actual return was at least as good as the bound; for a cost, at most as large.
     pub coverage: f64,
-    /// Standard error of `coverage`, NaN for one episode; an episode's actions count as one.
+    /// Standard error of `coverage`; an episode's actions count as one sample. NaN for one episode.
     pub coverage_se: f64,
-    /// What `coverage` would be if what came were normal, with the critics' mean and standard
+    /// What `coverage` would be if actual returns were normal, with the critics' mean and standard
     /// deviation.
     pub nominal: f64,
 }
 
-/// Plays a learner's policy in the episodes in which it is evaluated, and holds the discounted
-/// return after some of its actions against what the critics say of them. Actions so near to an
-/// episode's time limit, or to where its world cut it off, that over a tenth of a return may come
-/// after that are left out, also of episodes that end by themselves; what comes after counts as the
-/// critics have it.
+/// Plays a learner's policy in the episodes in which it is evaluated, and compares the discounted
+/// return after some of its actions with the critics' estimates for them.
+///
+/// An action is left out if over a tenth of its return may come after the episode's time limit, or
+/// after the point where the environment cut the episode off. This also applies to episodes that
+/// end by themselves. For what comes after, the critics' estimate counts.
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }
@@ -89,7 +90,7 @@ pub struct ObjectiveCoverage {
 /// # let backend = Still;
 /// use copq::{AdjustedEnv, CoverageConfig, Env, Learner, Method, coverage};
 ///
-/// // Episodes of 3 steps that cost 0.5 each and are worth 0.5 each; these critics say 0 of both.
+/// // Each of an episode's 3 steps costs 0.5 and is worth 0.5; these critics say 0 for both.
 /// let env = AdjustedEnv::new(world::World::with_cost()).weights("-1,1")?;
 /// let mut method = Method::cop_td3();
 /// method.config.discount = 0.2;
@@ -98,7 +99,7 @@ pub struct ObjectiveCoverage {
 /// let config = CoverageConfig { episodes: 2, stride: 1, bare: true };
 /// let coverage = coverage(&mut learner, env, config)?;
 /// let [time, rest] = &coverage.objectives[..] else { unreachable!() };
-/// // More cost came than the bound said, and more reward.
+/// // Both the cost and the reward were larger than the bound.
 /// assert_eq!((time.coverage, rest.coverage), (0.0, 1.0));
 /// // 0.5 + 0.1 + 0.02 and 0.5 + 0.1; an episode's last action is left out.
 /// assert_eq!(coverage.actions, 4);
@@ -141,15 +142,15 @@ impl fmt::Display for Coverage {
     }
 }
 
-/// What an episode left: a return is added up from its end.
+/// What was recorded of an episode: a return is added up from its end.
 struct Played {
     /// `steps x objectives`
     rewards: Vec<f32>,
     /// The entropy bonus of each step's action.
     bonuses: Vec<Option<(usize, f64)>>,
-    /// What critics said of some steps' actions.
+    /// The critics' estimates for some steps' actions.
     looks: Vec<(usize, QEstimate)>,
-    /// What they say of what comes after the end, if something does.
+    /// Their estimate for what comes after the end, if something does.
     rest: Option<Vec<f64>>,
 }
 
@@ -213,15 +214,15 @@ fn add_bonus(values: &mut [f64], bonus: Option<(usize, f64)>) {
     }
 }
 
-/// What is added up over actions; the total is the last of the objectives.
+/// Sums over actions; the total is the last of the objectives.
 struct Sums {
     discount: f64,
     horizon: usize,
-    /// Less of a cost is better, whatever its weight is now.
+    /// Less of a cost is better, whatever its current weight is.
     is_cost: Vec<bool>,
     actions: usize,
     of: Vec<ObjectiveCoverage>,
-    /// Of each episode, its actions and how many of them are covered, by objective.
+    /// For each episode, its actions and how many of them are covered, by objective.
     episodes: Vec<(usize, Vec<usize>)>,
 }
 
@@ -235,12 +236,12 @@ impl Sums {
         Self { discount, horizon: spec.horizon, is_cost, actions: 0, of, episodes: Vec::new() }
     }
 
-    /// Goes back from an episode's end, where it is known what came after.
+    /// Goes back from an episode's end, where what came after is known.
     fn add_episode(&mut self, played: &Played) {
         let n = self.of.len() - 1;
         self.episodes.push((0, vec![0; n + 1]));
         let mut to_come = played.rest.clone().unwrap_or_else(|| vec![0.0; n]);
-        // From here on an episode that was cut off has its critics' own word for what would come.
+        // Beyond the end of a truncated episode, there is only the critics' own estimate.
         let end = played.rest.as_ref().map_or(self.horizon, |_| played.rewards.len() / n);
         let mut looks = played.looks.iter().rev().peekable();
         for (step, reward) in played.rewards.chunks_exact(n).enumerate().rev() {
@@ -252,7 +253,7 @@ impl Sums {
             {
                 self.add(estimate, &to_come);
             }
-            // What Q of the step before has, and this step's own has not.
+            // Q of the step before includes this bonus, but this step's own Q does not.
             add_bonus(&mut to_come, played.bonuses[step]);
         }
     }
@@ -312,18 +313,18 @@ impl Sums {
             let apart = |(actions, covered): &(usize, Vec<usize>)| {
                 (covered[i] as f64 - of.coverage * *actions as f64).powi(2)
             };
-            // Of one episode nothing is known of how they differ.
+            // One episode does not show how much episodes differ.
             let n = self.episodes.len() as f64;
             let sum: f64 = self.episodes.iter().map(apart).sum();
             of.coverage_se = if n > 1.0 { (sum * n / (n - 1.0)).sqrt() / count } else { f64::NAN };
         }
-        // One more than objectives, of which there is one at least.
+        // One more than there are objectives, of which there is at least one.
         let total = self.of.pop().unwrap_or_default();
         Ok(Coverage { actions: self.actions, objectives: self.of, total })
     }
 }
 
-/// How often a normal number of this standard deviation is above `-distance`.
+/// How often a normal number with this standard deviation is above `-distance`.
 fn normal_share(distance: f64, std: f64) -> f64 {
     if std > 0.0 { 0.5 * libm::erfc(-distance / (std * 2f64.sqrt())) } else { 0.5 }
 }

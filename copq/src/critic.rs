@@ -1,4 +1,4 @@
-//! The critics' seam: an ensemble of vector-valued Q-networks, spoken to in slices and
+//! The interface of critics: an ensemble of vector-valued Q-networks, used through slices and
 //! vector-Jacobian products.
 
 use crate::error::{check_chosen, check_len};
@@ -75,7 +75,7 @@ pub type QGrad<'a> = &'a mut dyn FnMut(QView<'_>, &mut [f32]) -> Result<()>;
 /// #         &mut self, _: &[f32], _: &[f32], _: QGrad<'_>, _: &mut [f32],
 /// #     ) -> Result<()> { Ok(()) }
 ///
-///     // action_grad is left out here; a run that is to be saved needs save and load, too.
+///     // action_grad is left out here; a run that is to be saved also needs save and load.
 /// }
 ///
 /// // A step towards Q = 2, down the gradient q - 2; the targets follow at once.
@@ -109,8 +109,8 @@ pub trait Critic: Send {
     /// Writes Q(s, a) of the `chosen` critics, each at most once, into `q`
     /// (`chosen x rows x objectives`, in that order).
     ///
-    /// The default evaluates all critics and copies; override it to save the others' work, four
-    /// fifths of it in REDQ.
+    /// The default evaluates all critics and copies. Override it to avoid evaluating the others,
+    /// which are four fifths of the work in REDQ.
     fn values_of(
         &mut self,
         net: Net,
@@ -123,8 +123,8 @@ pub trait Critic: Send {
     }
 
     /// One optimiser step of the online critics: forward, `grad` fills dL/dq, backward, step. Then
-    /// the targets follow by Polyak averaging, target <- (1 - tau) target + tau online: in the same
-    /// call, so that both can be one pass.
+    /// the targets follow by Polyak averaging, target <- (1 - tau) target + tau online. Both happen
+    /// in the same call, so that they can be one pass.
     fn fit(&mut self, obs: &[f32], act: &[f32], grad: QGrad<'_>, tau: f32) -> Result<()>;
 
     /// dL/da at the online critics, which stay as they are: forward, `grad` fills dL/dq, backward
@@ -137,8 +137,8 @@ pub trait Critic: Send {
         out: &mut [f32],
     ) -> Result<()>;
 
-    /// Writes the online values in f32 where [`Critic::values`] has fewer bits
-    /// ([`Precision`](crate::Precision)); says false, and writes nothing, where it has not.
+    /// Writes the online values in f32 if [`Critic::values`] has fewer bits
+    /// ([`Precision`](crate::Precision)). Otherwise returns false and writes nothing.
     fn exact_values(&mut self, _obs: &[f32], _act: &[f32], _q: &mut [f32]) -> Result<bool> {
         Ok(false)
     }

@@ -21,7 +21,7 @@ use crate::{EnvSpec, Error, Result, State};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Outcome {
-    /// The episode goes on.
+    /// The episode continues.
     Running,
     /// The task itself ended it: the robot fell, the goal was reached.
     Terminated,
@@ -32,7 +32,7 @@ pub enum Outcome {
 /// An environment with vector rewards. It never resets itself: after an outcome other than
 /// [`Outcome::Running`] the caller calls [`Env::reset`].
 ///
-/// Three methods make one; `save` and `load` let a run stop in mid-episode and go on bit for bit.
+/// Three methods suffice. `save` and `load` let a run stop in mid-episode and resume bit for bit.
 ///
 /// ```
 /// use copq::{Env, EnvSpec, Outcome, Result, check_env};
@@ -67,21 +67,21 @@ pub trait Env: Send {
     /// The description, the same at every call.
     fn spec(&self) -> &EnvSpec;
 
-    /// Begins an episode that depends on nothing but `seed`; writes the first observation.
+    /// Begins an episode that depends only on `seed`; writes the first observation.
     fn reset(&mut self, seed: u64, obs: &mut [f32]) -> Result<()>;
 
     /// Applies an action within the bounds; writes the next observation and the reward vector, raw
     /// (unweighted).
     fn step(&mut self, action: &[f32], obs: &mut [f32], reward: &mut [f32]) -> Result<Outcome>;
 
-    /// Writes all that [`Env::load`] needs to go on bit for bit. It is asked between any two steps,
-    /// and before the first reset. The default returns [`Error::Unsupported`], and so does an
-    /// environment that cannot be saved, by which others know it.
+    /// Writes everything that [`Env::load`] needs to resume bit for bit. It may be called between
+    /// any two steps, and before the first reset. The default returns [`Error::Unsupported`]. An
+    /// environment that cannot be saved returns the same, which is how callers recognise it.
     fn save(&self, _state: &mut State) -> Result<()> {
         Err(cannot_be_saved(self.spec()))
     }
 
-    /// Goes back to what [`Env::save`] wrote. The default returns [`Error::Unsupported`].
+    /// Restores what [`Env::save`] wrote. The default returns [`Error::Unsupported`].
     fn load(&mut self, _state: &State) -> Result<()> {
         Err(cannot_be_saved(self.spec()))
     }

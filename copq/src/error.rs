@@ -7,7 +7,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Everything that can go wrong in copq, worded for the person who has to fix it.
 ///
-/// `{:?}` gives the same words as `{}`, so that a `main` that returns [`Result`] ends readably.
+/// `{:?}` prints the same words as `{}`, so that a `main` that returns [`Result`] ends readably.
 ///
 /// ```
 /// use copq::{EnvSpec, Error};
@@ -73,7 +73,7 @@ pub enum Error {
     Other {
         /// What was being done.
         what: String,
-        /// The library's own error; part of this one's words, and therefore not its `source()`.
+        /// The library's own error. It is part of the message, and therefore not the `source()`.
         cause: Box<dyn std::error::Error + Send + Sync>,
     },
 }
@@ -85,7 +85,7 @@ impl fmt::Debug for Error {
 }
 
 impl Error {
-    /// That a part has no `save` and `load`, given what it is and its trait.
+    /// An error that a part has no `save` and `load`, given a description of it and its trait.
     pub(crate) fn cannot_be_saved(what: &str, part: &str) -> Self {
         let what =
             format!("{what} cannot be saved: {part}::save and {part}::load are not implemented");
@@ -144,12 +144,12 @@ pub(crate) fn check_fraction(name: &str, value: f64) -> Result<()> {
     check_that((0.0..=1.0).contains(&value), name, "a number from 0 to 1", value)
 }
 
-/// The same unless it is finite and above 0.
+/// An error that names a setting unless it is finite and above 0.
 pub(crate) fn check_positive(name: &str, value: f64) -> Result<()> {
     check_that(value.is_finite() && value > 0.0, name, "a positive number", value)
 }
 
-/// The same unless it is finite and at least 0.
+/// An error that names a setting unless it is finite and at least 0.
 pub(crate) fn check_not_negative(name: &str, value: f64) -> Result<()> {
     check_that(value.is_finite() && value >= 0.0, name, "a finite number, at least 0", value)
 }

@@ -18,7 +18,7 @@ use crate::{Agent, Env, Mode, Outcome, Result, Rng, Rollout, Stream};
 /// assert_eq!(evaluation.returns, [[1.5], [1.5]]);
 /// assert_eq!(evaluation.to_string(), "2 episodes of 3.0 steps\n  time       1.5\n");
 ///
-/// // 0.5 + 0.45 + 0.405 came; the critics had said 1.25.
+/// // The return was 0.5 + 0.45 + 0.405; the critics had estimated 1.25.
 /// assert!((evaluation.discounted[0] - 1.355).abs() < 1e-6);
 /// assert_eq!(evaluation.q_start, [1.25]);
 /// # Ok::<(), copq::Error>(())
@@ -28,17 +28,17 @@ use crate::{Agent, Env, Mode, Outcome, Result, Rng, Rollout, Stream};
 pub struct Evaluation {
     /// The objectives' names, highest priority first.
     pub objectives: Vec<String>,
-    /// Undiscounted returns, one vector an episode.
+    /// Undiscounted returns, one vector per episode.
     pub returns: Vec<Vec<f64>>,
     /// Steps of each episode.
     pub lengths: Vec<u64>,
     /// Discounted returns from the first step, averaged over the episodes, one per objective.
     pub discounted: Vec<f64>,
-    /// The mean critic's Q at the first step, averaged over the episodes: compare with
-    /// `discounted`, but know that critics value the policy they are taught with, not the bare one
-    /// that is evaluated. With target smoothing (TD3) its noise costs what noise costs (on
-    /// benchmark A's hopper 11.6 of control: 3 components x 0.039, clipped, x 0.99 / (1 - 0.99));
-    /// with an entropy bonus (SAC) they include the bonus of the steps to come.
+    /// The critics' mean Q at the first step, averaged over the episodes. Compare it with
+    /// `discounted`, but note that critics value the policy that they are taught with, not the
+    /// noise-free one that is evaluated. With target smoothing (TD3), its noise costs something
+    /// (on benchmark A's hopper 11.6 of control: 3 components x 0.039, clipped, x 0.99 / (1 -
+    /// 0.99)). With an entropy bonus (SAC), they include the bonus of the steps to come.
     pub q_start: Vec<f64>,
 }
 
@@ -69,9 +69,9 @@ impl fmt::Display for Evaluation {
     }
 }
 
-/// Runs `episodes` episodes without exploration, on seeds drawn from the agent's alone: the same
-/// episodes every time. An error for a world that a learner was not made for, and for rewards that
-/// are no numbers.
+/// Runs `episodes` episodes without exploration. Their seeds come only from the agent's seed, so
+/// they are the same episodes every time. An error for an environment that a learner was not made
+/// for, and for rewards that are not finite numbers.
 pub fn evaluate<A: Agent + ?Sized>(
     agent: &mut A,
     env: impl Env,
@@ -80,8 +80,8 @@ pub fn evaluate<A: Agent + ?Sized>(
     evaluate_while(agent, env, episodes, || Ok(()))
 }
 
-/// [`evaluate`], with a question before every step whose error ends it, such as whether somebody
-/// wants it to stop.
+/// Like [`evaluate`], but calls `may_go_on` before every step. An error from it ends the
+/// evaluation, for example because somebody wants it to stop.
 pub fn evaluate_while<A: Agent + ?Sized>(
     agent: &mut A,
     env: impl Env,

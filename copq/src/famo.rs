@@ -1,5 +1,5 @@
 //! FAMO: weights for the objectives' critic losses, so that every objective's log-loss falls at a
-//! like rate.
+//! similar rate.
 
 use serde::{Deserialize, Serialize};
 
@@ -26,24 +26,24 @@ pub struct FamoConfig {
     pub weight_decay: f64,
     /// Where that decay acts.
     pub decay: FamoDecay,
-    /// Whether losses that share no network are balanced, too
-    /// ([`SeparateCritics`](crate::SeparateCritics)), as in the paper's comparison. Otherwise FAMO
-    /// rests there: Adam undoes the scale of such a loss.
+    /// Whether FAMO also balances losses that share no network
+    /// ([`SeparateCritics`](crate::SeparateCritics)), as in the paper's comparison. Otherwise it is
+    /// off for them: Adam undoes the scale of such a loss.
     pub separate: bool,
 }
 
-/// Where the decay of FAMO's logits acts. The paper says AdamW, and has the decay from code that
-/// says Adam with L2.
+/// Where the decay of FAMO's logits acts. The paper names AdamW, but takes the decay from code that
+/// uses Adam with L2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum FamoDecay {
     /// Beside Adam's step (AdamW, paper Table D.1). A step of 0.025 then meets a decay of 2.5e-5 of
-    /// the logit: in long runs the logits can drift until one objective hardly learns.
+    /// the logit: in long runs, the logits can drift until one objective hardly learns.
     #[default]
     Decoupled,
-    /// In the gradient, before Adam divides by its size, as FAMO's authors' code has it. The
-    /// gradients are small, so this holds the logits together.
+    /// In the gradient, before Adam divides by its size, following the code of FAMO's authors. The
+    /// gradients are small, so this keeps the logits together.
     L2,
 }
 
@@ -83,7 +83,7 @@ const LOSS_EPS: f64 = 1e-8;
 pub struct Famo {
     logits: Vec<f64>,
     adam: Adam,
-    /// What the gradient has of the logits.
+    /// The factor of the logits in the gradient.
     l2: f64,
     softmax: Vec<f64>,
     improvement: Vec<f64>,

@@ -18,7 +18,7 @@ pub fn read_text(path: &Path) -> Result<String> {
     fs::read_to_string(path).map_err(failed("reading", path))
 }
 
-/// Replaces a file's content by `bytes`, atomically.
+/// Replaces a file's content with `bytes`, atomically.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     replace_with(path, |part| {
         File::create(part)
@@ -27,17 +27,17 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     })
 }
 
-/// Lets `write` make a file under a temporary name, then gives it its real one: written, synced,
-/// renamed, folder synced. What cannot be finished is removed again, so that a full disk has its
-/// room back.
+/// Lets `write` make a file under a temporary name, then gives it its real name: written, synced,
+/// renamed, folder synced. If this fails, the temporary file is removed, so that a full disk gets
+/// its space back.
 pub fn replace_with(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     replace_by(&part_of(path), path, write)
 }
 
-/// The same for a file that several programs may write at once, each under a temporary name of its
-/// own; what a kill leaves of one stays.
+/// Like [`replace_with`], for a file that several programs may write at once. Each uses its own
+/// temporary name. What a killed program leaves behind stays.
 pub fn replace_shared(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    // Its ending stays: some formats are told by it.
+    // The extension stays: some formats are recognised by it.
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     replace_by(&path.with_file_name(format!(".{}.{name}", std::process::id())), path, write)
 }
@@ -50,14 +50,14 @@ fn replace_by(part: &Path, path: &Path, write: impl FnOnce(&Path) -> Result<()>)
         fs::rename(part, path).map_err(failed("replacing", path))
     });
     if replaced.is_err() {
-        // Why it failed says more than that its beginning could not be removed either.
+        // The first failure says more than a failure to remove the temporary file would.
         fs::remove_file(part).unwrap_or_default();
     }
     replaced?;
     sync_folder_of(path)
 }
 
-/// `.name.part` beside the file: a leftover of a crash is overwritten by the next write.
+/// `.name.part` beside the file. What a crash leaves there is overwritten by the next write.
 fn part_of(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.part"))

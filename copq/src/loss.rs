@@ -1,5 +1,4 @@
-//! The critics' losses, one per objective, their gradient, and the checks that keep a diverged run
-//! from going on.
+//! The critics' losses, one per objective, their gradient, and the checks that stop a diverged run.
 
 use crate::{Error, QView, Result};
 
@@ -47,8 +46,8 @@ pub(crate) fn mean_and_std(q: QView<'_>, objective: usize) -> (f64, f64) {
     (total / q.rows() as f64, (variance / q.rows() as f64).sqrt())
 }
 
-/// How two objectives' values go together over the critics: the mean covariance of all rows over
-/// the roots of the mean variances; 0 where critics agree.
+/// The correlation of two objectives' values over the critics: the mean covariance of all rows,
+/// divided by the roots of the mean variances; 0 where critics agree.
 pub(crate) fn correlation(q: QView<'_>, pair: [usize; 2]) -> f64 {
     let critics = q.critics() as f64;
     let [mut covariance, mut first, mut second] = [0.0; 3];
@@ -119,7 +118,7 @@ pub(crate) fn check_finite_row(
     }
 }
 
-/// An error if an action is not in agents' units.
+/// An error if an action is not in the agents' range, [-1, 1].
 pub(crate) fn check_unit(what: &str, action: &[f32]) -> Result<()> {
     match action.iter().find(|a| a.abs() > 1.0) {
         Some(a) => Err(Error::invalid(what, "numbers in [-1, 1]", a)),

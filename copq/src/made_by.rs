@@ -1,11 +1,11 @@
-//! What a saved learner says of itself, and whether it is another's.
+//! What a saved learner records about its origin, and whether it matches the learner that loads it.
 
 use crate::{Error, Result, State};
 
-/// Names under which a checkpoint is saved; one of another name is refused.
+/// What identifies the learner of a checkpoint; a checkpoint of a different one is refused.
 pub(crate) struct MadeBy<'a> {
     pub method: &'a str,
-    /// Of learners that have one.
+    /// Only for learners that have one.
     pub bound: Option<String>,
     pub task: &'a str,
     pub objectives: &'a [String],
@@ -26,7 +26,7 @@ impl MadeBy<'_> {
         made.put("discount", [self.discount]);
     }
 
-    /// An error unless a saved learner says the same.
+    /// An error unless a saved learner records the same.
     pub fn check(&self, state: &State) -> Result<()> {
         let made = made_by(state)?;
         same("method", self.method, made.get_text("method")?)?;
@@ -40,7 +40,7 @@ impl MadeBy<'_> {
     }
 }
 
-/// An error if a saved learner is of another task.
+/// An error if a saved learner is of a different task.
 pub(crate) fn check_task(state: &State, own: &str) -> Result<()> {
     same("task", own, made_by(state)?.get_text("task")?)
 }

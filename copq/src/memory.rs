@@ -1,10 +1,10 @@
-//! Whether what a configuration asks for fits into this machine's memory, before it is asked for.
+//! Whether what a configuration needs fits into this machine's memory, before it is allocated.
 
 use crate::{Config, EnvSpec, Error, Result, on_policy};
 
 /// Copies of a network's parameters: online, target, and Adam's two moments.
 const COPIES: f64 = 4.0;
-/// Of a batch's activations: forward, backward, and room to lay them out.
+/// Copies of a batch's activations: forward, backward, and room to lay them out.
 const ACTIVATIONS: f64 = 3.0;
 
 /// An error for networks or batches that this machine cannot hold.
@@ -27,7 +27,7 @@ pub(crate) fn check_on_policy(
     let weights: f64 = widths.zip(hidden).map(|(&i, &o)| (i as f64 + 1.0) * o as f64).sum();
     let parameters = (signals as f64 + 1.0) * COPIES * weights * 4.0;
     fits("networks.hidden", parameters, format!("{hidden:?}"))?;
-    // Observation, action and log-probability; of a signal itself, its value, advantage and target.
+    // Observation, action and log-probability; each signal with its value, advantage and target.
     let row = (spec.obs_len + spec.action_len() + 2 + 4 * signals) as f64 * 4.0;
     // Passes over all rows at once keep every layer's outputs and slopes.
     let pass: f64 = hidden.iter().map(|&width| ACTIVATIONS * width as f64 * 4.0).sum();
@@ -48,7 +48,7 @@ fn fits(what: &str, bytes: f64, got: String) -> Result<()> {
 
 const GIB: f64 = (1u64 << 30) as f64;
 
-/// Of the larger network, a critic.
+/// The number of parameters of a critic, the larger network.
 fn parameters(config: &Config, spec: &EnvSpec) -> f64 {
     let mut input = (spec.obs_len + spec.action_len()) as f64;
     let mut sum = 0.0;
@@ -59,13 +59,13 @@ fn parameters(config: &Config, spec: &EnvSpec) -> f64 {
     sum + (input + 1.0) * spec.objectives.len() as f64
 }
 
-/// Numbers that one row of a batch becomes on its way through a network.
+/// How many numbers one row of a batch takes on its way through a network.
 fn widths(config: &Config, spec: &EnvSpec) -> f64 {
     let hidden: f64 = config.networks.hidden.iter().map(|&width| width as f64).sum();
     hidden + (2 * spec.obs_len + spec.action_len() + spec.objectives.len()) as f64
 }
 
-/// Bytes of memory, as Linux tells it; elsewhere what no machine has.
+/// Bytes of memory, as Linux reports them; on other systems, more than any machine has.
 fn total() -> f64 {
     let info = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
     let line = info.lines().find_map(|line| line.strip_prefix("MemTotal:"));

@@ -27,9 +27,9 @@ pub struct Normaliser {
     mean: Vec<f64>,
     /// Sums of squared distances from the mean.
     squares: Vec<f64>,
-    /// One over the deviations, made of the squares.
+    /// One over the deviations, computed from the squares.
     scale: Vec<f64>,
-    /// Components after these, which are left as they are.
+    /// The number of components after these, which are left as they are.
     raw: usize,
 }
 
@@ -39,13 +39,13 @@ impl Normaliser {
     /// The largest size of a normalised value.
     pub const CLIP: f64 = 5.0;
 
-    /// One that has seen nothing, for observations of this length.
+    /// A normaliser that has seen nothing, for observations of this length.
     pub fn new(observation: usize) -> Self {
         let zeros = vec![0.0; observation];
         Self { count: 0, mean: zeros.clone(), squares: zeros.clone(), scale: zeros, raw: 0 }
     }
 
-    /// For observations with so many more components at their end, which are left as they are.
+    /// For observations with `raw` more components at their end, which are left as they are.
     pub fn and_raw(self, raw: usize) -> Self {
         Self { raw, ..self }
     }
@@ -101,7 +101,7 @@ impl Normaliser {
         Ok(Some(normaliser))
     }
 
-    /// Restores the normaliser of a saved agent; an error if one side has it and the other has not.
+    /// Restores the normaliser of a saved agent; an error if only one side has one.
     pub(crate) fn restore(normaliser: &mut Option<Self>, agent: &State) -> Result<()> {
         match (normaliser, agent.child("normaliser")) {
             (Some(normaliser), saved) => normaliser.load(saved?),

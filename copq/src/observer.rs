@@ -11,12 +11,13 @@
 /// assert_eq!(seen, ["1000 q/safety 0.5"]);
 /// ```
 pub trait Observer {
-    /// One number at one environment step; `name` is a path such as `q/safety`. A run's folder has
-    /// a column of that name, which cannot be `step`, nothing, or have control characters.
+    /// Receives one number at one environment step. `name` is a path such as `q/safety`. A run
+    /// folder has a column of that name, which must not be `step`, be empty or contain control
+    /// characters.
     fn scalar(&mut self, step: u64, name: &str, value: f64);
 
-    /// A sentence for the person who trains, such as that the scale of the observations leaves
-    /// little hope. Forgotten unless implemented.
+    /// Receives a sentence for the person who trains, such as a warning that the scale of the
+    /// observations leaves little hope. Ignored unless implemented.
     fn warn(&mut self, _step: u64, _text: &str) {}
 }
 

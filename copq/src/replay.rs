@@ -5,21 +5,21 @@ use std::collections::VecDeque;
 use crate::error::check_len;
 use crate::{Batch, EnvSpec, Error, Outcome, Result, Rng, State, Transition};
 
-/// Transitions by which the storage grows; a power of two of them is a few megabytes.
+/// The number of transitions by which the storage grows: a power of two, and a few megabytes.
 const CHUNK: usize = 1 << 16;
-/// Numbers of observations by which it grows at most, 64 MB of them.
+/// The largest number of observation components by which it grows at once, 64 MB of them.
 const LARGEST: usize = 1 << 24;
 
 /// A uniform replay buffer.
 ///
-/// A transition's next observation is its successor's observation, found by index. Only where an
-/// episode ends, or where the caller breaks off and starts elsewhere, the last observation is kept
-/// apart. All numbers are f32.
+/// A transition's next observation is its successor's observation, found by index. The last
+/// observation is stored separately only where an episode ends, or where the caller breaks off and
+/// starts elsewhere. All numbers are f32.
 ///
 /// ```
 /// use copq::{Batch, EnvSpec, Outcome, Replay, Rng, Stream, Transition};
 ///
-/// // 2 numbers seen, 1 action, 1 objective; room for 1,000 transitions.
+/// // Observations of 2 numbers, 1 action, 1 objective; room for 1,000 transitions.
 /// let spec = EnvSpec::new("cart", 2, 1).reward("progress", 1.0);
 /// let mut replay = Replay::new(&spec, 1_000)?;
 /// replay.push(Transition {
@@ -33,7 +33,7 @@ const LARGEST: usize = 1 << 24;
 /// let mut batch = Batch::default();
 /// replay.sample(4, &mut Rng::new(0, Stream::Batch), &mut batch)?;
 /// assert_eq!(batch.next_obs, [0.9, 1.5].repeat(4));
-/// assert_eq!(batch.alive, [0.0; 4]); // nothing is to be had after a fall
+/// assert_eq!(batch.alive, [0.0; 4]); // there is no value after a fall
 /// # Ok::<(), copq::Error>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -61,7 +61,7 @@ pub struct Replay {
 enum End {
     /// The next transition's observation.
     Next,
-    /// The final observation with this running number; whether the bootstrap stops there.
+    /// The final observation with this running number, and whether the bootstrap stops there.
     Final { number: u32, terminated: bool },
 }
 
@@ -133,8 +133,8 @@ impl Replay {
         Ok(())
     }
 
-    /// If the newest transition does not lead to `obs`, the caller has started elsewhere: keep
-    /// where it did lead.
+    /// If the newest transition does not lead to `obs`, the caller has started elsewhere. Then this
+    /// stores where the transition did lead.
     fn close_interrupted(&mut self, obs: &[f32]) {
         let Some(newest) = self.newest() else { return };
         if self.end[newest] == End::Next && self.latest != obs {
@@ -158,7 +158,7 @@ impl Replay {
         self.dropped.wrapping_add((self.finals.len() / self.observation) as u32).wrapping_sub(1)
     }
 
-    /// Drops the oldest transition if full, else grows by a chunk when needed.
+    /// Drops the oldest transition if full; otherwise grows by a chunk when needed.
     fn make_room(&mut self) -> Result<()> {
         let chunk = self.chunk();
         if self.len() < self.capacity {
@@ -173,12 +173,12 @@ impl Replay {
         Ok(())
     }
 
-    /// Transitions by which it grows.
+    /// The number of transitions by which it grows.
     fn chunk(&self) -> usize {
         (LARGEST / self.observation.max(1)).clamp(1, CHUNK)
     }
 
-    /// Makes room for so many transitions more.
+    /// Makes room for `more` additional transitions.
     fn reserve(&mut self, more: usize) -> Result<()> {
         let Self { obs, act, reward, end, .. } = self;
         obs.try_reserve_exact(more * self.observation)
@@ -225,7 +225,7 @@ impl Replay {
         }
     }
 
-    /// An error if what was read points to where nothing is; `ends` last observations were read.
+    /// An error if a loaded position points to nothing; `ends` last observations were loaded.
     fn check_positions(&self, ends: usize) -> Result<()> {
         // A ring that is not full is written at its end.
         let len = self.len();
@@ -314,7 +314,7 @@ fn sized(state: &State, name: &str, wanted: usize) -> Result<Vec<f32>> {
     Ok(values.to_vec())
 }
 
-/// 0 for `Next`, else 1 + 2 number + terminated.
+/// 0 for `Next`, otherwise 1 + 2 number + terminated.
 fn encode(end: End) -> u64 {
     match end {
         End::Next => 0,

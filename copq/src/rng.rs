@@ -26,9 +26,9 @@ pub enum Stream {
     Explore = 1,
     /// Noise inside an update: target smoothing, a stochastic policy's samples.
     Smoothing = 2,
-    /// Which transitions make a batch.
+    /// Which transitions make up a batch.
     Batch = 3,
-    /// Which critics make a subset (REDQ).
+    /// Which critics make up a subset (REDQ).
     Subset = 4,
     /// Episode seeds of the training environment.
     Env = 5,
@@ -36,12 +36,12 @@ pub enum Stream {
     Evaluation = 6,
     /// Noise of the policy whose [`coverage()`](crate::coverage()) is measured.
     Coverage = 7,
-    /// Yours, such as an environment's noise in an episode of its own seed.
+    /// For your own use, such as an environment's noise, from its episode's seed.
     Custom = 100,
 }
 
-/// A seeded, saveable generator; the distributions are copq's own, so that no crate's update
-/// changes a run.
+/// A seeded generator that can be saved. Its distributions are copq's own, so that no update of
+/// another crate changes a run.
 ///
 /// ```
 /// use copq::{Rng, State, Stream};
@@ -64,8 +64,8 @@ impl Rng {
         Self::with_stream(seed, stream as u64)
     }
 
-    /// A stream by number, for more purposes than [`Stream::Custom`]: those from 101 to 999 are
-    /// yours.
+    /// A stream by number, for more purposes than [`Stream::Custom`]. The numbers from 101 to 999
+    /// are yours.
     pub fn with_stream(seed: u64, stream: u64) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());

@@ -1,4 +1,4 @@
-//! The episode loop of training and evaluation: scale an action, step the world, add up what came.
+//! The loop of an episode: scale an action, step the environment, add up the rewards.
 
 use crate::error::check_len;
 use crate::{Env, Error, Outcome, Result, State};
@@ -10,7 +10,7 @@ use crate::{Env, Error, Outcome, Result, State};
 /// # let mut env = world::World::new();
 /// use copq::{Episode, Outcome, Rollout};
 ///
-/// // A world that gives a reward of 0.5 for each of 3 steps.
+/// // An environment that gives a reward of 0.5 for each of 3 steps.
 /// let mut rollout = Rollout::new(env)?;
 /// rollout.reset(0)?;
 /// while rollout.step(&[0.0])? == Outcome::Running {}
@@ -22,7 +22,7 @@ use crate::{Env, Error, Outcome, Result, State};
 pub struct Episode {
     /// Undiscounted return of each objective.
     pub returns: Vec<f64>,
-    /// Environment steps it took.
+    /// The number of environment steps it took.
     pub length: u64,
     /// Terminated or truncated; running until then.
     pub outcome: Outcome,
@@ -43,7 +43,7 @@ pub struct Episode {
 /// ```
 pub struct Rollout<E> {
     env: E,
-    /// What is seen now, and what was seen before the last step.
+    /// The current observation, and the one before the last step.
     obs: Vec<f32>,
     previous_obs: Vec<f32>,
     /// In the environment's own units.
@@ -62,7 +62,7 @@ impl<E: Env> std::fmt::Debug for Rollout<E> {
 }
 
 impl<E: Env> Rollout<E> {
-    /// Takes an environment, whose description is checked; there is no episode before
+    /// Takes an environment and checks its description. There is no episode before
     /// [`Rollout::reset`].
     pub fn new(env: E) -> Result<Self> {
         let spec = env.spec();
@@ -93,9 +93,9 @@ impl<E: Env> Rollout<E> {
         Ok(())
     }
 
-    /// One step with an action in [-1, 1]. What is no number (NaN, infinity) is an error, before it
-    /// counts. An episode that runs on past the horizon is one, too: whoever waits for its end
-    /// would wait for ever.
+    /// Takes one step with an action in [-1, 1]. A value that is not finite (NaN, infinity) is an
+    /// error, before it counts. So is an episode that continues past the horizon: a caller that
+    /// waits for its end would wait for ever.
     pub fn step(&mut self, unit_action: &[f32]) -> Result<Outcome> {
         check_len("action", unit_action.len(), self.action.len())?;
         if !self.is_running() {
@@ -125,12 +125,12 @@ impl<E: Env> Rollout<E> {
         self.episode.outcome == Outcome::Running
     }
 
-    /// Ends the episode where it is; the next one begins by [`Rollout::reset`].
+    /// Ends the episode where it is; the next one begins with [`Rollout::reset`].
     pub(crate) fn give_up(&mut self) {
         self.episode.outcome = Outcome::Truncated;
     }
 
-    /// An error unless all that the environment has written is a number.
+    /// An error unless everything that the environment has written is finite.
     fn check_numbers(
         &self,
         what: &str,
@@ -144,12 +144,12 @@ impl<E: Env> Rollout<E> {
         Err(Error::invalid(what, "a finite number", values[i]))
     }
 
-    /// What is seen now.
+    /// The current observation.
     pub fn obs(&self) -> &[f32] {
         &self.obs
     }
 
-    /// What was seen before the last step.
+    /// The observation before the last step.
     pub fn previous_obs(&self) -> &[f32] {
         &self.previous_obs
     }
@@ -185,7 +185,7 @@ impl<E: Env> Rollout<E> {
         self.env.save(state.child_mut("env"))
     }
 
-    /// Goes back to what [`Rollout::save`] wrote.
+    /// Restores what [`Rollout::save`] wrote.
     pub(crate) fn load(&mut self, state: &State) -> Result<()> {
         self.episode.outcome = Outcome::Truncated;
         let Ok(env) = state.child("env") else { return Ok(()) };

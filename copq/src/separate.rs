@@ -1,4 +1,5 @@
-//! Scalar critics, as many as each objective wants, behind the seam of one vector-valued ensemble.
+//! Scalar critics, as many as each objective needs, behind the interface of one vector-valued
+//! ensemble.
 
 use crate::critic::values_by_copy;
 use crate::error::check_len;
@@ -7,17 +8,17 @@ use crate::{Critic, Error, Net, QGrad, QView, Result, State};
 /// Separate scalar networks for every objective: 2 for the reward and 4 for the cost (CAL), or a
 /// pair each (independent double-Q, "N pairs of critics").
 ///
-/// To projections and losses it is an ensemble of K critics of N values, with K the least common
-/// multiple of the counts: an objective with fewer networks shows each of them equally often. That
-/// changes no mean, no least value and no standard deviation (over K), and the gradients of a
-/// network's copies add up. Covariances between objectives mean nothing here, so that a method
-/// whose bound is one of them (Cholesky, Eigen, Extremum) is refused.
+/// To projections and losses, it is an ensemble of K critics of N values. K is the least common
+/// multiple of the counts: an objective with fewer networks shows each of them equally often. This
+/// changes no mean, no smallest value and no standard deviation (over K), and the gradients of a
+/// network's copies add up. Covariances between objectives mean nothing here, so a method whose
+/// bound reads them (Cholesky, Eigen, Extremum) is refused.
 ///
-/// With unequal counts a drawn subset (REDQ) could hold one network twice, so it is refused.
+/// With unequal counts, a drawn subset (REDQ) could hold one network twice, so it is refused.
 ///
-/// They learn best without FAMO, which rests here unless
+/// Separate critics learn best without FAMO, which is off here unless
 /// [`FamoConfig::separate`](crate::FamoConfig::separate) is set. Adam undoes the scale of a loss,
-/// so weights of losses that share no network balance nothing: under a decoupled decay they drift,
+/// so weights of losses that share no network balance nothing. Under a decoupled decay they drift,
 /// until an objective's gradients are as small as Adam's epsilon and its networks hardly move.
 ///
 /// [`Ensemble::Separate`](crate::Ensemble::Separate) makes one:
@@ -50,7 +51,7 @@ use crate::{Critic, Error, Net, QGrad, QView, Result, State};
 /// ```
 pub struct SeparateCritics {
     networks: Box<dyn Critic>,
-    /// Networks of each objective, which lie one objective after another.
+    /// The number of networks of each objective. The networks lie one objective after another.
     counts: Vec<usize>,
     critics: usize,
     /// Values and gradients, `networks x rows` and `critics x rows x objectives`.
@@ -89,7 +90,7 @@ impl SeparateCritics {
         Ok(Self { networks, counts: counts.to_vec(), critics, values, q, grad })
     }
 
-    /// Makes room for the scalar critics' values of so many.
+    /// Makes room for the scalar critics' values that become `len` values of the ensemble.
     fn make_room(&mut self, len: usize) -> Result<()> {
         let share = self.critics * self.counts.len();
         if !len.is_multiple_of(share) {
@@ -99,7 +100,7 @@ impl SeparateCritics {
         Ok(())
     }
 
-    /// Runs `call` on the scalar critics with a gradient that is `grad` as they see it.
+    /// Runs `call` on the scalar critics, with `grad` translated to what they see.
     fn through(
         &mut self,
         grad: QGrad<'_>,

@@ -7,7 +7,7 @@ use crate::{Error, Outcome, Result};
 /// ```
 /// use copq::{EnvSpec, Objective};
 ///
-/// // No multiplier weighs this cost: it has a weight of its own.
+/// // No multiplier weights this cost: it has its own weight.
 /// let heat = Objective::cost("heat", 50.0).weight(-0.1);
 /// let spec = EnvSpec::new("arm", 4, 2).objective(heat).reward("progress", 1.0);
 /// spec.check()?;
@@ -22,7 +22,7 @@ pub struct Objective {
     /// Its scalarisation weight w, not normalised (paper Table 1); at most 0 for a cost.
     pub weight: f32,
     /// The limit of a cost's undiscounted sum over an episode; `None` makes it a reward. A cost is
-    /// told as a positive number.
+    /// reported as a positive number.
     pub limit: Option<f32>,
 }
 
@@ -32,11 +32,11 @@ impl Objective {
         Self { name: name.into(), weight, limit: None }
     }
 
-    /// A cost with its limit, and weight 0: only methods with a [`Constraint`](crate::Constraint),
-    /// such as [`Method::cop_cal`](crate::Method::cop_cal), hold the limit, by a multiplier. For
-    /// any other it counts as much as the negative weight that you give it. For those put one of
-    /// weight 0 last: of objectives after it, [`Cholesky`](crate::projection::Cholesky) lowers only
-    /// what this one's disagreement does not explain.
+    /// A cost with its limit, and weight 0. Only methods with a [`Constraint`](crate::Constraint),
+    /// such as [`Method::cop_cal`](crate::Method::cop_cal), enforce the limit, with a multiplier.
+    /// For other methods, it counts as much as the negative weight that you give it. With them, put
+    /// a cost of weight 0 last: [`Cholesky`](crate::projection::Cholesky) lowers the objectives
+    /// after it only by what the cost's disagreement does not explain.
     pub fn cost(name: impl Into<String>, limit: f32) -> Self {
         Self { name: name.into(), weight: 0.0, limit: Some(limit) }
     }
@@ -46,7 +46,7 @@ impl Objective {
         self.limit.is_some()
     }
 
-    /// Another weight, such as a negative one for a cost that no multiplier weighs.
+    /// Sets a different weight, such as a negative one for a cost that no multiplier weights.
     pub fn weight(self, weight: f32) -> Self {
         Self { weight, ..self }
     }
@@ -90,17 +90,17 @@ pub struct EnvSpec {
     /// The reward that a stochastic policy's entropy bonus is added to, by its name; `None` means
     /// the last reward. The bonus counts with that reward's weight, which must be positive.
     pub entropy: Option<String>,
-    /// Steps of the longest episode. The environment itself returns
-    /// [`Outcome::Truncated`](crate::Outcome::Truncated) then: nobody counts for it, and it is an
-    /// error to run on.
+    /// Steps of the longest episode. The environment itself must then return
+    /// [`Outcome::Truncated`](crate::Outcome::Truncated): no caller counts for it, and it is an
+    /// error to continue.
     pub horizon: usize,
-    /// Versions that its numbers depend on, such as `mujoco 3.17.0`, if it says so.
+    /// Versions that its numbers depend on, such as `mujoco 3.17.0`, if it reports them.
     pub versions: Option<String>,
 }
 
 impl EnvSpec {
-    /// A world that shows `obs_len` numbers and takes `action_len` from -1 to 1, in episodes of at
-    /// most 1,000 steps. It needs at least one objective.
+    /// An environment with observations of `obs_len` numbers and actions of `action_len` numbers
+    /// from -1 to 1, in episodes of at most 1,000 steps. It needs at least one objective.
     pub fn new(name: impl Into<String>, obs_len: usize, action_len: usize) -> Self {
         Self {
             name: name.into(),
@@ -130,7 +130,7 @@ impl EnvSpec {
         self
     }
 
-    /// Other bounds of the actions than -1 and 1, in the environment's own units.
+    /// Sets action bounds different from -1 and 1, in the environment's own units.
     pub fn action_bounds(self, low: &[f32], high: &[f32]) -> Self {
         Self { action_low: low.to_vec(), action_high: high.to_vec(), ..self }
     }
@@ -140,12 +140,12 @@ impl EnvSpec {
         Self { entropy: Some(reward.into()), ..self }
     }
 
-    /// Another length of the longest episode.
+    /// Sets a different length of the longest episode.
     pub fn horizon(self, horizon: usize) -> Self {
         Self { horizon, ..self }
     }
 
-    /// Versions that its numbers depend on, for whoever wants the same again.
+    /// Versions that its numbers depend on, for anyone who wants to reproduce them.
     pub fn versions(self, versions: impl Into<String>) -> Self {
         Self { versions: Some(versions.into()), ..self }
     }
@@ -183,7 +183,7 @@ impl EnvSpec {
         (0..self.objectives.len()).filter(|&i| self.objectives[i].is_cost()).collect()
     }
 
-    /// An error for a task without a cost; `what` says what wants one.
+    /// An error for a task without a cost; `what` says what needs one.
     pub(crate) fn check_has_cost(&self, what: &str) -> Result<()> {
         if self.objectives.iter().any(Objective::is_cost) {
             return Ok(());
@@ -192,8 +192,8 @@ impl EnvSpec {
         Err(Error::invalid(what, "a task with a cost under a limit, such as b/hopper", "none"))
     }
 
-    /// An error for an episode that runs on past its horizon: whoever waits for its end would wait
-    /// for ever.
+    /// An error for an episode that continues past its horizon: a caller that waits for its end
+    /// would wait for ever.
     pub(crate) fn check_length(&self, length: u64, outcome: Outcome) -> Result<()> {
         if outcome != Outcome::Running || length < self.horizon as u64 {
             return Ok(());
@@ -206,13 +206,13 @@ impl EnvSpec {
     }
 
     /// Maps an action from [-1, 1], the units of policies and replay, to the environment's bounds:
-    /// exactly there at the ends, and never beyond them.
+    /// exactly onto them at the ends, and never beyond them.
     pub fn scale_action(&self, unit: &[f32], out: &mut [f32]) {
         for (i, (out, &unit)) in out.iter_mut().zip(unit).enumerate() {
             let low = self.action_low[i];
             let high = self.action_high[i];
-            // Halves first, which no finite bounds overflow; centre and half range keep [-1, 1] as
-            // it is.
+            // Halving first keeps finite bounds from overflowing. Centre and half range leave
+            // [-1, 1] as it is.
             let scaled = (0.5 * low + 0.5 * high) + (0.5 * high - 0.5 * low) * unit;
             *out = match unit {
                 -1.0 => low,
@@ -222,8 +222,8 @@ impl EnvSpec {
         }
     }
 
-    /// An error that names the first thing in which another description differs; `what` says whose
-    /// that is. Versions may differ.
+    /// An error that names the first difference from another description; `what` says whose that
+    /// is. Versions may differ.
     pub fn check_same(&self, what: &str, other: &Self) -> Result<()> {
         let bounds = |spec: &Self| format!("{:?} to {:?}", spec.action_low, spec.action_high);
         let objectives = |spec: &Self| {

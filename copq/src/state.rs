@@ -126,7 +126,7 @@ impl State {
         checkpoint::read(path.as_ref())
     }
 
-    /// The same from bytes that are in memory already; `path` is what errors call them.
+    /// Reads the tree from bytes that are already in memory; `path` is what errors call them.
     pub fn from_bytes(path: impl AsRef<Path>, bytes: &[u8]) -> Result<Self> {
         checkpoint::decode(path.as_ref(), bytes)
     }
@@ -154,12 +154,12 @@ impl State {
         Ok(())
     }
 
-    /// The subtree under a name, made if it is not there.
+    /// The subtree under a name, created if it is not there.
     pub fn child_mut(&mut self, name: &str) -> &mut State {
         self.children.entry(name.to_owned()).or_default()
     }
 
-    /// Takes the subtree under a name away, if it is there.
+    /// Removes and returns the subtree under a name, if it is there.
     pub fn remove_child(&mut self, name: &str) -> Option<State> {
         self.children.remove(name)
     }

@@ -1,5 +1,5 @@
-//! SAC's entropy bonus: its weight, the temperature alpha, learned so that the policy keeps a
-//! wanted entropy.
+//! SAC's entropy bonus: its weight is the temperature alpha, learned so that the policy keeps a
+//! given entropy.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ use crate::{EnvSpec, Error, Result, State};
 ///
 /// let mut method = Method::sac();
 /// assert_eq!(method.config.entropy, Some(Entropy::default()));
-/// // A temperature that stays.
+/// // A fixed temperature.
 /// method.config.entropy = Some(Entropy { temperature: 0.2, lr: 0.0, ..Entropy::default() });
 /// method.config.check()?;
 /// # Ok::<(), copq::Error>(())
@@ -22,33 +22,33 @@ use crate::{EnvSpec, Error, Result, State};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Entropy {
-    /// The temperature to begin with.
+    /// The initial temperature.
     pub temperature: f64,
-    /// Adam's step size on its logarithm; 0 keeps the temperature as it is.
+    /// Adam's step size on its logarithm; 0 keeps the temperature fixed.
     pub lr: f64,
-    /// The entropy to hold, in nats for actions in [-1, 1]; minus the action's length unless given.
+    /// The target entropy, in nats for actions in [-1, 1]; by default minus the action's length.
     pub target: Option<f64>,
-    /// The objective that the bonus is added to; the one that the task names ([`EnvSpec::entropy`])
-    /// unless given.
+    /// The objective that the bonus is added to; by default the one that the task names
+    /// ([`EnvSpec::entropy`]).
     pub objective: Option<String>,
 }
 
 impl Default for Entropy {
-    /// Temperature 1 to begin with, step size 5e-4 (paper Table D.3).
+    /// Initial temperature 1, step size 5e-4 (paper Table D.3).
     fn default() -> Self {
         Self { temperature: 1.0, lr: 5e-4, target: None, objective: None }
     }
 }
 
 impl Entropy {
-    /// An error for numbers that suit no task.
+    /// An error for numbers that no task can use.
     pub(crate) fn check(&self) -> Result<()> {
         check_positive("entropy.temperature", self.temperature)?;
         check_not_negative("entropy.lr", self.lr)
     }
 }
 
-/// alpha, and what learns it.
+/// alpha, and what is needed to learn it.
 #[derive(Clone, Debug)]
 pub(crate) struct Temperature {
     log_alpha: [f64; 1],
@@ -58,11 +58,11 @@ pub(crate) struct Temperature {
 }
 
 impl Temperature {
-    /// The bonus of a task's policy.
+    /// The temperature for a task's policy.
     pub(crate) fn new(entropy: &Entropy, spec: &EnvSpec) -> Result<Self> {
         entropy.check()?;
         let target = entropy.target.unwrap_or(-(spec.action_len() as f64));
-        // That of uniform actions. What cannot be reached would raise the temperature for ever.
+        // That of uniform actions. An unreachable target would raise the temperature for ever.
         let most = spec.action_len() as f64 * std::f64::consts::LN_2;
         if !(target.is_finite() && target < most) {
             return Err(Error::invalid(
@@ -109,7 +109,7 @@ impl Temperature {
     }
 }
 
-/// The position of the objective that the bonus is added to, which must be wanted, not limited.
+/// The position of the objective that the bonus is added to, a reward of positive weight.
 fn objective(entropy: &Entropy, spec: &EnvSpec) -> Result<usize> {
     let names = spec.names();
     let found = match &entropy.objective {

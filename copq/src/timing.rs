@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// Wall-clock time spent since the trainer was made (not saved: it is no part of the result).
+/// Wall-clock time spent since the trainer was made (not saved, as it is not part of the result).
 ///
 /// ```
 /// # mod world { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/doctest/world.rs")); }

@@ -1,5 +1,5 @@
 // Hidden in this crate's examples, which have no tensor crate: a backend whose critics say 0 and
-// whose policy stands still, and an agent that does so and expects 1.25.
+// whose policy stands still, and an agent that also stands still and expects 1.25.
 
 use copq::*;
 

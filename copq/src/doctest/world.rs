@@ -1,4 +1,4 @@
-// Hidden in this crate's examples: three steps of time, each worth 0.5, whatever is done.
+// Hidden in this crate's examples: three steps of time, each worth 0.5, whatever the action.
 
 use copq::*;
 

@@ -1,18 +1,18 @@
-//! What a policy's file says of it, beside its weights.
+//! What a policy's file records besides its weights.
 
 use crate::error::check_len;
 use crate::{Activation, ActorKind, EnvSpec, Error, Networks, Result, State, Value};
 
-/// Whose policy it is, and what it takes to build it.
+/// What the policy was made for, and what is needed to build it.
 #[derive(Clone, Debug)]
 pub(crate) struct About {
-    /// Its world; of the objectives, the names alone are in a file.
+    /// Its environment. Of the objectives, a file holds only the names.
     pub spec: EnvSpec,
     pub networks: Networks,
     pub kind: ActorKind,
-    /// What it learned by, where that is known.
+    /// The method that it learned with, if known.
     pub method: Option<String>,
-    /// Highest priority first; none in files that do not say them.
+    /// Highest priority first; empty for files that do not record them.
     pub objectives: Vec<String>,
 }
 
@@ -27,7 +27,7 @@ impl About {
         }
     }
 
-    /// What [`About::to_state`] wrote; files of older versions say neither objectives nor method.
+    /// Reads what [`About::to_state`] wrote. Older versions recorded neither objectives nor method.
     pub fn read(about: &State) -> Result<Self> {
         let low = about.get("action_low")?;
         let high = about.get("action_high")?;
@@ -41,7 +41,7 @@ impl About {
             spec = spec.reward(name, 1.0);
         }
         if objectives.is_empty() {
-            // A description needs one.
+            // A description needs at least one.
             spec = spec.reward("any", 1.0);
         }
         let networks = Networks {
@@ -73,8 +73,8 @@ impl About {
         about
     }
 
-    /// An error unless a policy's file tells of these networks and of such a world. Its task, its
-    /// objectives and its method may be others.
+    /// An error unless a policy's file describes these networks and a matching environment. Its
+    /// task, objectives and method may differ.
     pub fn check_fits(&self, file: &State) -> Result<()> {
         let own = self.to_state();
         let mut differences: [Vec<String>; 2] = Default::default();
@@ -96,7 +96,7 @@ impl About {
 
 const MAY_DIFFER: [&str; 3] = ["task", "objectives", "method"];
 
-/// A text that older files do not have.
+/// A text that older files lack.
 fn optional_text<'a>(about: &'a State, name: &str) -> Result<Option<&'a str>> {
     if about.values().any(|(known, _)| known == name) {
         about.get_text(name).map(Some)

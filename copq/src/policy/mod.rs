@@ -1,4 +1,4 @@
-//! A trained policy on its own: what acts when learning is over.
+//! A trained policy on its own, for acting when learning is over.
 
 mod about;
 
@@ -13,13 +13,13 @@ use crate::{
     Stream,
 };
 
-/// An actor with the normaliser of its observations, if it learned with one, and the bounds of its
-/// actions; all frozen.
+/// An actor with its action bounds and, if it learned with one, the normaliser of its observations.
+/// All are frozen.
 ///
 /// ```
 /// # use copq::*;
 /// # fn show(backend: &dyn Backend, obs: &[f32]) -> Result<()> {
-/// // What `Learner::save_policy` or the program `copq export` has written.
+/// // A file that `Learner::save_policy` or the program `copq export` has written.
 /// let mut policy = Policy::read("hopper.safetensors", backend)?;
 /// let mut action = vec![0.0; policy.action_len()];
 /// policy.act(obs, &mut action)?; // in [-1, 1]
@@ -28,22 +28,25 @@ use crate::{
 /// # }
 /// ```
 ///
-/// The file is safetensors, for any reader: `actor/layer.0.weight` (output x input),
-/// `actor/layer.0.bias` and so on, hidden layers followed by `policy/activation`, the output by
-/// what `policy/kind` says: tanh (`deterministic`), tanh of its first half, the means (`gaussian`),
-/// or nothing but a clamp to [-1, 1] (`normal`, which has `actor/log_std` besides);
-/// `policy/action_low` and `policy/action_high`; and of the normaliser, if there is one,
-/// `normaliser/mean`, `normaliser/squares` and `normaliser/count`, so that x becomes (x - mean) /
-/// max(sqrt(squares / (count - 1)), 0.01), clipped at 5, but for the last `normaliser/raw`
-/// components, which stay as they are. Texts (`policy/task`, `policy/kind`, `policy/activation`,
-/// `policy/method`, and `policy/objectives`, a name a line) are UTF-8 bytes; `policy/hidden` and
-/// `policy/obs_len` are the layers' widths. A policy of modules ([`Backend`]) has their own paths
-/// instead, and is read back by the same backend.
+/// The file is safetensors, for any reader. Layers are `actor/layer.0.weight` (output x input),
+/// `actor/layer.0.bias` and so on. After each hidden layer comes `policy/activation`. What comes
+/// after the output depends on `policy/kind`: tanh (`deterministic`), tanh of its first half, the
+/// means (`gaussian`), or only a clamp to [-1, 1] (`normal`, which also has `actor/log_std`). The
+/// bounds of the actions are `policy/action_low` and `policy/action_high`.
+///
+/// If there is a normaliser, `normaliser/mean`, `normaliser/squares` and `normaliser/count` turn x
+/// into (x - mean) / max(sqrt(squares / (count - 1)), 0.01), clipped at 5. The last
+/// `normaliser/raw` components stay as they are.
+///
+/// Texts (`policy/task`, `policy/kind`, `policy/activation`, `policy/method`, and
+/// `policy/objectives`, one name per line) are UTF-8 bytes. `policy/hidden` and `policy/obs_len`
+/// are the layers' widths. A policy made of modules ([`Backend`]) has its own paths instead, and is
+/// read back by the same backend.
 pub struct Policy {
     actor: Box<dyn Actor>,
     normaliser: Option<Normaliser>,
     about: About,
-    /// What the actor sees.
+    /// The observations as the actor sees them.
     obs: Vec<f32>,
 }
 
@@ -57,8 +60,8 @@ impl std::fmt::Debug for Policy {
 }
 
 impl Policy {
-    /// The policy in the saved state of an agent (the child `agent` of a trainer's) that learned a
-    /// policy of some kind with such networks; one of another task is refused.
+    /// The policy in the saved state of an agent (the child `agent` of a trainer's state) that
+    /// learned this kind of policy with such networks. A policy of a different task is refused.
     pub fn load(
         agent: &State,
         spec: &EnvSpec,
@@ -103,8 +106,8 @@ impl Policy {
         Ok(Self { actor, normaliser, about, obs: Vec::new() })
     }
 
-    /// The content of its file, as above: what other formats are made of. An error if its actor has
-    /// no [`Actor::export`].
+    /// The content of its file, as above, from which other formats are made. An error if its actor
+    /// has no [`Actor::export`].
     pub fn to_state(&self) -> Result<State> {
         exported(self.actor.as_ref(), self.normaliser.as_ref(), &self.about)
     }
@@ -124,18 +127,18 @@ impl Policy {
         &self.about.spec.name
     }
 
-    /// The objectives' names, highest priority first; none in a file of an older version.
+    /// The objectives' names, highest priority first; empty for a file of an older version.
     pub fn objectives(&self) -> &[String] {
         &self.about.objectives
     }
 
-    /// The method that it learned by; none in a file of an older version.
+    /// The method that it learned with; none for a file of an older version.
     pub fn method(&self) -> Option<&str> {
         self.about.method.as_deref()
     }
 
     /// Writes the policy's best guess for one observation, or for each of a batch, in [-1, 1]. An
-    /// error if it is not a number, as by weights of a run that diverged.
+    /// error if it is not a finite number, which happens with the weights of a run that diverged.
     pub fn act(&mut self, obs: &[f32], action: &mut [f32]) -> Result<()> {
         self.obs.clear();
         self.obs.extend_from_slice(obs);
@@ -178,8 +181,8 @@ pub(crate) fn exported(
     Ok(state)
 }
 
-/// Begins with a policy of this or another task of the same robot: its weights and its normaliser.
-/// An error for another kind of policy, or one of another world.
+/// Starts with the weights and the normaliser of a policy of this or another task of the same
+/// robot. A different kind of policy is an error, and so is one for a different environment.
 pub(crate) fn begin_with(
     policy: &State,
     own: &About,

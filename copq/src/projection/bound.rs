@@ -1,4 +1,4 @@
-//! What a projection is asked for: which critics' values, weighed how, how far from their mean.
+//! What a projection is asked for: which critics' values, which weights, how far from the mean.
 
 use super::{Directions, QView};
 use crate::error::check_len;
@@ -23,11 +23,11 @@ use crate::{Error, Result};
 pub struct BoundQuery<'a> {
     /// The critics' values, `critics x rows x objectives`.
     pub q: QView<'a>,
-    /// Raw scalarisation weights w, one per objective (`N`) or one set per row (`B x N`); u = w /
-    /// |w| is made from them.
+    /// Raw scalarisation weights w, one per objective (`N`) or one set per row (`B x N`). They give
+    /// the direction u = w / |w|.
     pub weights: &'a [f32],
-    /// Signed length: -1 is the lower bound of TD target and actor (paper eq. 11), 0 the mean,
-    /// +beta the upper bound that explores (eq. 12).
+    /// Signed length: -1 is the lower bound for the TD target and the actor (paper eq. 11), 0 the
+    /// mean, +beta the upper bound for exploration (eq. 12).
     pub step: f32,
 }
 

@@ -1,4 +1,4 @@
-//! What the author of a projection runs first: is the gradient that of the bound?
+//! A first check of a projection: is the gradient that of the bound?
 
 use super::{BoundQuery, Projection, QView, Scratch};
 use crate::error::check_count;
@@ -9,14 +9,14 @@ const ROWS: usize = 64;
 const NUDGE: f32 = 1e-2;
 /// How far a gradient may be from the slope, whose own error is of this size.
 const TOLERANCE: f32 = 1e-2;
-/// Of the rows, how many may disagree: a bound may have kinks, and some rows lie on one.
+/// How many of the rows may disagree: a bound may have kinks, and some rows lie on one.
 const KINKS: usize = ROWS / 10;
 
 /// Compares a projection's gradient with central differences, for 64 seeded rows of critics'
-/// values, weights of both signs and both signs of the step; an error says where they differ. Up to
-/// a tenth of the rows may, for a bound that has kinks, as a minimum has. Then a batch of all rows,
-/// with weights of their own or one set for all, must have the bounds and gradients that they have
-/// one by one. What is written over holds NaN, as a learner's may.
+/// values, weights of both signs and both signs of the step. An error says where they differ. Up to
+/// a tenth of the rows may differ, because a bound may have kinks, as a minimum does. Then a batch
+/// of all rows, with separate weights or one set for all, must have the bounds and gradients that
+/// the rows have one by one. Outputs hold NaN beforehand, as a learner's may.
 ///
 /// ```
 /// use copq::projection::{Cholesky, ScalarisedMin, check_projection};
@@ -43,7 +43,7 @@ pub fn check_projection(
         rng.fill_normal(&mut grad_out);
         let mut weight = || {
             let size = rng.uniform_in(0.1, 1.0) as f32;
-            // A quarter are costs'.
+            // A quarter of them are a cost's.
             if rng.uniform_in(0.0, 1.0) < 0.25 { -size } else { size }
         };
         let weights: Vec<_> = (0..objectives).map(|_| weight()).collect();
@@ -72,8 +72,8 @@ pub fn check_projection(
     }
 }
 
-/// An error unless a batch's rows come to what each of them comes to alone, whether each has
-/// weights of its own or all have the first one's.
+/// An error unless the rows of a batch give the same results as each of them alone, whether each
+/// has its own weights or all have those of the first.
 fn check_batch(
     projection: &dyn Projection,
     objectives: usize,
@@ -82,7 +82,7 @@ fn check_batch(
     let critics = rows[0].0.len() / objectives;
     let of_critic =
         |k: usize| rows.iter().flat_map(move |(q, _)| &q[k * objectives..(k + 1) * objectives]);
-    // Of a batch, a critic's values lie together.
+    // In a batch, the values of a critic lie together.
     let q: Vec<f32> = (0..critics).flat_map(of_critic).copied().collect();
     let own: Vec<f32> = rows.iter().flat_map(|(_, weights)| weights).copied().collect();
     let one = rows[0].1.as_slice();

@@ -10,26 +10,26 @@ use super::{Deviations, Ellipsoid, Work};
 /// eqs. 10-13).
 ///
 /// As long as the clip does not fire, the first objective's margin is its own standard deviation
-/// times its weight; the others answer for what the ones before them leave unexplained. Where
-/// `u . L u` would be negative, R turns u just far enough to make it zero (paper A.1-A.4), so that
-/// always `u . L R u = max(0, u . L u)`.
+/// times its weight. The margins of the others cover what the objectives before them leave
+/// unexplained. Where `u . L u` would be negative, R turns u just far enough to make it zero (paper
+/// A.1-A.4), so that always `u . L R u = max(0, u . L u)`.
 ///
-/// No covariance is formed. The deviations themselves are orthogonalised, so that an objective that
-/// the earlier ones explain entirely adds no disagreement of its own, and critics that agree give
-/// exactly the mean.
+/// No covariance is formed. The deviations themselves are orthogonalised. Therefore, an objective
+/// that the earlier ones explain entirely adds no disagreement of its own, and critics that agree
+/// give exactly the mean.
 ///
 /// # Where it has no derivative
 ///
 /// * A zero pivot, such as an objective on which all critics agree: the standard deviation has a
 ///   kink there like |x| at zero, and the gradient used is the middle of its two sides, 0. For two
-///   critics and one objective this is the tie of clipped double-Q, which here hands half of the
-///   gradient to each. The bounds of objectives after it jump: beside a pivot however small they
-///   depend on the direction in which the critics disagree about it, which has no limit. There the
-///   direction is left out.
-/// * `u . L u = 0`, where the clip starts: the bound is continuous, its slope is not.
-/// * `Sigma u = 0` with Sigma not zero, a scalarised value without disagreement: for objectives
-///   valued (1, -1) and (-1, 1) under weights (1, 1). The bound jumps there, as the limit of R u
-///   depends on where one comes from; the clip counts as not fired.
+///   critics and one objective, this is the tie of clipped double-Q, which here gives half of the
+///   gradient to each. The bounds of the objectives after it jump. Next to an arbitrarily small
+///   pivot, they depend on the direction in which the critics disagree about the objective, and
+///   that direction has no limit. At a zero pivot, the direction is left out.
+/// * `u . L u = 0`, where the clip starts: the bound is continuous, but its slope is not.
+/// * `Sigma u = 0` with Sigma not zero, a scalarised value without disagreement: for example,
+///   objectives valued (1, -1) and (-1, 1) under weights (1, 1). The bound jumps there, because the
+///   limit of R u depends on the direction of approach. The clip counts as not fired.
 ///
 /// ```
 /// use copq::projection::{BoundQuery, Cholesky, Projection, QView, Scratch};

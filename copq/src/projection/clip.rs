@@ -6,8 +6,8 @@ use super::vector::{dot, normalise, sum};
 /// Writes R u, given p = L'u; returns whether the clip fired, that is whether a = u . p < 0.
 ///
 /// Then R u is the unit vector nearest to u that is orthogonal to p, so that u . L R u = 0. If the
-/// clip does not fire, R u = u. (An a below zero implies p != 0 and p not parallel to u: L is
-/// triangular, its diagonal not negative.)
+/// clip does not fire, R u = u. (If a is below zero, then p != 0 and p is not parallel to u,
+/// because L is triangular and its diagonal is not negative.)
 pub(super) fn rotate(u: &[f64], p: &[f64], out: &mut [f64]) -> bool {
     let fired = dot(u, p) < 0.0;
     if fired {

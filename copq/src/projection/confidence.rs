@@ -36,7 +36,7 @@ pub fn confidence(step: f64, objectives: usize) -> Result<f64> {
     Ok(share(&law(objectives)?, step))
 }
 
-/// The share within a radius. (statrs panics on squares that its own scaling underflows.)
+/// The share within a radius. (statrs panics on squares that underflow in its own scaling.)
 fn share(law: &ChiSquared, radius: f64) -> f64 {
     let square = radius * radius;
     if square < f64::MIN_POSITIVE { 0.0 } else { law.cdf(square) }

@@ -3,8 +3,8 @@
 use super::vector::{add_scaled, dot, rms, sum};
 use crate::{Error, Result};
 
-/// A standard deviation below this multiple of the numbers it was computed from is their rounding,
-/// and counts as zero.
+/// A standard deviation below this multiple of the numbers that it was computed from is only their
+/// rounding error, and counts as zero.
 ///
 /// It lies half-way, in digits, between what double precision leaves of an exact zero (1e-16) and
 /// the smallest disagreement that single-precision critics can express (1e-8).
@@ -36,8 +36,8 @@ pub struct Deviations<'a> {
 }
 
 impl<'a> Deviations<'a> {
-    /// Views `objectives x critics` values, which the caller has centred: each objective's sum to
-    /// zero.
+    /// Views `objectives x critics` values, which the caller has centred: the values of each
+    /// objective sum to zero.
     pub fn new(values: &'a [f64], critics: usize) -> Result<Self> {
         if critics == 0 || values.is_empty() || !values.len().is_multiple_of(critics) {
             let wanted = format!("a positive multiple of {critics} critics");
@@ -96,7 +96,7 @@ impl<'a> Deviations<'a> {
         }
     }
 
-    /// Whether `std`, the computed sqrt(u' Sigma u), is nothing but the rounding of its terms u_i
+    /// Whether `std`, the computed sqrt(u' Sigma u), is only the rounding error of its terms u_i
     /// x_i.
     pub fn is_rounding(&self, u: &[f64], std: f64) -> bool {
         std <= ROUNDING * sum(self.iter().zip(u).map(|(x, u)| u.abs() * rms(x)))

@@ -1,4 +1,4 @@
-//! For looking at: what an ensemble says about one action, as matrices (feature `nalgebra`).
+//! For inspection: what an ensemble says about one action, as matrices (feature `nalgebra`).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -31,7 +31,7 @@ pub struct Disagreement {
 }
 
 impl Disagreement {
-    /// Of one row of a batch of critics' values.
+    /// The disagreement in one row of a batch of critics' values.
     pub fn of(q: QView<'_>, row: usize) -> Result<Self> {
         if row >= q.rows() {
             return Err(Error::invalid("row", format!("less than {}", q.rows()), row));
@@ -48,8 +48,8 @@ impl Disagreement {
         Ok(Self { mean, deviations, q })
     }
 
-    /// Of the fewest critics, N + 1, that have a mean (N) and a covariance, by its factor L (N x N,
-    /// lower triangular, L L' = Sigma): for pictures of what a projection does.
+    /// The disagreement of N + 1 critics, the fewest that have a mean (N) and the covariance of a
+    /// factor L (N x N, lower triangular, L L' = Sigma). For pictures of what a projection does.
     ///
     /// ```
     /// use copq::projection::Disagreement;
@@ -83,7 +83,7 @@ impl Disagreement {
         Self::of(QView::new(&q, critics, n)?, 0)
     }
 
-    /// The critics' values, a point each (N).
+    /// The critics' values, one point each (N).
     pub fn critics(&self) -> impl Iterator<Item = &[f32]> {
         self.q.chunks_exact(self.mean.len())
     }
@@ -100,8 +100,8 @@ impl Disagreement {
     }
 
     /// L (N x N), lower triangular with a diagonal that is not negative, so that L L' is the
-    /// covariance: row i is conditioned on the objectives above it alone. By QR of X, which squares
-    /// no rounding.
+    /// covariance. Row i is conditioned only on the objectives above it. Computed by QR of X, which
+    /// squares no rounding error.
     pub fn factor(&self) -> DMatrix<f64> {
         let (objectives, critics) = self.deviations.shape();
         let scaled = self.deviations.transpose() / (critics as f64).sqrt();
@@ -116,7 +116,7 @@ impl Disagreement {
         factor
     }
 
-    /// The bound that a projection makes of these critics (N), `step` from the mean.
+    /// The bound that a projection gives for these critics (N), `step` from the mean.
     pub fn bound(
         &self,
         projection: &dyn Projection,
@@ -129,7 +129,7 @@ impl Disagreement {
         Ok(DVector::from_iterator(out.len(), out.into_iter().map(f64::from)))
     }
 
-    /// The edge of the confidence ellipse of two objectives: `points` places where (q - mean)'
+    /// The edge of the confidence ellipse of two objectives: `points` points where (q - mean)'
     /// Sigma^-1 (q - mean) is `radius` squared, with Sigma the covariance of the two.
     pub fn ellipse(
         &self,

@@ -32,7 +32,7 @@ use super::{Deviations, Ellipsoid, Work};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Eigen;
 
-/// More objectives than this are worth a QR before their rotations.
+/// With more objectives than this, a QR before the rotations is worthwhile.
 const FEW: usize = 8;
 
 impl Ellipsoid for Eigen {
@@ -86,7 +86,7 @@ impl Ellipsoid for Eigen {
     }
 }
 
-/// X / sqrt(K) = Z S V', as [`jacobi::decompose`] has it.
+/// X / sqrt(K) = Z S V', as computed by [`jacobi::decompose`].
 fn decompose(
     x: &Deviations<'_>,
     factors: &mut Factors,

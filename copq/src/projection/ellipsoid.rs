@@ -6,11 +6,11 @@ use std::fmt::Debug;
 use super::{BoundQuery, Deviations, Projection, Scratch, Work};
 use crate::Result;
 
-/// A projection of the form `mean + step * C R u` (paper App. B), told apart by its offset alone.
+/// A projection of the form `mean + step * C R u` (paper App. B), defined by its offset alone.
 ///
-/// Every `Ellipsoid` is a [`Projection`]: checks, unit directions, centring, the mean and its
-/// gradient are added by a blanket impl. An offset sees one row at a time, in double precision, and
-/// must depend on the deviations only.
+/// Every `Ellipsoid` is a [`Projection`]: a blanket impl adds checks, unit directions, centring,
+/// the mean and its gradient. An offset sees one row at a time, in double precision, and must
+/// depend only on the deviations.
 ///
 /// ```
 /// use copq::projection::{BoundQuery, Deviations, Ellipsoid, Projection, QView, Scratch, Work};
@@ -46,8 +46,8 @@ use crate::Result;
 ///     }
 /// }
 ///
-/// // Two critics that value two objectives (1, 10) and (3, 20); the weights ask for the first
-/// // objective only.
+/// // Two critics that value two objectives (1, 10) and (3, 20); only the first objective has a
+/// // weight.
 /// let q = QView::new(&[1.0, 10.0, 3.0, 20.0], 2, 2)?;
 /// let mut low = [0.0; 2];
 /// let bound = BoundQuery { q, weights: &[1.0, 0.0], step: -1.0 };
@@ -64,13 +64,13 @@ pub trait Ellipsoid: Debug + Send + Sync {
         false
     }
 
-    /// Writes C R u (N) for the unit direction `u`; `out` holds anything before. Zero disagreement
-    /// gives exactly zero.
+    /// Writes C R u (N) for the unit direction `u`. `out` may hold anything beforehand. Zero
+    /// disagreement gives exactly zero.
     fn offset(&self, x: &Deviations<'_>, u: &[f64], work: &mut Work, out: &mut [f64]);
 
-    /// Adds d(grad . C R u)/dX to `grad_x`, laid out `objectives x critics` like
-    /// [`Deviations::values`] and zero before; u is constant. What it gives all critics alike is
-    /// removed afterwards: X is centred.
+    /// Adds d(grad . C R u)/dX to `grad_x`, which is laid out `objectives x critics` like
+    /// [`Deviations::values`] and is zero beforehand; u is constant. A part that is the same for
+    /// all critics is removed afterwards, because X is centred.
     fn offset_vjp(
         &self,
         x: &Deviations<'_>,

@@ -5,9 +5,9 @@ use super::{Deviations, Ellipsoid, Work};
 
 /// `mean + step * Sigma u / sqrt(u' Sigma u)` (paper Table B.1, "extremum").
 ///
-/// Its scalarised margin is the standard deviation of the scalarised value, the largest of the
-/// methods that heed correlations. Where the scalarised value has no disagreement (`Sigma u = 0`),
-/// the offset jumps unless Sigma is zero too; offset and gradient count as zero.
+/// Its scalarised margin is the standard deviation of the scalarised value, the largest margin of
+/// the methods that use correlations. Where the scalarised value has no disagreement
+/// (`Sigma u = 0`), the offset jumps unless Sigma is also zero; offset and gradient count as zero.
 ///
 /// ```
 /// use copq::projection::{BoundQuery, Extremum, Projection, QView, Scratch};
@@ -54,8 +54,8 @@ impl Ellipsoid for Extremum {
         if std == 0.0 {
             return;
         }
-        // The gradient of e = y / std is X grad / K; that of y = X u is its part across e, over
-        // std.
+        // The gradient of e = y / std is X grad / K; that of y = X u is its part orthogonal to e,
+        // over std.
         x.scalarised(grad, grad_y);
         let along = dot(grad_y, e) / critics;
         add_scaled(grad_y, -along, e);
@@ -66,7 +66,8 @@ impl Ellipsoid for Extremum {
     }
 }
 
-/// Writes e = X u / sqrt(u' Sigma u) and returns the root; both are zero if the root is rounding.
+/// Writes e = X u / sqrt(u' Sigma u) and returns the root; both are zero if the root is only
+/// rounding error.
 fn standardise(x: &Deviations<'_>, u: &[f64], e: &mut [f64]) -> f64 {
     x.scalarised(u, e);
     let std = rms(e);

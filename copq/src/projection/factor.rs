@@ -14,7 +14,7 @@ pub(super) struct Factor<'a> {
 
 impl<'a> Factor<'a> {
     /// Factors Sigma of the deviations `x`; `e` (both `objectives x critics`) and `pivots`
-    /// (`objectives`) are zero before.
+    /// (`objectives`) must be zero beforehand.
     pub(super) fn new(x: &'a [f64], e: &'a mut [f64], pivots: &'a mut [f64]) -> Self {
         let critics = x.len() / pivots.len();
         orthonormalise(x, e, pivots);
@@ -67,7 +67,7 @@ impl<'a> Factor<'a> {
         }
     }
 
-    /// Adds to `grad_x` what follows from the gradient of E, which it uses up.
+    /// Adds to `grad_x` what follows from the gradient of E, which it overwrites.
     pub(super) fn directions_vjp(&self, grad_e: &mut [f64], grad_x: &mut [f64]) {
         orthonormalise_vjp(self.x, self.e, self.pivots, grad_e, grad_x);
     }

@@ -9,7 +9,7 @@ use super::vector::{add_scaled, centre, divide, dot, over, rms, subtract_scaled}
 ///
 /// e_j = r_j / L_jj, where r_j is x_j without its parts along the earlier e's, so that e_j . e_j =
 /// K. An objective whose disagreement the earlier ones explain entirely has a zero pivot and a zero
-/// e_j. Centred columns span at most K - 1 dimensions, so no more pivots than that are taken.
+/// e_j. Centred columns span at most K - 1 dimensions, so at most that many pivots are taken.
 pub(super) fn orthonormalise(x: &[f64], e: &mut [f64], pivots: &mut [f64]) {
     let critics = x.len() / pivots.len();
     let mut room = critics - 1;
@@ -27,12 +27,12 @@ pub(super) fn orthonormalise(x: &[f64], e: &mut [f64], pivots: &mut [f64]) {
     }
 }
 
-/// Writes r_j and returns its pivot; a pivot that is rounding is zero.
+/// Writes r_j and returns its pivot, which is zero if it is only rounding error.
 fn orthogonalise(column: &[f64], before: &[f64], r: &mut [f64]) -> f64 {
     r.copy_from_slice(column);
     remove(before, r);
-    // The second pass corrects what rounding left of the first, which a small pivot would blow up
-    // ("twice is enough").
+    // The second pass corrects the rounding errors that remain after the first, which a small pivot
+    // would amplify ("twice is enough").
     remove(before, r);
     let length = rms(r);
     if ROUNDING * rms(column) < length { length } else { 0.0 }
@@ -48,7 +48,7 @@ fn remove(before: &[f64], r: &mut [f64]) {
 }
 
 /// Adds to `grad_x` what follows from `grad_e`, the gradient with respect to e_1..e_N, which it
-/// uses up.
+/// overwrites.
 ///
 /// A zero pivot passes no gradient on.
 pub(super) fn orthonormalise_vjp(

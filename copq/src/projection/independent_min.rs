@@ -1,10 +1,10 @@
-//! Clipped double-Q for every objective on its own.
+//! Clipped double-Q for each objective on its own.
 
 use super::selection::{self, worst};
 use super::{BoundQuery, Projection, QView, Scratch};
 use crate::{Ensemble, Result};
 
-/// Every objective's least value over the critics for a negative step, or its greatest for a
+/// Every objective's smallest value over the critics for a negative step, or its largest for a
 /// positive one; the other way round where the objective's weight is negative or -0 (a cost).
 ///
 /// The bound is `mean + |step| (Q_k - mean)`, objective by objective, so that steps -1 and 1 give
@@ -60,7 +60,7 @@ impl Projection for IndependentMin {
 }
 
 fn choose(q: QView<'_>, row: usize, objective: usize, weight: f32, step: f32) -> usize {
-    // A weight of -0 is still a cost's: that of a multiplier at rest.
+    // A weight of -0 is still a cost's: its multiplier is zero.
     let sign = if (step > 0.0) == weight.is_sign_negative() { 1.0 } else { -1.0 };
     worst((0..q.critics()).map(|k| sign * f64::from(q.get(k, row)[objective])))
 }

@@ -10,8 +10,8 @@ pub(super) const SWEEPS: usize = 30;
 /// Writes the singular values s_i of X / sqrt(K), the columns z_i of Z (`objectives x critics`, z_i
 /// . z_i = K), and the columns v_i of V (`objectives x objectives`).
 ///
-/// A singular value that is rounding is exactly zero, and so is its z_i. (One-sided Jacobi: Demmel
-/// and Veselic 1992.)
+/// A singular value that is only rounding error is set to exactly zero, and so is its z_i.
+/// (One-sided Jacobi: Demmel and Veselic 1992.)
 pub(super) fn decompose(x: &Deviations<'_>, s: &mut [f64], z: &mut [f64], v: &mut [f64]) {
     z.copy_from_slice(x.values());
     identity(x.objectives(), v);
@@ -34,7 +34,7 @@ fn identity(n: usize, v: &mut [f64]) {
     v.iter_mut().step_by(n + 1).for_each(|v| *v = 1.0);
 }
 
-/// Makes every column X v_i zero that is nothing but the rounding of its terms.
+/// Sets to zero every column X v_i that is only the rounding error of its terms.
 fn drop_rounding(x: &Deviations<'_>, z: &mut [f64], v: &[f64]) {
     for (z, v) in z.chunks_exact_mut(x.critics()).zip(v.chunks_exact(x.objectives())) {
         if x.is_rounding(v, rms(z)) {
@@ -43,7 +43,7 @@ fn drop_rounding(x: &Deviations<'_>, z: &mut [f64], v: &[f64]) {
     }
 }
 
-/// Makes every pair of columns orthogonal once; says whether any was not.
+/// Makes every pair of columns orthogonal once; returns whether any pair was not.
 fn sweep(k: usize, n: usize, z: &mut [f64], v: &mut [f64]) -> bool {
     let mut rotated = false;
     for j in 1..n {
@@ -72,7 +72,7 @@ pub(super) fn pair(
     (&mut before[i * length..(i + 1) * length], &mut after[..length])
 }
 
-/// The cosine and sine that make two columns orthogonal, or nothing if they are so already.
+/// The cosine and sine that make two columns orthogonal, or nothing if they already are.
 fn rotation(a: &[f64], b: &[f64]) -> Option<(f64, f64)> {
     let zeta = cotangent(dot(a, a), dot(b, b), dot(a, b), a.len())?;
     let tangent = zeta.signum() / (zeta.abs() + libm::hypot(zeta, 1.0));
@@ -80,8 +80,8 @@ fn rotation(a: &[f64], b: &[f64]) -> Option<(f64, f64)> {
     Some((cosine, cosine * tangent))
 }
 
-/// Of twice the angle that makes two columns orthogonal, given their products; nothing if they are
-/// so already.
+/// The cotangent of twice the angle that makes two columns orthogonal, given their products;
+/// nothing if they already are.
 #[inline(always)]
 pub(super) fn cotangent(aa: f64, bb: f64, ab: f64, length: usize) -> Option<f64> {
     let orthogonal = ab.abs() <= f64::EPSILON * length as f64 * (aa * bb).sqrt();

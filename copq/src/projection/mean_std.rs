@@ -1,11 +1,11 @@
-//! Costs and rewards each on the pessimistic side of their own mean, by lengths of their own.
+//! Costs and rewards, each on the pessimistic side of its own mean, with separate lengths.
 
 use super::diagonal::{along_axes, along_axes_vjp};
 use super::{Deviations, Ellipsoid, Work};
 
 /// `mean_i + step * k_i sigma_i sign(u_i)`, with one k for costs (negative weights) and one for
-/// rewards: no correlations, and unlike [`Diagonal`](super::Diagonal) the weights' sizes do not
-/// matter.
+/// rewards. It ignores correlations and, unlike [`Diagonal`](super::Diagonal), the sizes of the
+/// weights.
 ///
 /// An objective on which all critics agree has the kink of |x| at zero; its gradient is the mean's.
 ///
@@ -32,8 +32,8 @@ pub struct MeanStd {
 }
 
 impl Default for MeanStd {
-    /// CAL's as its authors' code has it: 0.5 unbiased deviations of four cost critics, and one of
-    /// each reward.
+    /// CAL's bounds, following its authors' code: 0.5 unbiased deviations of four cost critics, and
+    /// one deviation of each reward.
     fn default() -> Self {
         Self::cal(0.5, 4)
     }
@@ -41,8 +41,8 @@ impl Default for MeanStd {
 
 impl MeanStd {
     /// CAL's bounds (Wu et al. 2024): `mean + k std` of `critics` cost critics, with their unbiased
-    /// standard deviation (over K - 1), and the smaller of two reward critics. Their code's k is
-    /// 0.5, with 4 cost critics.
+    /// standard deviation (over K - 1), and the smaller of two reward critics. The authors' code
+    /// uses k = 0.5, with 4 cost critics.
     pub fn cal(k: f64, critics: usize) -> Self {
         let unbiased = (critics as f64 / critics.saturating_sub(1).max(1) as f64).sqrt();
         Self { cost: k * unbiased, reward: 1.0 }

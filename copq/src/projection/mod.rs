@@ -52,20 +52,20 @@ pub use view::QView;
 
 use crate::{Ensemble, Result};
 
-/// A rule that turns the critics' disagreement into one vector a row: `mean + step * offset` for
+/// A rule that turns the critics' disagreement into one vector per row: `mean + step * offset` for
 /// ellipsoid methods.
 ///
-/// What is asked for comes as one [`BoundQuery`]: values, weights (one set for all rows, or one per
-/// row) and a signed step. A zero or non-finite set of weights is an error.
+/// A [`BoundQuery`] says what is asked for: values, weights (one set for all rows, or one per row)
+/// and a signed step. A zero or non-finite set of weights is an error.
 ///
 /// The same input gives the same output, bit for bit. A NaN among the critics' values makes the
-/// bound of its objective NaN: finding it is left to the caller, who knows the objective's name.
+/// bound of its objective NaN. Finding it is left to the caller, who knows the objective's name.
 ///
-/// Its `Debug` names it and its settings in a checkpoint, which goes on with one of the same text
-/// alone: so it shows nothing that changes.
+/// Its `Debug` text identifies the projection and its settings in a checkpoint. A run resumes only
+/// with a projection of the same text, so the text must show nothing that changes.
 ///
-/// A method of your own is either an [`Ellipsoid`], which only has to say how far from the mean to
-/// go, or a `Projection` written out. The latter starts with [`BoundQuery::check`] or
+/// Your own method is either an [`Ellipsoid`], which only has to say how far from the mean to go,
+/// or a full `Projection`. The latter starts with [`BoundQuery::check`] or
 /// [`BoundQuery::check_vjp`].
 ///
 /// ```
@@ -86,17 +86,17 @@ use crate::{Ensemble, Result};
 /// # Ok::<(), copq::Error>(())
 /// ```
 pub trait Projection: Debug + Send + Sync {
-    /// The name by which command lines and logs know the method.
+    /// The method's name on command lines and in logs.
     fn name(&self) -> &'static str;
 
-    /// The critics that the method is meant to be used with; N + 1 of all N values unless it says
-    /// otherwise.
+    /// The critics that the method is meant to be used with; by default, N + 1 critics of all N
+    /// values.
     fn ensemble(&self) -> Ensemble {
         Ensemble::Spanning
     }
 
-    /// Whether it reads covariances between objectives, which mean nothing for separate critics: a
-    /// learner refuses it over these.
+    /// Whether it reads covariances between objectives. These mean nothing for separate critics, so
+    /// a learner refuses the combination.
     fn reads_covariances(&self) -> bool {
         false
     }
@@ -115,7 +115,7 @@ pub trait Projection: Debug + Send + Sync {
     ) -> Result<()>;
 }
 
-/// A method chosen at run time, such as by [`by_name`], or shared by several learners
+/// A method chosen at run time, for example with [`by_name`], or shared by several learners
 /// ([`Method::bound`](crate::Method::bound)).
 impl Projection for Arc<dyn Projection> {
     fn name(&self) -> &'static str {

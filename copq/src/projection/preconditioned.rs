@@ -1,4 +1,4 @@
-//! Singular values of many objectives: a QR with pivots first, then few and cheap Jacobi rotations.
+//! Singular values of many objectives: a QR with pivots, then a few cheap Jacobi rotations.
 
 use std::mem::MaybeUninit;
 
@@ -23,7 +23,7 @@ pub(super) struct Factors {
     /// X, then R and the reflections that make Q (`critics x objectives`), and their coefficients.
     qr: Vec<f64>,
     coefficients: Vec<f64>,
-    /// Where each column of R was in X, and the inverse.
+    /// The position in X of each column of R, and the inverse.
     order: Vec<usize>,
     inverse: Vec<usize>,
     /// W = R', whose columns the rotations make orthogonal, their squares, and the rotations J.
@@ -34,8 +34,9 @@ pub(super) struct Factors {
 }
 
 impl Factors {
-    /// Writes what [`decompose`](super::jacobi::decompose) writes; false, with anything written,
-    /// unless X has as many singular values that are not rounding as objectives.
+    /// Writes what [`decompose`](super::jacobi::decompose) writes. Returns false, with
+    /// anything written, unless X has as many singular values that are not rounding errors as
+    /// objectives.
     ///
     /// X P = Q R, and R' J = V S by one-sided Jacobi, so that X = (Q J) S (P V)'. Pivots sort the
     /// rows of R by size, which leaves few rotations and keeps small singular values to all their
@@ -125,7 +126,7 @@ impl Factors {
     }
 }
 
-/// Reflections that are applied at once.
+/// How many reflections are applied at once.
 fn block(n: usize) -> usize {
     if n < 16 { 1 } else { 8 }
 }
@@ -142,7 +143,7 @@ fn orthogonalise(n: usize, w: &mut [f64], squares: &mut Vec<f64>, j: &mut [f64])
                 let (w_a, w_b) = pair(w, n, a, b);
                 let product = dot(w_a, w_b);
                 let Some(zeta) = cotangent(squares[a], squares[b], product, n) else { continue };
-                // Not hypot, as for few objectives: it would cost a fifth more.
+                // Not hypot, which is used for few objectives: it would cost a fifth more.
                 let tangent = 1_f64.copysign(zeta) / (zeta.abs() + (1.0 + zeta * zeta).sqrt());
                 let cosine = 1.0 / (1.0 + tangent * tangent).sqrt();
                 let rotation = (cosine, cosine * tangent);

@@ -35,7 +35,7 @@ pub fn names() -> &'static [&'static str] {
     &NAMES
 }
 
-/// The projection of that name; the error of an unknown one lists the known, nearest first.
+/// The projection of that name; the error for an unknown name lists the known ones, nearest first.
 ///
 /// ```
 /// use copq::projection::by_name;

@@ -34,8 +34,8 @@ impl Row {
         }
     }
 
-    /// Reads the critics' values, and the direction. One set of weights has one direction, read
-    /// with the first row.
+    /// Reads the critics' values and the direction. If all rows share one set of weights, its
+    /// direction is read with the first row.
     pub(super) fn load(&mut self, q: QView<'_>, directions: &Directions<'_>, row: usize) {
         if row == 0 || !directions.shared() {
             directions.unit(row, &mut self.unit);
@@ -47,8 +47,8 @@ impl Row {
         }
         for (i, column) in self.deviations.chunks_exact_mut(self.critics).enumerate() {
             // Deviations from the value nearest zero lose nothing: a difference of two f32 is right
-            // to half an ulp of the difference, however far from zero both are, and adding it back
-            // gives the f32 again, to the bit.
+            // to half an ulp of the difference, however far both are from zero, and adding it back
+            // gives the same f32, to the bit.
             let reference = column.iter().copied().fold(f64::INFINITY, nearer_zero);
             for x in column.iter_mut() {
                 *x -= reference;
@@ -75,8 +75,8 @@ impl Row {
         self.grad_x.fill(0.0);
     }
 
-    /// dL/dQ: the mean hands every critic an equal share, and an offset that depends on Q - mean
-    /// only hands out what sums to zero.
+    /// dL/dQ: the mean gives every critic an equal share, and an offset that depends only on
+    /// Q - mean gives shares that sum to zero.
     pub(super) fn write_grad(&self, q: QView<'_>, row: usize, step: f64, grad_q: &mut [f32]) {
         for (i, grad_x) in self.grad_x.chunks_exact(self.critics).enumerate() {
             let share = over(self.grad[i], self.critics);

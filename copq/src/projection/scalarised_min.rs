@@ -1,22 +1,21 @@
-//! Clipped double-Q on the scalarised value: one critic's whole vector, the one that scalarises
-//! worst.
+//! Clipped double-Q on the scalarised value: the whole vector of the critic that scalarises worst.
 
 use super::selection::{self, worst};
 use super::{BoundQuery, Projection, QView, Scratch};
 use crate::{Ensemble, Result};
 
-/// The values of the critic with the smallest `u . Q_k` for a negative step, or the greatest for a
+/// The values of the critic with the smallest `u . Q_k` for a negative step, or the largest for a
 /// positive one.
 ///
 /// The bound is `mean + |step| (Q_k - mean)`, so that steps -1 and 1 give exactly that critic's
-/// values, and step 0 the mean. The first of equal critics is taken; where two are equal the bound
+/// values, and step 0 the mean. The first of equal critics is taken; where two are equal, the bound
 /// jumps from one's values to the other's. A NaN in any critic makes its objective's bound NaN,
-/// whichever is taken.
+/// whichever critic is taken.
 ///
 /// ```
 /// use copq::projection::{BoundQuery, Projection, QView, ScalarisedMin, Scratch};
 ///
-/// // Three critics, whose totals are 15, 8 and 13: all that the second says.
+/// // Three critics, whose totals are 15, 8 and 13: the bound is what the second says.
 /// let q = QView::new(&[10.0, 5.0, 12.0, -4.0, 11.0, 2.0], 3, 2)?;
 /// let mut low = [0.0; 2];
 /// let bound = BoundQuery { q, weights: &[1.0, 1.0], step: -1.0 };

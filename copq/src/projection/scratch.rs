@@ -8,7 +8,7 @@ use super::row::Row;
 /// Working memory of a projection, and what the last
 /// [`Projection::project`](super::Projection::project) reported.
 ///
-/// One for each place that calls a projection. Once it has seen a shape, that shape costs no
+/// Keep one for each place that calls a projection. Once it has seen a shape, that shape needs no
 /// allocation.
 ///
 /// ```
@@ -38,8 +38,8 @@ impl Scratch {
         self.clips as f64 / self.projected.max(1) as f64
     }
 
-    /// Sets [`Scratch::clip_rate`]. A projection calls it once a batch, with `clips` = 0 if it has
-    /// no clip.
+    /// Sets [`Scratch::clip_rate`]. A projection calls it once per batch, with `clips` = 0 if it
+    /// has no clip.
     pub fn report_clips(&mut self, clips: usize, rows: usize) {
         self.clips = clips;
         self.projected = rows;
@@ -71,7 +71,7 @@ impl Work {
         self.split_beside(lengths).0
     }
 
-    /// The same, and the memory for factors of many objectives.
+    /// The same, together with the memory for factors of many objectives.
     pub(super) fn split_beside<const M: usize>(
         &mut self,
         lengths: [usize; M],
@@ -87,12 +87,12 @@ impl Work {
         (buffers, &mut self.factors)
     }
 
-    /// Says that the clip fired in this row.
+    /// Reports that the clip fired in this row.
     pub fn report_clip(&mut self) {
         self.clipped = true;
     }
 
-    /// Whether the clip fired since the last question.
+    /// Whether the clip has fired since the last call.
     pub(super) fn take_clip(&mut self) -> bool {
         mem::take(&mut self.clipped)
     }

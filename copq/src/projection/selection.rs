@@ -1,10 +1,11 @@
-//! What the double-Q baselines share: the choice of a critic, and the way from the mean to it.
+//! What the double-Q baselines share: the choice of a critic, and the step from the mean towards
+//! it.
 
 use super::{BoundQuery, QView, Scratch};
 use crate::Result;
 
-/// The bound that takes a critic for each row and objective: `choose` has the row and its weights,
-/// and says of which critic an objective's value is.
+/// The bound that takes one critic for each row and objective. `choose` gets the row and its
+/// weights, and returns which critic an objective's value comes from.
 pub(super) fn project<'a, C: Fn(usize) -> usize>(
     bound: BoundQuery<'a>,
     scratch: &mut Scratch,
@@ -23,7 +24,7 @@ pub(super) fn project<'a, C: Fn(usize) -> usize>(
     Ok(())
 }
 
-/// Its gradient.
+/// The gradient of that bound.
 pub(super) fn vjp<'a, C: Fn(usize) -> usize>(
     bound: BoundQuery<'a>,
     grad_out: &[f32],
@@ -55,7 +56,7 @@ pub(super) fn worst(values: impl Iterator<Item = f64>) -> usize {
 /// (1 - |step|) mean + |step| Q_chosen of one objective in one row: exactly Q_chosen for |step| =
 /// 1, the mean for 0.
 ///
-/// A NaN or an infinity in any critic comes through the mean, also when its share is zero.
+/// A NaN or an infinity in any critic comes through the mean, even when its share is zero.
 fn blend(q: QView<'_>, row: usize, objective: usize, chosen: usize, step: f32) -> f32 {
     let value = |k| f64::from(q.get(k, row)[objective]);
     let mean = (0..q.critics()).map(value).sum::<f64>() / q.critics() as f64;

@@ -5,7 +5,7 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sum(a.iter().zip(b).map(|(&a, &b)| a * b))
 }
 
-/// From left to right; -0 is what leaves every first term as it is.
+/// Adds from left to right; starting from -0 leaves every first term as it is.
 pub(super) fn sum(terms: impl Iterator<Item = f64>) -> f64 {
     let mut sum = -0.0;
     for term in terms {
