@@ -47,7 +47,7 @@ pub fn look(python: &Path) -> Found {
     let version = match lines.next() {
         Some(version) => version.to_owned(),
         None => {
-            let last = complaint.lines().last().unwrap_or("it is no Python").to_owned();
+            let last = complaint.lines().last().unwrap_or("not a Python interpreter").to_owned();
             return found(Err(last), Vec::new());
         }
     };

@@ -140,7 +140,7 @@ impl PythonEnv {
     fn ask(&mut self, answer: &mut [u8], doing: &str) -> Result<u8> {
         let Some(worker) = &mut self.worker else {
             return Err(
-                self.failed("wanted an episode that runs (Env::reset), got none".to_owned())
+                self.failed("wanted a running episode (call Env::reset), got none".to_owned())
             );
         };
         let asked = worker.ask(&self.request, answer, doing);
@@ -183,7 +183,7 @@ impl PythonEnv {
     fn restart(&mut self) -> Result<()> {
         let (worker, hello) = start(&self.spec.name, &self.python, &self.settings, self.timeout)?;
         if hello != self.hello {
-            return Err(self.failed("its new process has another environment".to_owned()));
+            return Err(self.failed("its new process has a different environment".to_owned()));
         }
         self.worker = Some(worker);
         Ok(())
@@ -249,11 +249,11 @@ fn start(task: &str, python: &Path, settings: &str, timeout: Duration) -> Result
 /// The settings of a task's worker.
 fn settings(task: &str, options: &Options) -> Result<String> {
     let (package, id) = parts(task).ok_or_else(|| {
-        let wanted = format!("PACKAGE:ID, of a package among {}", PACKAGES.join(", "));
-        Error::invalid("task of Python's", wanted, task)
+        let wanted = format!("PACKAGE:ID, with PACKAGE one of {}", PACKAGES.join(", "));
+        Error::invalid("Python task", wanted, task)
     })?;
     let kwargs = serde_json::from_str(&options.kwargs).map_err(|e| {
-        let wanted = r#"an object as JSON, such as {"max_episode_steps": 500}"#;
+        let wanted = r#"a JSON object, such as {"max_episode_steps": 500}"#;
         Error::invalid(
             "arguments of the environment",
             wanted,
@@ -275,8 +275,8 @@ fn timeout(seconds: f64) -> Result<Duration> {
         return Ok(Duration::from_secs_f64(seconds));
     }
     Err(Error::invalid(
-        "time limit of the environment",
-        format!("over 0 s, at most {LONGEST} s"),
+        "timeout of the environment",
+        format!("more than 0 s and at most {LONGEST} s"),
         seconds,
     ))
 }

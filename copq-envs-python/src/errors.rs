@@ -68,7 +68,7 @@ impl Errors {
             return String::new();
         }
         let last = &lines[lines.len().saturating_sub(SHOWN)..];
-        format!("; the last that it wrote:\n  {}", last.join("\n  "))
+        format!("; its last output:\n  {}", last.join("\n  "))
     }
 }
 
@@ -93,7 +93,7 @@ fn pass_on(bytes: &[u8], is_last: bool) {
     let mut out = std::io::stderr();
     out.write_all(bytes).unwrap_or_default();
     if is_last {
-        let text = "\nnote: the environment has written a megabyte; what follows is not shown\n";
+        let text = "\nnote: the environment has written a megabyte; further output is not shown\n";
         out.write_all(text.as_bytes()).unwrap_or_default();
     }
 }

@@ -19,7 +19,7 @@ pub(crate) enum Failure {
 
 impl Worker {
     pub fn start(_: &Path, _: &str, _: Duration) -> Result<(Self, Hello), String> {
-        Err(format!("environments of Python's: wanted Unix, got {}", std::env::consts::OS))
+        Err(format!("Python environments: wanted Unix, got {}", std::env::consts::OS))
     }
 
     pub fn ask(&mut self, _: &[u8], _: &mut [u8], _: &str) -> Result<u8, Failure> {

@@ -113,8 +113,8 @@ def make(settings):
         if error.name != name:
             raise
         raise Refused(
-            f"wanted an interpreter with the package {name}, got {sys.executable} without (pip install "
-            f"{settings['package']} there, or --python PATH for another one)"
+            f"wanted an interpreter with the package {name}, got {sys.executable} without it (pip install "
+            f"{settings['package']} there, or name another interpreter with --python PATH)"
         )
     # An environment that is built at random is the same one in every process.
     seed(0)
@@ -156,11 +156,11 @@ class World:
         self.process = os.getpid()
         self.actions = box(
             self.env.action_space, "actions", "f", "floats",
-            "a gymnasium.ActionWrapper of yours can take them from floats: register it wrapped, and --import that",
+            "wrap it in a gymnasium.ActionWrapper that takes floats, register that, and --import the module",
         )
         self.observations = box(
             self.env.observation_space, "observations", "fiub", "numbers",
-            "gymnasium.wrappers.FlattenObservation can make it one: register it wrapped, and --import that",
+            "wrap it, perhaps in gymnasium.wrappers.FlattenObservation, register that, and --import the module",
         )
         self.obs_len = int(numpy.prod(self.observations.shape, dtype=int))
         if self.obs_len > LONGEST_OBSERVATION:
@@ -198,14 +198,14 @@ class World:
         low, high = (bound.astype("f4").ravel() for bound in (self.actions.low, self.actions.high))
         if not (self.numpy.isfinite(low).all() and self.numpy.isfinite(high).all()):
             raise Refused(
-                f"actions: wanted finite bounds that fit 32 bits, got {self.actions}; a gymnasium.ActionWrapper of yours "
-                "with an action_space of Box(-1, 1, ...) can have some: register it wrapped, and --import that"
+                f"actions: wanted finite bounds that fit 32 bits, got {self.actions}; wrap it in a gymnasium."
+                "ActionWrapper with an action_space of Box(-1, 1, ...), register that, and --import the module"
             )
         horizon = getattr(self.env.spec, "max_episode_steps", None)
         if horizon is None or horizon < 1:
             raise Refused(
-                "length of episodes: wanted a limit, got none (max_episode_steps where it is registered, or "
-                """--env-kwargs '{"max_episode_steps": 1000}')"""
+                "length of episodes: wanted a limit, got none (set max_episode_steps where it is registered, "
+                """or with --env-kwargs '{"max_episode_steps": 1000}')"""
             )
         modules = [(name, sys.modules.get(name)) for name in VERSIONS]
         versions = [f"{name} {module.__version__}" for name, module in modules if hasattr(module, "__version__")]

@@ -72,7 +72,7 @@ impl Worker {
         settings: &str,
         timeout: Duration,
     ) -> Result<(Self, Hello), String> {
-        let (socket, theirs) = pair().map_err(|e| format!("no socket for it: {e}"))?;
+        let (socket, theirs) = pair().map_err(|e| format!("creating its socket: {e}"))?;
         let mut child =
             command(python, settings, theirs).spawn().map_err(|e| not_started(python, &e))?;
         let errors = Errors::read(child.stderr.take());
@@ -90,7 +90,7 @@ impl Worker {
         match serde_json::from_str(&said) {
             Ok(First::Hello(hello)) => Ok(hello),
             Ok(First::Refused { error }) => Err(error),
-            Err(error) => Err(format!("{error} in what its worker said first: {said}")),
+            Err(error) => Err(format!("{error} in its worker's first message: {said}")),
         }
     }
 
@@ -168,12 +168,12 @@ impl Worker {
         if is_silent {
             let seconds = self.timeout.as_secs_f64();
             return format!(
-                "{doing} took more than {seconds} s, and was given up (--env-timeout waits \
-                 longer){said}"
+                "{doing} took more than {seconds} s and was stopped (--env-timeout sets how long \
+                 to wait){said}"
             );
         }
         let how = status.map_or(String::new(), |status| format!(" ({status})"));
-        format!("its Python ended in {doing}{how}{said}")
+        format!("its Python process ended during {doing}{how}{said}")
     }
 
     fn has_ended(&mut self) -> bool {
@@ -234,7 +234,7 @@ fn not_started(python: &Path, error: &io::Error) -> String {
         );
     }
     format!(
-        "Python interpreter '{shown}': wanted a program that can be started (--python PATH, or the \
-         variable COPQ_PYTHON, or a python3 among the programs), got {error}"
+        "Python interpreter '{shown}': wanted a program that can be started (--python PATH, the \
+         variable COPQ_PYTHON, or else python3 on the PATH), got {error}"
     )
 }

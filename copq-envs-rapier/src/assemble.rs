@@ -160,7 +160,7 @@ fn check_joints(robot: &RobotSpec) -> Result<()> {
         let alone = robot.joints_of(joint.body).count() == 1 && body.parent.is_none();
         if joint.kind == JointKind::Free && !alone {
             let got = format!("{} on {}", joint.name, body.name);
-            return Err(refused(robot, "a free joint alone on a body without a parent", got));
+            return Err(refused(robot, "a lone free joint on a body without a parent", got));
         }
     }
     Ok(())

@@ -203,7 +203,7 @@ impl Physics for Rapier {
             World::from_bytes(bytes)
         }));
         self.pipeline.restart();
-        let damaged = || self.identity.error("the saved world is damaged: rapier cannot move it");
+        let damaged = || self.identity.error("the saved state is damaged: rapier cannot step it");
         let world = tried.map_err(|_| damaged())??;
         self.motors.load(state)?;
         self.world = world;

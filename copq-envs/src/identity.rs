@@ -109,7 +109,7 @@ impl Identity {
         match state.get_one::<u64>("description") {
             Ok(saved) if saved != self.model => {
                 let wanted = format!("this {}", self.robot);
-                let got = "one with other numbers, such as another preset's";
+                let got = "one with different numbers, such as another preset's";
                 Err(Error::invalid("robot of a saved state", wanted, got))
             }
             _ => Ok(()),

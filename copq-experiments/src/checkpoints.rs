@@ -95,8 +95,10 @@ impl Checkpoints {
                 None | Some(Err(_)) => e,
                 Some(Ok(_)) => {
                     let command = go_back_command(&self.folder);
-                    let advice =
-                        format!("the checkpoint before it is there: {command} goes on from it");
+                    let advice = format!(
+                        "the last checkpoint cannot be read, but {command} resumes from the one \
+                         before it"
+                    );
                     Error::other(advice, e)
                 }
             }

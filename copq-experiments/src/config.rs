@@ -131,7 +131,7 @@ pub(crate) fn check_same<S: Serialize>(path: &Path, what: &str, saved: &S, now: 
     match difference(what, &table(saved)?.into(), &table(now)?.into()) {
         None => Ok(()),
         Some((key, saved, now)) => {
-            let what = format!("{key} (a run goes on with what made it, '{}')", path.display());
+            let what = format!("{key} (a run resumes with the settings in '{}')", path.display());
             Err(Error::invalid(what, saved, now))
         }
     }
@@ -152,8 +152,8 @@ pub fn with_changes<S: Serialize + DeserializeOwned>(
             change.split_once('=').ok_or_else(|| invalid("KEY=VALUE", "no =".to_owned()))?;
         if key.split('.').any(str::is_empty) {
             return Err(invalid(
-                "KEY=VALUE with a name, its parts between dots",
-                format!("the name '{key}'"),
+                "KEY=VALUE, with dots between the parts of KEY",
+                format!("the key '{key}'"),
             ));
         }
         let (parents, name) = key.rsplit_once('.').unwrap_or(("", key));
@@ -169,7 +169,7 @@ pub fn with_changes<S: Serialize + DeserializeOwned>(
         if value != "none" {
             at.insert(name.to_owned(), merged(old, parse_value(value)));
         } else if old.is_none() {
-            return Err(invalid("a setting that there is", format!("none at {key}")));
+            return Err(invalid("an existing setting", format!("none at {key}")));
         } else {
             removed.push(key);
         }
@@ -239,7 +239,7 @@ fn check_kind(table: &toml::Table, part: &str, key: &str) -> Result<()> {
     match kind(table) {
         Some(kind) if kind != part && !thing.is_empty() => {
             let wanted =
-                format!("{thing}.{kind}.NAME, or {thing}={{KIND={{..}}}} for one of another kind");
+                format!("{thing}.{kind}.NAME, or {thing}={{KIND={{..}}}} for another kind");
             Err(Error::invalid("--set", wanted, key))
         }
         _ => Ok(()),
@@ -393,7 +393,7 @@ mod tests {
         }
         assert_eq!(
             message("fmo=none"),
-            "--set fmo=none: wanted a setting that there is, got none at fmo"
+            "--set fmo=none: wanted an existing setting, got none at fmo"
         );
     }
 
@@ -436,7 +436,7 @@ mod tests {
         for key in ["constraint.lr", "constraint.pid.integral"] {
             let error = with_changes(&cal, &[format!("{key}=0.1")]).unwrap_err().to_string();
             let wanted = "--set: wanted constraint.lagrangian.NAME, or constraint={KIND={..}} for \
-                          one of another kind, got ";
+                          another kind, got ";
             assert_eq!(error, format!("{wanted}{key}"));
         }
     }

@@ -206,8 +206,8 @@ impl RunFolder {
     fn check_not_lost(&self) -> Result<()> {
         if self.file(DONE).exists() && matches!(self.load(), Ok(None)) {
             let what = format!("run folder '{}'", self.path.display());
-            let wanted = "the checkpoint of the run that is done there (a run like it in a new \
-                          folder: copq train --like)";
+            let wanted = "the checkpoint of the finished run (for a similar run in a new folder: \
+                          copq train --like)";
             return Err(Error::invalid(what, wanted, "none"));
         }
         Ok(())
@@ -327,11 +327,11 @@ fn taken(path: &Path) -> Error {
     let shown = path.display();
     let wanted = if path.join("config.toml").is_file() {
         let command = resume_command(path);
-        format!("a new folder (go on with this run by {command}, or choose another --out)")
+        format!("a new folder (resume this run with {command}, or choose another --out)")
     } else {
         "a new folder (choose another --out)".to_owned()
     };
-    Error::invalid(format!("run folder '{shown}'"), wanted, "one that is there already")
+    Error::invalid(format!("run folder '{shown}'"), wanted, "one that already exists")
 }
 
 fn check_plan(path: &Path, saved: &Plan, now: &Plan) -> Result<()> {
@@ -340,7 +340,7 @@ fn check_plan(path: &Path, saved: &Plan, now: &Plan) -> Result<()> {
         let what = format!("steps of the run in '{}'", path.display());
         return Err(Error::invalid(
             what,
-            format!("at least its {}", saved.run.steps),
+            format!("at least the planned {}", saved.run.steps),
             now.run.steps,
         ));
     }

@@ -54,7 +54,7 @@ pub(crate) fn check_held(path: &Path) -> Result<()> {
     let got = match fs::read_to_string(path.join(LOCK)) {
         // On a full disk it contains no name.
         Ok(name) if name.is_empty() || name == own_name() => return Ok(()),
-        Ok(name) => format!("one of {}", name.trim()),
+        Ok(name) => format!("that of {}", name.trim()),
         // Somebody removed the lock but left the run.
         Err(_) if path.join("config.toml").is_file() => return Ok(()),
         Err(_) => "none".to_owned(),

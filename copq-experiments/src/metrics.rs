@@ -67,7 +67,7 @@ impl Metrics {
     /// control characters.
     pub(crate) fn row(&mut self, step: u64) -> Result<Numbers> {
         if let Some(name) = self.refused.take() {
-            let wanted = "a word that is not 'step', without control characters";
+            let wanted = "a text other than '' and 'step', without control characters";
             return Err(Error::invalid("a scalar's name", wanted, format!("{name:?}")));
         }
         let sums = std::mem::take(&mut self.sums);
@@ -140,8 +140,8 @@ mod tests {
             let mut saved = State::default();
             metrics.save(&mut saved);
             let error = metrics.row(1).unwrap_err().to_string();
-            let wanted = "a scalar's name: wanted a word that is not 'step', without control \
-                          characters, got ";
+            let wanted = "a scalar's name: wanted a text other than '' and 'step', without \
+                          control characters, got ";
             assert_eq!(error, format!("{wanted}{name:?}"));
             metrics.load(&saved).unwrap();
             let row = [("a", 1.0), ("c", 3.0)].map(|(name, value)| (name.to_owned(), value));

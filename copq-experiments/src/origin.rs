@@ -38,6 +38,6 @@ impl Origin {
         let [before, now] = &plans;
         let (key, before, now) = difference("plan", before, now)
             .or_else(|| difference("settings", &settings.into(), &self.settings.clone().into()))?;
-        Some(format!("config.toml was edited: {key} is {now} from here on, and was {before}"))
+        Some(format!("config.toml was edited: {key} was {before} and is {now} from here on"))
     }
 }

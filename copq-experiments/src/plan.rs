@@ -145,18 +145,17 @@ impl Plan {
     /// assert_eq!((again.name, again.critics), (method.name, method.critics));
     ///
     /// let error = Plan::on_policy("ppo").off_policy_method(method.config).unwrap_err();
-    /// assert!(error.to_string().starts_with("the run: wanted one by an off-policy method"));
+    /// assert!(error.to_string().starts_with("the run's method: wanted an off-policy one"));
     /// # Ok::<(), copq::Error>(())
     /// ```
     pub fn off_policy_method(&self, settings: Config) -> Result<Method> {
-        let what = "the run";
+        let what = "the run's method";
         if on_policy::Method::by_name(&self.method).is_ok() {
-            let got = format!("one by {}", self.method);
-            return Err(Error::invalid(what, "one by an off-policy method", got));
+            return Err(Error::invalid(what, "an off-policy one", &self.method));
         }
         let method = Method::by_name(&self.method).map_err(|_| {
-            let got = format!("one of '{}', which another program trains", self.method);
-            Error::invalid(what, "one of copq's own methods (copq methods)", got)
+            let got = format!("'{}', which another program trains", self.method);
+            Error::invalid(what, "one of copq's own (copq methods lists them)", got)
         })?;
         let mut method = match &self.bound {
             Some(bound) if bound != method.bound.name() => {

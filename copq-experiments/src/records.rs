@@ -194,8 +194,8 @@ fn check_not_begun(folder: &RunFolder, worlds: u64) -> Result<()> {
     match last {
         Some(step) if step >= folder.first_checkpoint.saturating_add(worlds) => {
             let what = format!("run folder '{}'", folder.path().display());
-            let wanted = "its checkpoint.safetensors, to go on from (a run like it in a new folder: \
-                 copq train --like)";
+            let wanted = "its checkpoint.safetensors, to resume from (for a similar run in a new \
+                 folder: copq train --like)";
             Err(Error::invalid(
                 what,
                 wanted,

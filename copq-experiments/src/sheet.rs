@@ -71,17 +71,17 @@ impl Sheet {
         let (number, line) = self.damaged.as_ref()?;
         let start: String = line.chars().take(40).collect();
         let what = format!("line {number} of '{}'", path.display());
-        Some(Error::invalid(what, self.wanted_cells(), format!("'{start}'; it ends the file")))
+        Some(Error::invalid(what, self.wanted_cells(), format!("'{start}'; reading stops there")))
     }
 
     fn wanted_cells(&self) -> String {
         let count = self.columns.len();
-        format!("{count} cells between commas, numbers or nothing, a whole step first")
+        format!("{count} cells separated by commas: a whole step, then numbers or blanks")
     }
 
     /// The error for fewer rows than there must be; it names the line that could not be read.
     pub(crate) fn lost_rows(&self, path: &Path, wanted: u64, got: u64) -> Error {
-        let advice = "mend it, or move the file away to go on without its rows";
+        let advice = "repair it, or move the file away to continue without its rows";
         match &self.damaged {
             Some((number, line)) => {
                 let start: String = line.chars().take(40).collect();

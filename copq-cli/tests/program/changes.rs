@@ -46,7 +46,7 @@ fn a_run_knows_the_policy_that_it_began_with() {
     // Another policy in its place is another method, and no run of it is done.
     teach(8);
     assert!(run(folder, "sweep status tiny.toml").contains("| changed |"));
-    assert!(said(folder, "sweep run tiny.toml").contains("plan.init_checksum (a run goes on with"));
+    assert!(said(folder, "sweep run tiny.toml").contains("plan.init_checksum (a run resumes with"));
     write_sweep(folder, "[1]", options);
     run(folder, "sweep run tiny.toml");
     let page = run(folder, "report runs --out page.html --parts parts");

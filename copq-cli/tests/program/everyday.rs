@@ -165,7 +165,7 @@ fn any_empty_folder_will_do() {
     std::fs::write(begun.join(".config.toml.part"), "half of a").unwrap();
     assert_well(&run(&begun));
     let output = run(&target);
-    assert!(words(&output).contains("one that is there already"), "{}", words(&output));
+    assert!(words(&output).contains("one that already exists"), "{}", words(&output));
     // What cannot be trained leaves no folder.
     let never = temporary.path().join("never");
     let output = train(&never, "20").args(["--set", "batch=9000000000000000000"]).output().unwrap();

@@ -123,10 +123,10 @@ fn a_damaged_or_foreign_file_begins_nothing() {
     // ONNX's field of the producer, as another program writes it.
     let foreign = b"\x08\x08\x12\x07pytorch";
     for (name, bytes, wanted) in [
-        ("damaged.onnx", damaged.as_slice(), "wanted the bytes that copq wrote, got others"),
+        ("damaged.onnx", damaged.as_slice(), "wanted the bytes that copq wrote, got different"),
         ("cut.onnx", &sound[..sound.len() / 2], "as ONNX (is it damaged?)"),
-        ("foreign.onnx", foreign, "wanted copq, for only its own policies can be read back, got"),
-        ("noise.safetensors", b"words of somebody's", "as a policy's file, safetensors or ONNX"),
+        ("foreign.onnx", foreign, "wanted copq (only its own policies can be read back), got"),
+        ("noise.safetensors", b"words of somebody's", "as a policy file (safetensors or ONNX)"),
     ] {
         std::fs::write(path(name), bytes).unwrap();
         let output = train(&path("pupil"), &["--init-from", text(&path(name))]);

@@ -178,7 +178,7 @@ fn a_fault_ends_a_run_that_can_go_on() {
     let Some(python) = python() else { return };
     for (fault, said) in [
         ("raise", "step raised ValueError: the gripper is stuck"),
-        ("kill", "its Python ended in step (signal: 9"),
+        ("kill", "its Python process ended during step (signal: 9"),
         ("nan", "number 0 of its reward after step 5: wanted a finite number"),
     ] {
         let temporary = tempfile::tempdir().unwrap();

@@ -282,9 +282,9 @@ fn resume_lets_only_the_steps_grow() {
     let short = ["--steps", "60", "--eval-every", "60", "--eval-episodes", "1"];
     run(&[&["train", "--out", &out], &short[..]].concat());
     let error = complaint(&format!("resume {out} --steps 40"));
-    assert!(error.contains("wanted at least its 60, got 40"), "{error}");
+    assert!(error.contains("wanted at least the planned 60, got 40"), "{error}");
     let error = complaint(&format!("train --out {out}"));
-    assert!(error.contains(&format!("go on with this run by copq resume {out}")), "{error}");
+    assert!(error.contains(&format!("resume this run with copq resume {out}")), "{error}");
 }
 
 /// Several worlds take several steps at once, and pass the multiples of an interval: those rows are

@@ -201,9 +201,9 @@ fn mistakes_are_told_before_and_failures_after() {
     let output = sweep(folder, &["run", "tiny.toml"]).output().unwrap();
     let words = text(&output);
     assert!(!output.status.success(), "{words}");
-    assert!(words.contains("failed: ") && words.contains("one that is there already"), "{words}");
+    assert!(words.contains("failed: ") && words.contains("one that already exists"), "{words}");
     let status = text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
-    assert!(status.contains("| failed |") && status.contains("is there already"), "{status}");
+    assert!(status.contains("| failed |") && status.contains("already exists"), "{status}");
     assert!(status.contains("| done | 60 | 60 |"), "{status}");
 }
 
@@ -233,10 +233,10 @@ fn what_is_done_is_done_for_the_file_as_it_is() {
     // Fewer: what is wrong is said, by the pool and later.
     of(60, 0);
     let (code, words) = run();
-    assert!(code == Some(1) && words.contains("wanted at least its 120, got 60"), "{words}");
+    assert!(code == Some(1) && words.contains("at least the planned 120, got 60"), "{words}");
     let status = text(&sweep(folder, &["status", "tiny.toml"]).output().unwrap());
     assert!(
-        status.contains("| changed |") && status.contains("wanted at least its 120"),
+        status.contains("| changed |") && status.contains("wanted at least the planned 120"),
         "{status}"
     );
     // A file that has changed since its pool began trains nothing by mistake.

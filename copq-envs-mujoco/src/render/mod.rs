@@ -18,7 +18,7 @@ use crate::mujoco_rs::{compile, version};
 const LARGEST: u32 = 8_192;
 
 /// What EGL consists of, for users who lack it.
-const INSTALL: &str = "pictures need EGL and OpenGL; Mesa's draw without a graphics card (Debian: apt-get install libegl1 \
+const INSTALL: &str = "pictures need EGL and OpenGL; Mesa's work without a graphics card (Debian: apt-get install libegl1 \
                        libgl1-mesa-dri)";
 /// Degrees from the x axis in which the camera looks (90 is along y), and above the horizon.
 const VIEW: [f64; 2] = [112.0, -16.0];
@@ -59,7 +59,7 @@ impl Renderer {
         if [width, height].iter().any(|pixels| !(1..=LARGEST).contains(pixels)) {
             return Err(Error::invalid(
                 "size of a picture",
-                format!("1 to {LARGEST} pixels both ways"),
+                format!("1 to {LARGEST} pixels in width and height"),
                 format!("{width} x {height}"),
             ));
         }

@@ -20,7 +20,7 @@ const INSTALL: &str =
 pub(super) fn library() -> Result<&'static Shim> {
     static LIBRARY: OnceLock<std::result::Result<&'static Shim, String>> = OnceLock::new();
     let opened = LIBRARY.get_or_init(open).clone();
-    opened.map_err(|what| Error::Env { env: "MuJoCo of the system".into(), what })
+    opened.map_err(|what| Error::Env { env: "system MuJoCo".into(), what })
 }
 
 /// The version of the headers at build time, as `mj_version` counts, if there were any.

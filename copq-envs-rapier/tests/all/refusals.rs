@@ -44,7 +44,7 @@ fn a_free_joint_in_the_wrong_place_is_named() {
     inner.actuators.remove(0);
     let error = Rapier::new(&inner).unwrap_err().to_string();
     assert!(
-        error.contains("a free joint alone") && error.contains("thigh_joint on thigh"),
+        error.contains("a lone free joint") && error.contains("thigh_joint on thigh"),
         "{error}"
     );
 }

@@ -49,7 +49,7 @@ impl RobotSpec {
         let mut known = HashSet::new();
         let again = names.filter(|name| !name.is_empty()).find(|name| !known.insert(*name));
         again.map_or(Ok(()), |name| {
-            Err(self.wrong(parts, "a name of its own for each", format!("'{name}' again")))
+            Err(self.wrong(parts, "names that differ", format!("'{name}' twice")))
         })
     }
 
@@ -62,7 +62,7 @@ impl RobotSpec {
                     return Err(self.wrong(
                         &body.name,
                         "bodies listed depth first",
-                        "a parent that is later or done",
+                        "a parent that comes later, or whose children are complete",
                     ));
                 }
             }
@@ -100,7 +100,7 @@ impl RobotSpec {
             let length = joint.axis.iter().map(|x| x * x).sum::<f64>().sqrt();
             // MuJoCo also refuses the shortest.
             if joint.kind != JointKind::Free && !(length > 1e-9 && length.is_finite()) {
-                let wanted = "an axis that has a length";
+                let wanted = "an axis of finite, nonzero length";
                 return Err(self.wrong(&joint.name, wanted, format!("{:?}", joint.axis)));
             }
             self.check_softness(&joint.name, &joint.softness)?;

@@ -45,12 +45,12 @@ fn contradictions_are_named() {
         }),
         ("foot_joint: wanted an axis", |robot| robot.joints[5].axis = [0.0; 3]),
         ("foot_joint: wanted an axis", |robot| robot.joints[5].axis[2] = f64::NAN),
-        ("bodies: wanted a name of its own for each, got 'leg' again", |robot| {
+        ("bodies: wanted names that differ, got 'leg' twice", |robot| {
             robot.bodies[3].name = "leg".into()
         }),
-        ("bodies: wanted a name", |robot| robot.bodies[0].name = "world".into()),
-        ("joints: wanted a name", |robot| robot.joints[1].name = robot.joints[0].name.clone()),
-        ("geoms: wanted a name", |robot| robot.geoms[1].name = robot.geoms[0].name.clone()),
+        ("bodies: wanted names", |robot| robot.bodies[0].name = "world".into()),
+        ("joints: wanted names", |robot| robot.joints[1].name = robot.joints[0].name.clone()),
+        ("geoms: wanted names", |robot| robot.geoms[1].name = robot.geoms[0].name.clone()),
         ("actuator 2: wanted a slide or hinge", |robot| robot.actuators[2].joint = 9),
         ("actuator 2: wanted a slide or hinge joint that has a name", |robot| {
             robot.joints[5].name.clear()

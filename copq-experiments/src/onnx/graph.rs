@@ -91,7 +91,7 @@ pub fn read_array(tensor: &Tensor) -> Result<(Vec<usize>, Value)> {
     }
     if length != Some(bytes.len()) {
         let what = format!("'{}' of dimensions {:?}", tensor.name, tensor.dims);
-        return Err(Error::invalid(what, "as many numbers", format!("{} bytes", bytes.len())));
+        return Err(Error::invalid(what, "data of that size", format!("{} bytes", bytes.len())));
     }
     Ok((dims, value))
 }

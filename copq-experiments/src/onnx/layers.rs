@@ -70,9 +70,9 @@ impl Layers {
         if wanted == got {
             return Ok(());
         }
-        let what = "the policy's network, to be written as ONNX";
+        let what = "the policy's network, for export to ONNX";
         let wanted = format!("copq's own layers, {}", listed(&wanted));
-        let got = format!("other arrays, {} (modules of your own?)", listed(&got));
+        let got = format!("different arrays, {} (are they from your own modules?)", listed(&got));
         Err(Error::invalid(what, wanted, got))
     }
 }

@@ -80,10 +80,10 @@ pub fn read_policy(path: impl AsRef<Path>) -> Result<State> {
     if is_onnx || read::looks_like_onnx(&bytes) {
         return read::decode(path, &bytes);
     }
-    let what = || format!("'{}' as a policy's file, safetensors or ONNX", path.display());
+    let what = || format!("reading '{}' as a policy file (safetensors or ONNX)", path.display());
     let state = State::read_file(path).map_err(|e| Error::other(what(), e))?;
     if state.child("trainer").is_ok() {
-        let wanted = "a policy's file (or the folder of the run)";
+        let wanted = "a policy file (or the run's folder)";
         return Err(Error::invalid(format!("'{}'", path.display()), wanted, "a checkpoint"));
     }
     Ok(state)

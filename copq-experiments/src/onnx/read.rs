@@ -48,7 +48,7 @@ fn check_producer(path: &Path, model: &Model) -> Result<()> {
         "" => "none",
         other => other,
     };
-    Err(Error::invalid(what, "copq, for only its own policies can be read back", got))
+    Err(Error::invalid(what, "copq (only its own policies can be read back)", got))
 }
 
 /// An error unless the file ends in the checksum of what comes before.
@@ -58,7 +58,7 @@ fn check_sum(path: &Path, bytes: &[u8]) -> Result<()> {
         return Ok(());
     }
     let what = format!("the ONNX file '{}'", path.display());
-    let got = "others: it is damaged, or another program has written it anew (copq export writes another)";
+    let got = "different bytes: it is damaged, or another program has rewritten it (copq export writes a new one)";
     Err(Error::invalid(what, "the bytes that copq wrote", got))
 }
 

@@ -146,8 +146,8 @@ fn what_is_not_ours_is_named() {
         graph: Some(messages::Graph { name: "main_graph".to_owned(), ..Default::default() }),
         ..Model::default()
     };
-    let wanted = "producer of the ONNX file 'a.onnx': wanted copq, for only its own policies can \
-                  be read back, got";
+    let wanted = "producer of the ONNX file 'a.onnx': wanted copq (only its own policies can \
+                  be read back), got";
     assert_eq!(said(&foreign.encode_to_vec()), format!("{wanted} pytorch"));
     assert_eq!(said(&[]), format!("{wanted} none"));
     let empty = Model { producer_name: PRODUCER.to_owned(), ..Model::default() };
@@ -185,9 +185,9 @@ fn modules_of_ones_own_are_refused_in_words() {
     let error = write_onnx(&policy, &onnx).unwrap_err().to_string();
     assert_eq!(
         error,
-        "the policy's network, to be written as ONNX: wanted copq's own layers, layer.0.bias [5], \
-         layer.0.weight [5, 3], layer.1.bias [2], layer.1.weight [2, 5], got other arrays, \
-         only.bias [2], only.weight [2, 3] (modules of your own?)"
+        "the policy's network, for export to ONNX: wanted copq's own layers, layer.0.bias [5], \
+         layer.0.weight [5, 3], layer.1.bias [2], layer.1.weight [2, 5], got different arrays, \
+         only.bias [2], only.weight [2, 3] (are they from your own modules?)"
     );
     assert!(!onnx.exists());
 }

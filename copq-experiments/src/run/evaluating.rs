@@ -63,7 +63,7 @@ impl Run {
             self.checkpoint()?;
         }
         let what = format!(
-            "{what}, where the run is saved (--on-env-error reset goes on without the row)"
+            "{what} failed; the run is saved (--on-env-error reset continues without this row)"
         );
         Err(Error::other(what, error))
     }

@@ -162,7 +162,7 @@ impl Run {
         if let Some(file) = self.records.best_before.take() {
             let file = file.display();
             self.progress.line(&format!(
-                "the best evaluation so far is no longer among the rows; its policy stays as {file}"
+                "the best evaluation yet is no longer among the rows; its policy is kept as {file}"
             ));
         }
         let is_due = self.is_evaluation_due();
@@ -176,8 +176,8 @@ impl Run {
         }
         if self.saved_step != Some(self.trainer.steps()) {
             if stop.is_asked() {
-                let again = if stop.is_interrupted() { " (Ctrl-C again: without)" } else { "" };
-                self.progress.line(&format!("stops after saving{again}"));
+                let again = if stop.is_interrupted() { " (Ctrl-C again: stop now)" } else { "" };
+                self.progress.line(&format!("stopping after saving{again}"));
             }
             self.checkpoint()?;
         }
@@ -185,7 +185,7 @@ impl Run {
         if self.trainer.steps() > self.first_step {
             self.progress.line(&self.describe_time(began.elapsed()));
         } else if matches!(ending, Ending::Finished { .. }) && !is_due {
-            let text = format!("nothing to do: the run has its {steps} steps; more with --steps");
+            let text = format!("nothing to do: all {steps} steps are done (more with --steps)");
             self.progress.line(&text);
         }
         self.progress.finish();
@@ -249,8 +249,8 @@ impl Run {
             format!("the environment failed {PATIENCE} times in a row after step {step}")
         } else {
             format!(
-                "the environment failed after step {step}, where the run is saved ({command} goes \
-                 on with a new episode; --on-env-error reset does so by itself)"
+                "the environment failed after step {step}; the run is saved there ({command} \
+                 continues with a new episode; --on-env-error reset does so automatically)"
             )
         };
         Err(Error::other(what, error))
@@ -326,14 +326,14 @@ impl Run {
 
 fn go_on(trainer: &mut Trainer, folder: &RunFolder, saved: &State) -> Result<()> {
     let loaded = saved.child("trainer").and_then(|saved| trainer.load(saved));
-    loaded.map_err(|e| Error::other(format!("going on from '{}'", folder.start().display()), e))
+    loaded.map_err(|e| Error::other(format!("resuming from '{}'", folder.start().display()), e))
 }
 
 /// The error for an environment that cannot be saved, with advice.
 fn cannot_go_on(error: Error) -> Error {
     let Error::Unsupported { what } = error else { return error };
     let advice = "RunSettings::on_resume = OnResume::NewEpisode lets a run begin a new episode when it \
-                  goes on";
+                  resumes";
     Error::Unsupported { what: format!("{what}; {advice}") }
 }
 
@@ -342,5 +342,5 @@ fn check_same_seed(trainer: &Trainer, settings: &RunSettings) -> Result<()> {
     if seed == settings.seed {
         return Ok(());
     }
-    Err(Error::invalid("the agent's seed", format!("the run's, {}", settings.seed), seed))
+    Err(Error::invalid("the agent's seed", format!("{} (the run's)", settings.seed), seed))
 }

@@ -154,7 +154,7 @@ fn another_plan_or_other_settings_do_not_resume() {
     let message =
         |plan, settings| RunFolder::resume(&folder, &plan, &settings).unwrap_err().to_string();
     assert!(message(plan(1, 620), Settings { rate: 0.5 }).starts_with("settings.rate "));
-    assert!(message(plan(1, 619), settings()).contains("at least its 620, got 619"));
+    assert!(message(plan(1, 619), settings()).contains("at least the planned 620, got 619"));
     assert!(message(plan(2, 620), settings()).starts_with("plan.run.seed "));
 }
 

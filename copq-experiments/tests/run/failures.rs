@@ -64,7 +64,7 @@ fn a_failing_world_stops_the_run_saved_and_the_next_goes_on() {
     let folder = open(&path, &plan);
     let error = unstable(folder, &plan, 185).train().unwrap_err().to_string();
     assert!(
-        error.contains("failed after step 184, where the run is saved")
+        error.contains("failed after step 184; the run is saved")
             && error.contains("RunFolder::resume")
             && error.ends_with("the simulation is unstable"),
         "{error}"
@@ -136,7 +136,7 @@ fn a_damaged_checkpoint_has_one_before_it() {
     let mut folder = open(&path, &plan);
     let error = folder.load().unwrap_err().to_string();
     assert!(
-        error.contains("RunFolder::go_back goes on from it") && error.contains("array '"),
+        error.contains("RunFolder::go_back resumes from") && error.contains("array '"),
         "{error}"
     );
     assert!(!folder.go_back().unwrap(), "it is damaged");
@@ -273,7 +273,7 @@ fn the_best_policy_outlives_its_row() {
     assert_eq!(before("-3"), None);
     kill_and_resume("one").silent().train().unwrap();
     let log = std::fs::read_to_string(path.join("log.txt")).unwrap();
-    assert!(log.contains("its policy stays as ") && log.contains("policy-best-before"), "{log}");
+    assert!(log.contains("its policy is kept as ") && log.contains("policy-best-before"), "{log}");
     assert!(Sheet::read(&file).unwrap().column("weighted_total/mean").unwrap()[3] < 1_000.0);
 }
 
@@ -302,7 +302,7 @@ fn a_run_whose_folder_was_moved_leaves_its_successors_alone() {
     // This process is that run's, too: another one's name.
     std::fs::write(path.join(".lock"), "process 1 on elsewhere\n").unwrap();
     let error = forgotten.save(&State::default()).unwrap_err().to_string();
-    let wanted = "wanted the one that this run began in, got one of process 1 on elsewhere";
+    let wanted = "wanted the one that this run began in, got that of process 1 on elsewhere";
     assert!(error.ends_with(wanted), "{error}");
     assert!(!path.join("checkpoint.safetensors").exists());
     std::fs::remove_dir_all(&path).unwrap();

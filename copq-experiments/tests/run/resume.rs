@@ -98,13 +98,13 @@ fn a_run_whose_settings_were_edited_says_so() {
     train(&run, 3, 600);
     edit("rate = 0.01\n", "rate = 0.5\n");
     let log = go_on(&plan(3, 900), 0.5);
-    let told = "config.toml was edited: settings.rate is 0.5 from here on, and was 0.01";
+    let told = "config.toml was edited: settings.rate was 0.01 and is 0.5 from here on";
     assert_eq!(log.matches("was edited").count(), 1, "{log}");
     assert!(log.contains(told), "{log}");
     edit("eval_episodes = 4\n", "eval_episodes = 2\n");
     let mut plan = plan(3, 1_200);
     plan.run.eval_episodes = 2;
-    let told = "config.toml was edited: plan.run.eval_episodes is 2 from here on, and was 4";
+    let told = "config.toml was edited: plan.run.eval_episodes was 4 and is 2 from here on";
     let log = go_on(&plan, 0.5);
     assert!(log.matches("was edited").count() == 2 && log.contains(told), "{log}");
 }
@@ -157,7 +157,7 @@ fn a_run_without_a_checkpoint_begins_anew() {
     std::fs::remove_file(bare.join("checkpoint.safetensors")).unwrap();
     // Done, it has something to lose.
     let error = RunFolder::resume(&bare, &plan(5, 600), &settings()).unwrap_err().to_string();
-    assert!(error.contains("wanted the checkpoint of the run that is done there"), "{error}");
+    assert!(error.contains("wanted the checkpoint of the finished run"), "{error}");
     std::fs::remove_file(bare.join("DONE")).unwrap();
     train(&bare, 5, 600);
     assert_same(&whole, &bare);
@@ -171,7 +171,7 @@ fn a_run_that_lost_its_checkpoint_loses_nothing_more() {
     std::fs::remove_file(bare.join("checkpoint.safetensors")).unwrap();
     let folder = RunFolder::resume(&bare, &plan(5, 900), &settings()).unwrap();
     let error = folder.load().unwrap_err().to_string();
-    assert!(error.contains("RunFolder::go_back goes on from it"), "{error}");
+    assert!(error.contains("RunFolder::go_back resumes from"), "{error}");
     drop(folder);
     std::fs::remove_file(bare.join("checkpoint.1.safetensors")).unwrap();
     std::fs::remove_file(bare.join("DONE")).unwrap();

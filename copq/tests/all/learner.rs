@@ -519,8 +519,7 @@ fn a_world_that_fails_ends_its_episode_and_not_the_training() {
     trainer.run(2, &mut Silent).unwrap();
     let error = trainer.step(&mut Silent).unwrap_err().to_string();
     assert!(
-        trainer.env_failed()
-            && error.contains("observation, component 0: wanted a finite number"),
+        trainer.env_failed() && error.contains("observation, component 0: wanted a finite number"),
         "{error}"
     );
     assert_eq!(trainer.steps(), 2);

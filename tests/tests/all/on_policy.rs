@@ -101,7 +101,7 @@ fn what_does_not_fit_is_a_readable_error() {
     let off_policy = copq::Learner::new(copq::Method::sac(), spec, &Candle::default(), 0).unwrap();
     assert_eq!(
         Trainer::with_envs(envs, off_policy).unwrap_err().to_string(),
-        "worlds of an agent that learns from one at a time: wanted 1, got 2"
+        "environments of an agent that learns from one at a time: wanted 1, got 2"
     );
 }
 
