@@ -154,7 +154,12 @@ fn foreign_snapshots_are_refused() {
         let mut state = State::default();
         make(&hopper(Preset::Paper)).unwrap().save(&mut state).unwrap();
         assert!(
-            make(&robot).unwrap().load(&state).unwrap_err().to_string().contains("different numbers")
+            make(&robot)
+                .unwrap()
+                .load(&state)
+                .unwrap_err()
+                .to_string()
+                .contains("different numbers")
         );
     });
 }
