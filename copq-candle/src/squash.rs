@@ -74,7 +74,7 @@ mod tests {
     fn probabilities_sum_to_one() {
         for (mean, log_std) in [(0.0, -1.0), (0.7, -0.5), (-1.5, 0.2)] {
             let steps = 400_000;
-            // The trapezium rule over the noise: p(a) da = p(a) (da/dnoise) dnoise.
+            // The midpoint rule over the noise: p(a) da = p(a) (da/dnoise) dnoise.
             let sum: f64 = (0..steps)
                 .map(|i| {
                     let noise = (-8.0 + 16.0 * (f64::from(i) + 0.5) / f64::from(steps)) as f32;

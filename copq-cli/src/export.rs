@@ -92,7 +92,7 @@ impl Export {
         // A policy file may lie among a run's own files.
         if is_file && (out == self.run || is_usual && out.exists()) {
             let what = format!("'{}'", out.display());
-            return Err(Error::invalid(what, "a new file (--out)", "one that is there"));
+            return Err(Error::invalid(what, "a new file (--out)", "one that exists"));
         }
         if out.file_stem().is_none_or(|name| name != "policy") {
             not_of_a_run(&out)?;

@@ -131,8 +131,8 @@ fn forget_python(plan: &mut Plan) {
 
 fn of_python(task: &str) -> String {
     format!(
-        "--python, --objectives, --env-kwargs, --import, --env-timeout: wanted an environment of \
-         Python's (--task PACKAGE:ID, of {}), got {task}",
+        "--python, --objectives, --env-kwargs, --import, --env-timeout: wanted a Python environment \
+         (--task PACKAGE:ID, of {}), got {task}",
         PACKAGES.join(", ")
     )
 }
@@ -181,7 +181,7 @@ fn found(path: &Path, run: Option<&Path>) -> PathBuf {
 fn json(text: &str) -> Result<String, String> {
     match serde_json::from_str::<serde_json::Map<String, serde_json::Value>>(text) {
         Ok(object) => Ok(serde_json::Value::Object(object).to_string()),
-        Err(error) => Err(format!("wanted an object as JSON ({error})")),
+        Err(error) => Err(format!("wanted a JSON object ({error})")),
     }
 }
 

@@ -133,7 +133,7 @@ impl Rollout {
     fn film_python(self, learned: &Learned) -> anyhow::Result<()> {
         anyhow::ensure!(
             self.view == "side",
-            "--view {}: wanted none, for environments of Python's draw themselves",
+            "--view {}: wanted none, because Python environments draw their own pictures",
             self.view
         );
         let plan = &learned.plan;

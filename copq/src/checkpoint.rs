@@ -81,7 +81,7 @@ fn check_sums(
 ) -> Result<()> {
     let damaged = |part: &str| {
         let what = format!("{part} of the checkpoint '{}'", path.display());
-        Error::invalid(what, "the bytes that were written", "others: it is damaged")
+        Error::invalid(what, "the bytes that were written", "different bytes: the file is damaged")
     };
     let sums = arrays.tensor(CHECKSUMS).map_err(|_| damaged("the list of checksums"))?;
     let mut sums = sums.data().as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes));

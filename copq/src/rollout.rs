@@ -101,7 +101,7 @@ impl<E: Env> Rollout<E> {
         if !self.is_running() {
             return Err(Error::invalid(
                 "Rollout::step",
-                "an episode that runs (see Rollout::reset)",
+                "a running episode (see Rollout::reset)",
                 "none",
             ));
         }

@@ -159,13 +159,8 @@ impl Critic for SeparateCritics {
         act: &[f32],
         q: &mut [f32],
     ) -> Result<()> {
-        if chosen.len() < self.critics && self.counts.iter().any(|&count| count != self.critics) {
-            let wanted = "as many separate critics of every objective";
-            return Err(Error::invalid(
-                "a subset of the critics",
-                wanted,
-                format!("{:?}", self.counts),
-            ));
+        if chosen.len() < self.critics {
+            equal_counts(&self.counts)?;
         }
         values_by_copy(self, net, chosen, obs, act, q)
     }
@@ -191,6 +186,16 @@ impl Critic for SeparateCritics {
     fn load(&mut self, state: &State) -> Result<()> {
         self.networks.load(state)
     }
+}
+
+/// An error if objectives have different numbers of critics: a drawn subset (REDQ) could then hold
+/// one network twice.
+pub(crate) fn equal_counts(counts: &[usize]) -> Result<()> {
+    if counts.windows(2).any(|pair| pair[0] != pair[1]) {
+        let wanted = "the same number of separate critics for every objective";
+        return Err(Error::invalid("a subset of the critics", wanted, format!("{counts:?}")));
+    }
+    Ok(())
 }
 
 /// Calls `pair` with every (position in `critics x rows x objectives`, position in

@@ -85,7 +85,7 @@ fn both_formats_hold_the_same_policy() {
     assert_eq!(State::read_file(&back).unwrap(), best);
     let output = export(&back, &[]);
     assert!(
-        words(&output).contains("wanted a new file (--out), got one that is there"),
+        words(&output).contains("wanted a new file (--out), got one that exists"),
         "{}",
         words(&output)
     );

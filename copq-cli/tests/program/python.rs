@@ -1,4 +1,4 @@
-//! The program on environments of Python's, with the interpreter that scripts/python-worlds.sh
+//! The program on Python environments, with the interpreter that scripts/python-worlds.sh
 //! makes.
 
 use std::io::Write;
@@ -138,7 +138,7 @@ fn a_run_is_found_again_from_elsewhere_and_by_others() {
     let mut resume = copq();
     resume.args(["resume", "--python", "python3", "--steps", "80"]).arg(project.join("like"));
     let said = refused(&mut resume);
-    assert!(said.contains("wanted an environment of Python's"), "{said}");
+    assert!(said.contains("wanted a Python environment"), "{said}");
 }
 
 #[test]
@@ -218,7 +218,7 @@ fn what_it_cannot_begin_with_leaves_no_folder() {
     let said = complaint(&python, "none", &["--weights", "1,2"]);
     assert!(said.contains("weights: wanted 1 of them, for reward, got 1,2"), "{said}");
     let said = refused(copq().args(["train", "--task", "a/hopper", "--python", "python3"]));
-    assert!(said.contains("wanted an environment of Python's"), "{said}");
+    assert!(said.contains("wanted a Python environment"), "{said}");
 }
 
 #[test]

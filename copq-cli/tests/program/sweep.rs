@@ -244,7 +244,7 @@ fn what_is_done_is_done_for_the_file_as_it_is() {
     assert!(text(&task.unwrap()).contains("begins with, has changed since this sweep was begun"));
 }
 
-/// The files that the repository has, but for those of Python's environments, which need its
+/// The files that the repository has, but for those of Python environments, which need its
 /// packages.
 #[test]
 fn the_repositorys_sweeps_can_be_planned() {

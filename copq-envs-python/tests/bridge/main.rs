@@ -1,4 +1,4 @@
-//! Environments of Python's through the bridge, with the interpreters that scripts/python-worlds.sh
+//! Python environments through the bridge, with the interpreters that scripts/python-worlds.sh
 //! makes.
 
 mod faults;

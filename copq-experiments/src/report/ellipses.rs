@@ -187,7 +187,7 @@ mod tests {
         assert!((share - (2f32 / 3.0).sqrt()).abs() < 1e-6, "{share}");
     }
 
-    /// The weights of a task of Python's are in its plan alone.
+    /// The weights of a Python task are in its plan alone.
     #[test]
     fn a_plans_own_weights_count() {
         let folder = tempfile::tempdir().unwrap();

@@ -9,9 +9,9 @@ use crate::multiplier::FixedWeights;
 use crate::projection::by_name;
 use crate::temperature::Temperature;
 use crate::{
-    Actor, ActorKind, Backend, Batch, Config, Critic, Ensemble, EnvSpec, Error, Explore, Famo,
-    GaussianNoise, Method, Multiplier, Normaliser, Objective, Optimistic, PolicySamples,
-    Projection, Replay, Result, Rng, Stream, UniformActions, WarmUp, memory,
+    Actor, ActorKind, Backend, Batch, Config, Critic, EnvSpec, Error, Explore, Famo, GaussianNoise,
+    Method, Multiplier, Normaliser, Objective, Optimistic, PolicySamples, Projection, Replay,
+    Result, Rng, Stream, UniformActions, WarmUp, memory,
 };
 
 impl Learner {
@@ -31,9 +31,8 @@ impl Learner {
         method.config.check()?;
         spec.check()?;
         memory::check(&method.config, spec, method.critics.count(spec))?;
-        if method.config.subset.is_some() && matches!(method.critics, Ensemble::Separate { .. }) {
-            let wanted = "none with separate critics, each of which has only one objective";
-            return Err(Error::invalid("subset", wanted, "both"));
+        if method.config.subset.is_some() {
+            method.critics.check_subset(spec)?;
         }
         let networks = &method.config.networks;
         let kind = method.actor();

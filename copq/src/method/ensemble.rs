@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::separate::equal_counts;
 use crate::{Backend, Critic, EnvSpec, Networks, Objective, Result, Rng, SeparateCritics};
 
 /// The critics that a method is meant for. N objectives have N values, in priority order.
@@ -62,6 +63,11 @@ impl Ensemble {
             Self::Joint(count) => count,
             Self::Separate { .. } => self.scalars(spec).into_iter().fold(0, usize::saturating_add),
         }
+    }
+
+    /// An error if a drawn subset (REDQ) could hold one network twice.
+    pub(crate) fn check_subset(self, spec: &EnvSpec) -> Result<()> {
+        equal_counts(&self.scalars(spec))
     }
 
     /// The number of scalar critics of each objective; empty if critics are of all values.

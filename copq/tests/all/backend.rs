@@ -51,6 +51,24 @@ fn critics_and_famo_follow_the_bound() {
 }
 
 #[test]
+fn redq_draws_from_equally_many_separate_critics() {
+    let mut redq = Method::cop_td3_paper().redq();
+    redq.bound = std::sync::Arc::new(IndependentMin);
+    redq.config = toy::small(redq.config);
+    let build = |cost, reward| {
+        let redq = redq.clone().critics(Ensemble::Separate { cost, reward });
+        Learner::new(redq, &Toy::constrained().spec, &Linear, 0)
+    };
+    let wanted = "a subset of the critics: wanted the same number of separate critics for every \
+         objective, got [4, 2]";
+    assert_eq!(build(4, 2).map(drop).unwrap_err().to_string(), wanted);
+
+    let mut trainer = Trainer::new(Toy::constrained(), build(3, 3).unwrap()).unwrap();
+    trainer.run(210, &mut Silent).unwrap();
+    assert_eq!(trainer.agent().updates(), 11 * 20, "at step 200 and the ten after it");
+}
+
+#[test]
 fn a_preset_is_its_composition() {
     let td3 = Method::td3().bound(Cholesky).warm_up(1_000);
     let mut oac = td3.balance(FamoConfig::default()).explore(Optimism::default());

@@ -471,7 +471,7 @@ fn what_would_go_wrong_in_silence_is_refused() {
         .unwrap_err()
         .to_string();
     assert!(
-        drawn.starts_with("a subset of the critics: wanted as many separate critics of every"),
+        drawn.starts_with("a subset of the critics: wanted the same number of separate critics"),
         "{drawn}"
     );
     assert!(separate(&[2, 2], 0).values_of(Net::Target, &[1], &[0.1], &[0.2], &mut q[..2]).is_ok());
