@@ -241,7 +241,7 @@ fn python_ends_with_the_program_however_that_ends() {
         std::thread::sleep(Duration::from_millis(500));
         let id = program.id().to_string();
         Command::new("kill").args([&format!("-{signal}"), &id]).status().unwrap();
-        program.wait().unwrap();
+        wait_until("the program ends", || program.try_wait().unwrap().is_some());
         wait_until("nothing is left", || processes() == 0);
         if signal == "INT" {
             assert!(run.join("checkpoint.safetensors").exists());
