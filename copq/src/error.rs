@@ -33,13 +33,13 @@ pub enum Error {
         got: String,
     },
     /// A NaN or an infinity where a number belongs.
-    #[error("{what} is not finite at step {step}, row(s) {rows:?}: {hint}")]
+    #[error("{what} is not finite at step {step}{}: {hint}", in_rows(rows))]
     NonFinite {
         /// The quantity, with the objective's name where it has one.
         what: String,
         /// The learner's update or environment step.
         step: u64,
-        /// The first offending rows of the batch (at most eight).
+        /// The first offending rows of the batch (at most eight); empty if no row is to blame.
         rows: Vec<usize>,
         /// What usually causes it.
         hint: &'static str,
@@ -139,6 +139,11 @@ pub fn check_chosen(chosen: &[usize], critics: usize) -> Result<()> {
     Ok(())
 }
 
+/// The rows of a batch, if a message has any to name.
+fn in_rows(rows: &[usize]) -> String {
+    if rows.is_empty() { String::new() } else { format!(", row(s) {rows:?}") }
+}
+
 /// An error that names a setting unless it is from 0 to 1.
 pub(crate) fn check_fraction(name: &str, value: f64) -> Result<()> {
     check_that((0.0..=1.0).contains(&value), name, "a number from 0 to 1", value)
@@ -166,6 +171,20 @@ mod tests {
     fn the_nearest_names_come_first() {
         let error = Error::unknown("task", "a/hoper", &["a/ant", "b/hopper", "a/hopper"]);
         assert_eq!(error.to_string(), "unknown task 'a/hoper'; known: a/hopper, b/hopper, a/ant");
+    }
+
+    #[test]
+    fn rows_are_named_where_there_are_any() {
+        let message = |rows: &[usize]| {
+            let rows = rows.to_vec();
+            let what = "critic loss".to_owned();
+            Error::NonFinite { what, step: 7, rows, hint: "lower the step size" }.to_string()
+        };
+        assert_eq!(message(&[]), "critic loss is not finite at step 7: lower the step size");
+        assert_eq!(
+            message(&[0, 3]),
+            "critic loss is not finite at step 7, row(s) [0, 3]: lower the step size"
+        );
     }
 
     #[test]

@@ -95,6 +95,21 @@ pub(crate) fn check_finite(
     })
 }
 
+/// An error if the policy gives a batch's actions a log-probability that is not finite.
+pub(crate) fn check_finite_log_probs(log_probs: &[f32], step: u64) -> Result<()> {
+    let bad = log_probs.iter().enumerate().filter(|(_, x)| !x.is_finite());
+    let rows: Vec<usize> = bad.map(|(row, _)| row).take(8).collect();
+    if rows.is_empty() {
+        return Ok(());
+    }
+    Err(Error::NonFinite {
+        what: "log-probability of the policy's actions".to_owned(),
+        step,
+        rows,
+        hint: "the actor's weights have diverged; lower its step size",
+    })
+}
+
 /// An error if an observation is not finite.
 pub(crate) fn check_finite_obs(obs: &[f32], step: u64) -> Result<()> {
     check_finite_row("observation", obs, step, "the environment returned it; check its physics")

@@ -324,7 +324,8 @@ impl EnvSpec {
         for Objective { name, weight, limit } in &self.objectives {
             let Some(limit) = limit else { continue };
             if !limit.is_finite() {
-                return Err(self.error("cost limit", "a finite number", limit));
+                let what = format!("limit of '{name}'");
+                return Err(self.error(&what, "a finite number", limit));
             }
             if *weight > 0.0 {
                 let what = format!("weight of the cost '{name}'");

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use crate::common::{copq, printed, refused};
+use crate::common::{TINY, copq, printed, refused};
 
 /// What it prints when all goes well.
 fn run(arguments: &[&str]) -> String {
@@ -52,6 +52,22 @@ fn methods_on_td3() {
         assert!(metrics.contains(&format!("critic_loss/{first}")), "{line}: {metrics}");
         let famo = ["cop-td3-paper", "cop-td3-oac"].iter().any(|method| line.contains(method));
         assert_eq!(metrics.contains("famo/"), famo, "{line}: {metrics}");
+    }
+}
+
+/// Rewards or critics would be searched for a fault that they do not have.
+#[test]
+fn what_has_diverged_is_named() {
+    let temporary = tempfile::tempdir().unwrap();
+    for (method, step_size, wanted) in [
+        ("sac", "actor_lr", "the actor's weights have diverged; lower its step size"),
+        ("td3", "critic_lr", "the critics have diverged; lower their step size"),
+    ] {
+        let mut command = copq();
+        command.args(["train", method, "--steps", "400"]).args(TINY.split(' '));
+        command.args(["--set", &format!("networks.{step_size}=1e20"), "--out"]);
+        let said = refused(command.arg(temporary.path().join(method)));
+        assert!(said.contains(wanted) && !said.contains("[]"), "{said}");
     }
 }
 

@@ -3,7 +3,10 @@
 use super::Learner;
 use super::buffers::{Buffers, column_means, log_each};
 use super::targets::{bootstrap_own_costs, discount, draw};
-use crate::loss::{check_finite, check_finite_losses, margin, squared_error_grad, squared_errors};
+use crate::loss::{
+    check_finite, check_finite_log_probs, check_finite_losses, margin, squared_error_grad,
+    squared_errors,
+};
 use crate::{Actor, BoundQuery, Config, Net, Observer, QView, Result, Rng, Smoothing};
 
 impl Learner {
@@ -39,7 +42,8 @@ impl Learner {
         let actions = Actions { action: next_action, policy_noise, log_prob, noise };
         let rng = &mut self.streams.smoothing;
         let next_obs = &self.batch.next_obs;
-        target_actions(self.actor.as_mut(), self.config.smoothing, rng, next_obs, actions)
+        target_actions(self.actor.as_mut(), self.config.smoothing, rng, next_obs, actions)?;
+        check_finite_log_probs(&self.buffers.log_prob, self.steps)
     }
 
     /// y = r + gamma (1 - d) (lower bound of the target critics at s', a'): paper eq. 13, with the

@@ -42,20 +42,29 @@ impl Learner {
         Ok(())
     }
 
-    /// Warns if an epoch can be too short: multipliers see only finished episodes, and an epoch
-    /// begins with new ones.
+    /// Warns if an epoch can be shorter than an episode: every epoch begins with new ones.
     fn warn_of_short_paths(&self, log: &mut dyn Observer) {
         let steps = self.config.steps_per_epoch / self.envs.len();
-        if self.epochs > 0 || self.multipliers.is_empty() || steps >= self.spec.horizon {
+        let horizon = self.spec.horizon;
+        if self.epochs > 0 || steps >= horizon {
             return;
         }
+        let lost = match self.config.saute {
+            Some(saute) => {
+                // The rates at which a budget is just spent in an epoch's steps and in an episode's.
+                let rate = |steps: usize| 1.0 / saute.budget(steps as f64, steps);
+                format!(
+                    "a budget lasts an epoch at {:.1} times the rate that the limit allows",
+                    rate(steps) / rate(horizon)
+                )
+            }
+            None if self.multipliers.is_empty() => "later states are never seen".to_owned(),
+            None => "costs of longer episodes are never seen".to_owned(),
+        };
         let text = format!(
-            "each of {} environments has {steps} steps per epoch, and an episode of '{}' may take \
-             {}: costs of longer episodes are never seen; raise steps_per_epoch or use fewer \
-             environments",
-            self.envs.len(),
-            self.spec.name,
-            self.spec.horizon
+            "an epoch has {steps} steps of each environment, and an episode of '{}' may take \
+             {horizon}: {lost}; raise steps_per_epoch or use fewer environments",
+            self.spec.name
         );
         log.warn(self.steps, &text);
     }

@@ -140,7 +140,7 @@ fn bad_settings_are_readable_errors() {
     );
     assert_eq!(
         check(&|spec| spec.objectives[0].limit = Some(f32::NAN)),
-        "toy: cost limit: wanted a finite number, got NaN"
+        "toy: limit of 'track': wanted a finite number, got NaN"
     );
     assert_eq!(
         check(&|spec| spec.objectives[1].name = "track".into()),
@@ -387,16 +387,6 @@ fn the_first_update_logs_what_its_batch_says() {
     assert_abs_diff_eq!(seen["correlation/track/rest"], wanted, epsilon = 1e-12);
 }
 
-/// Keeps the warnings.
-struct Words(Vec<String>);
-
-impl Observer for Words {
-    fn scalar(&mut self, _: u64, _: &str, _: f64) {}
-    fn warn(&mut self, _: u64, text: &str) {
-        self.0.push(text.to_owned());
-    }
-}
-
 #[test]
 fn a_cost_that_counts_downwards_is_a_warning() {
     let words = |cost: f32| {
@@ -405,7 +395,7 @@ fn a_cost_that_counts_downwards_is_a_warning() {
         let actor = Box::new(toy::LinearActor::new(0.005));
         let method = toy::method(Config { start_steps: 2_000, ..toy::config() });
         let mut learner = Learner::with_networks(method, &spec, critic, actor, 0).unwrap();
-        let mut words = Words(Vec::new());
+        let mut words = toy::Words::default();
         for step in 0..1_500 {
             // Now and then it is on the other side of zero.
             let cost = if step % 3 == 0 { -cost } else { cost };
@@ -439,7 +429,7 @@ fn an_action_in_an_environment_s_units_is_an_error() {
 fn rewards_that_no_network_can_learn_are_an_error_and_large_ones_a_warning() {
     let learn = |size: f32| {
         let mut learner = toy::learner(toy::method(toy::config()), 3, 0);
-        let mut words = Words(Vec::new());
+        let mut words = toy::Words::default();
         for _ in 0..100 {
             let (obs, action, reward) = (&[0.5], &[0.1], &[size, -size]);
             let outcome = Outcome::Running;

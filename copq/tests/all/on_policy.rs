@@ -218,6 +218,37 @@ fn a_step_after_any_budget_is_spent_has_the_unsafe_reward() {
     assert_eq!(signal[..5], [1.0, -5.0, -5.0, 1.0, -5.0]);
 }
 
+/// What comes late in an episode would never be learned from, and nobody would know.
+#[test]
+fn an_epoch_shorter_than_an_episode_is_a_warning() {
+    let saute = SauteConfig { discount: 1.0, ..SauteConfig::default() };
+    let pid = Constraint::Pid(PidConfig::cppo_pid());
+    let limited = Config { constraint: Some(pid), ..Config::default() };
+    let warned = |steps: usize, config: Config| {
+        let mut env: Box<dyn Env> = Box::new(TwoCosts::new());
+        if let Some(saute) = &config.saute {
+            env = Box::new(Saute::new(env, saute).unwrap());
+        }
+        let learner = learner(small(steps, config), env.spec());
+        let mut words = toy::Words::default();
+        Trainer::new(env, learner).unwrap().run(4 * steps as u64, &mut words).unwrap();
+        words.0
+    };
+    assert!(warned(3, limited.clone()).is_empty());
+    let [costs, rest, budget] =
+        [limited, Config::default(), Config { saute: Some(saute), ..Config::default() }]
+            .map(|config| warned(2, config));
+    let begins = "an epoch has 2 steps of each environment, and an episode of 'two costs";
+    for (words, wanted) in [
+        (costs, "costs of longer episodes are never seen"),
+        (rest, "later states are never seen"),
+        (budget, "a budget lasts an epoch at 1.5 times the rate that the limit allows"),
+    ] {
+        assert_eq!(words.len(), 1, "{words:?}");
+        assert!(words[0].starts_with(begins) && words[0].contains(wanted), "{words:?}");
+    }
+}
+
 /// Four steps of one number each; the reward is the first signal.
 fn rows(signals: &[[f32; 4]]) -> Rows {
     Rows {

@@ -591,3 +591,14 @@ pub fn saved(trainer: &Trainer<Learner>) -> State {
 pub fn trainer(learner: Learner) -> Trainer<Learner> {
     Trainer::new(Toy::new(), learner).unwrap()
 }
+
+/// Keeps the warnings.
+#[derive(Default)]
+pub struct Words(pub Vec<String>);
+
+impl Observer for Words {
+    fn scalar(&mut self, _: u64, _: &str, _: f64) {}
+    fn warn(&mut self, _: u64, text: &str) {
+        self.0.push(text.to_owned());
+    }
+}
