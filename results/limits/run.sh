@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The paper's constrained off-policy methods on MuJoCo's hopper under its velocity limit, three seeds of 500,000 steps, two at a time:
-# and COP-Q on CAL again with c = 0.1 in place of CAL's 10: some ten hours on two cores. So far three seeds of COP-Q on CAL and one of
-# each of the others are here.
+# and COP-Q on CAL again with c = 0.1 in place of CAL's 10: some ten hours on two cores. So far three seeds of COP-Q on CAL, two of it
+# with c = 0.1 and one of each of the others are here.
 #   scripts/fetch-mujoco.sh && cargo build --release -p copq-cli --features mujoco && results/limits/run.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."
