@@ -27,7 +27,7 @@ pub(crate) fn check_on_policy(
     let weights: f64 = widths.zip(hidden).map(|(&i, &o)| (i as f64 + 1.0) * o as f64).sum();
     let parameters = (signals as f64 + 1.0) * COPIES * weights * 4.0;
     fits("networks.hidden", parameters, format!("{hidden:?}"))?;
-    // Observation, action and the log-probability (f64); each signal with its value, advantage and target.
+    // Observation, action, log-probability (f64); each signal with its value, advantage, target.
     let row = (spec.obs_len + spec.action_len() + 2 + 4 * signals) as f64 * 4.0;
     // Passes over all rows at once keep every layer's outputs and slopes.
     let pass: f64 = hidden.iter().map(|&width| ACTIVATIONS * width as f64 * 4.0).sum();
